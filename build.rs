@@ -1,0 +1,3 @@
+//! Builds the OpenVDB bridge.
+
+fn main() {}

@@ -1,0 +1,77 @@
+//! The one error type.
+//!
+//! Every message names the file, the key or the grid, what was found there and what would be right.
+
+use std::path::{Path, PathBuf};
+
+/// Short for a result with fogbow's [`enum@Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// What can go wrong, told so that a user can mend it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file cannot be read, written or understood.
+    #[error("{}: {problem}", .path.display())]
+    File {
+        /// The file as the user named it.
+        path: PathBuf,
+        /// What was found and what would be right.
+        problem: String,
+    },
+    /// A grid inside a VDB file cannot be used.
+    #[error("{}: grid \"{grid}\": {problem}", .path.display())]
+    Grid {
+        /// The VDB file.
+        path: PathBuf,
+        /// The grid's name, with its index where the name is not unique.
+        grid: String,
+        /// What was found and what would be right.
+        problem: String,
+    },
+    /// A key of a scene file is unknown, missing, of the wrong type or out of range.
+    #[error("{}{}: {key}: {problem}", .path.display(), place(*line, *column))]
+    Key {
+        /// The scene file.
+        path: PathBuf,
+        /// Line of the key, from 1; 0 where it is not known.
+        line: usize,
+        /// Column of the key, from 1; 0 where it is not known.
+        column: usize,
+        /// The key with its tables, such as `media[0].albedo`.
+        key: String,
+        /// What was found and what would be right.
+        problem: String,
+    },
+    /// The program was called in a way that makes no sense.
+    #[error("{0}")]
+    Usage(String),
+}
+
+impl Error {
+    /// An [`Error::File`] for `path`.
+    pub fn file(path: impl AsRef<Path>, problem: impl ToString) -> Self {
+        Self::File { path: path.as_ref().to_path_buf(), problem: problem.to_string() }
+    }
+
+    /// An [`Error::Grid`] for `grid` in `path`.
+    pub fn grid(path: impl AsRef<Path>, grid: impl ToString, problem: impl ToString) -> Self {
+        Self::Grid {
+            path: path.as_ref().to_path_buf(),
+            grid: grid.to_string(),
+            problem: problem.to_string(),
+        }
+    }
+
+    /// The exit code that belongs to the error: 2 for misuse, 1 for a failure.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 2,
+            _ => 1,
+        }
+    }
+}
+
+fn place(line: usize, column: usize) -> String {
+    if line == 0 { String::new() } else { format!(":{line}:{column}") }
+}

@@ -1,0 +1,10 @@
+//! Linear colour.
+
+/// A triple of linear Rec.709 values: radiance, power, albedo, optical thickness or transmittance
+/// per channel, as the name of the variable says.
+pub type Rgb = glam::DVec3;
+
+/// Luminance Y of a linear Rec.709 colour (ITU-R BT.709-6, section 3.2), in the unit of the colour.
+pub fn luminance(c: Rgb) -> f64 {
+    c.dot(Rgb::new(0.2126, 0.7152, 0.0722))
+}
