@@ -28,9 +28,9 @@ pub struct Stream(Xoshiro256PlusPlus);
 impl Stream {
     /// The stream for `sample` of pixel or photon `index` in `stage`.
     pub fn new(seed: u64, stage: Stage, index: u64, sample: u64) -> Self {
-        let key = [stage as u64, index, sample].into_iter().fold(mix(seed), |key, word| {
-            mix(key ^ mix(word.wrapping_add(0x9e37_79b9_7f4a_7c15)))
-        });
+        let key = [stage as u64, index, sample]
+            .into_iter()
+            .fold(mix(seed), |key, word| mix(key ^ mix(word.wrapping_add(0x9e37_79b9_7f4a_7c15))));
         Self(Xoshiro256PlusPlus::seed_from_u64(key))
     }
 

@@ -130,10 +130,8 @@ pub struct Aabb<S> {
 
 impl<S: Copy> Aabb<S> {
     /// The box that holds nothing.
-    pub const EMPTY: Self = Self {
-        min: Point::from_xyz(DVec3::INFINITY),
-        max: Point::from_xyz(DVec3::NEG_INFINITY),
-    };
+    pub const EMPTY: Self =
+        Self { min: Point::from_xyz(DVec3::INFINITY), max: Point::from_xyz(DVec3::NEG_INFINITY) };
 
     /// The box between two corners.
     pub const fn new(min: Point<S>, max: Point<S>) -> Self {

@@ -1,0 +1,79 @@
+//! Files that appear whole or not at all.
+
+use std::fs::{File, Permissions};
+use std::io::{BufWriter, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::{Error, Result};
+
+/// A file under a temporary name beside its target. [`finish`](Self::finish) renames it to the
+/// target; dropped before, it vanishes and an earlier target stays as it was.
+#[derive(Debug)]
+pub struct PendingFile {
+    temporary: NamedTempFile,
+    target: PathBuf,
+}
+
+impl PendingFile {
+    /// Opens a temporary file in the folder of `target`.
+    ///
+    /// # Errors
+    /// Where the folder is missing or not writable, or `target` is there and no regular file.
+    pub fn new(target: &Path) -> Result<Self> {
+        if target.exists() && !target.is_file() {
+            return Err(Error::file(target, "is not a regular file; name a file to write"));
+        }
+        let folder = match target.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let temporary = tempfile::Builder::new()
+            .prefix(".fogbow-")
+            .permissions(Permissions::from_mode(0o666)) // the umask applies, as to any new file
+            .tempfile_in(folder)
+            .map_err(|e| Error::file(target, format!("cannot be written: {e}")))?;
+        Ok(Self { temporary, target: target.to_path_buf() })
+    }
+
+    /// The temporary path, for writers that want a path.
+    pub fn path(&self) -> &Path {
+        self.temporary.path()
+    }
+
+    /// The open file.
+    pub fn file(&mut self) -> &mut File {
+        self.temporary.as_file_mut()
+    }
+
+    /// Gives the file its name, replacing what was there.
+    ///
+    /// # Errors
+    /// Where the rename fails; the earlier file is intact then.
+    pub fn finish(self) -> Result<()> {
+        let target = self.target;
+        self.temporary
+            .persist(&target)
+            .map(drop)
+            .map_err(|e| Error::file(&target, format!("cannot be written: {}", e.error)))
+    }
+}
+
+/// Writes `target` with `write`, whole or not at all.
+///
+/// # Errors
+/// Where the folder, the writing or the rename fails; the earlier file is intact then.
+pub fn write(
+    target: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
+) -> Result<()> {
+    let mut pending = PendingFile::new(target)?;
+    let mut out = BufWriter::new(pending.file());
+    write(&mut out)
+        .and_then(|()| out.flush())
+        .map_err(|e| Error::file(target, format!("cannot be written: {e}")))?;
+    drop(out);
+    pending.finish()
+}
