@@ -2,6 +2,7 @@
 //!
 //! Every message names the file, the key or the grid, what was found there and what would be right.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 /// Short for a result with fogbow's [`enum@Error`].
@@ -50,12 +51,12 @@ pub enum Error {
 
 impl Error {
     /// An [`Error::File`] for `path`.
-    pub fn file(path: impl AsRef<Path>, problem: impl ToString) -> Self {
+    pub fn file(path: impl AsRef<Path>, problem: impl Display) -> Self {
         Self::File { path: path.as_ref().to_path_buf(), problem: problem.to_string() }
     }
 
     /// An [`Error::Grid`] for `grid` in `path`.
-    pub fn grid(path: impl AsRef<Path>, grid: impl ToString, problem: impl ToString) -> Self {
+    pub fn grid(path: impl AsRef<Path>, grid: impl Display, problem: impl Display) -> Self {
         Self::Grid {
             path: path.as_ref().to_path_buf(),
             grid: grid.to_string(),

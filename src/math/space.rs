@@ -110,7 +110,7 @@ impl Span {
 
     /// Whether nothing is in it.
     pub fn is_empty(self) -> bool {
-        !(self.start < self.end)
+        self.start >= self.end || self.start.is_nan() || self.end.is_nan()
     }
 
     /// Its length, 0 where it is empty.

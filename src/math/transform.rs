@@ -1,6 +1,6 @@
 //! Affine maps between a local space and the world.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 
 use super::{Aabb, Point, Ray, World, WorldPoint};
 
@@ -63,7 +63,7 @@ impl<S: Copy> Transform<S> {
 
     /// A local surface normal in the world, of unit length.
     pub fn normal_to_world(&self, n: DVec3) -> DVec3 {
-        (DMat3::from(self.to_local.matrix3).transpose() * n).normalize_or_zero()
+        (self.to_local.matrix3.transpose() * n).normalize_or_zero()
     }
 
     /// The world box round a local box.
