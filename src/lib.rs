@@ -3,8 +3,20 @@
 //! Data flows one way: a scene file becomes a [`scene::Scene`], photons are shot into it, rays are
 //! marched through it, and a film is written out.
 
+pub mod cli;
 pub mod error;
 pub mod file;
+pub mod image;
+pub mod light;
+pub mod make;
 pub mod math;
+pub mod medium;
+pub mod photon;
+pub mod render;
+pub mod scene;
+pub mod shape;
+pub mod surface;
+pub mod vdb;
+pub mod work;
 
 pub use error::{Error, Result};

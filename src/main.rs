@@ -1,5 +1,5 @@
 //! The `fogbow` program: everything it does is in the library.
 
 fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+    fogbow::cli::main()
 }

@@ -1,0 +1,64 @@
+//! The command line: arguments to settings, settings to calls, exit codes.
+//!
+//! Results go to stdout, progress and messages to stderr. The exit code is 0, 1 (it failed) or 2
+//! (misuse).
+
+mod console;
+mod info;
+mod make;
+mod output;
+mod progress;
+mod render;
+mod settings;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::image::EXR_DECODER;
+
+/// Volumetric photon-mapping renderer for OpenVDB smoke, fog and fire.
+#[derive(Debug, Parser)]
+#[command(name = "fogbow", version, about, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Render a scene, or a VDB file alone, to an EXR with layers and a PNG beside it.
+    Render(render::Args),
+    /// Tell what is in a VDB file and what fogbow would do with it.
+    Info(info::Args),
+    /// Make procedural smoke, a cloud, fog or fire as a VDB file.
+    Make(make::Args),
+}
+
+/// Runs the program with the process's arguments.
+pub fn main() -> ExitCode {
+    hush_decoder();
+    let cli = Cli::parse();
+    let result = match &cli.command {
+        Command::Render(args) => render::run(args),
+        Command::Info(args) => info::run(args),
+        Command::Make(args) => make::run(args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            console::message(&format!("error: {error}"));
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// Keeps panics over a damaged EXR off stderr, where they come back as one error.
+fn hush_decoder() {
+    let print = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        if std::thread::current().name() != Some(EXR_DECODER) {
+            print(info);
+        }
+    }));
+}

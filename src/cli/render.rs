@@ -1,0 +1,140 @@
+//! `fogbow render`.
+
+use std::time::{Duration, Instant};
+
+use serde_json::{Map, Value, json};
+
+use super::console;
+use super::output::Output;
+use super::progress::Console;
+use super::settings::{PathArgs, RunArgs, SettingArgs};
+use crate::error::{Error, Result};
+use crate::image::{View, write_exr, write_png};
+use crate::render::{self, Progress, Rendered, Silent};
+use crate::scene::{LoadOptions, Scene};
+
+/// Arguments of `fogbow render`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    #[command(flatten)]
+    paths: PathArgs,
+    #[command(flatten)]
+    settings: SettingArgs,
+    /// Render without bias, by path tracing: slow, to measure against.
+    #[arg(long)]
+    reference: bool,
+    /// For a VDB file that has only a level set: turn it into a fog volume.
+    #[arg(long, value_name = "AS", value_parser = ["fog"])]
+    level_set: Option<String>,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Renders and writes the pictures.
+pub(super) fn run(args: &Args) -> Result<()> {
+    let output = Output::check(&args.paths.output)?;
+    let options = LoadOptions {
+        overrides: args.settings.overrides(),
+        level_set_as_fog: args.level_set.is_some(),
+    };
+    let pool = thread_pool(args.run.threads)?;
+    let start = Instant::now();
+    let scene = pool.install(|| Scene::load(&args.paths.scene, &options))?;
+    let loading = start.elapsed();
+    if !args.run.quiet {
+        scene.notes.iter().for_each(|note| console::message(&format!("note: {note}")));
+    }
+    scene.warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}")));
+
+    let console = Console::new();
+    let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
+    let rendered = pool.install(|| {
+        if args.reference {
+            Ok(render::render_reference(&scene, &scene.render, progress))
+        } else {
+            render::render(&scene, &scene.render, progress)
+        }
+    })?;
+
+    let start = Instant::now();
+    let settings = settings(&scene, &rendered, args.reference);
+    write(&output, &scene, &rendered, &settings)?;
+    let writing = start.elapsed();
+    if args.run.json {
+        let seconds = seconds(loading, &rendered, writing);
+        let report = json!({
+            "settings": settings,
+            "seconds": seconds,
+            "work": rendered.work,
+            "warnings": scene.warnings,
+            "notes": scene.notes,
+            "outputs": [output.exr.display().to_string(), output.png.display().to_string()],
+        });
+        console::result(&report.to_string());
+    } else {
+        console::result(&output.exr.display().to_string());
+        console::result(&output.png.display().to_string());
+    }
+    Ok(())
+}
+
+fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads.map_or(0, usize::from)) // 0 is one a core
+        .build()
+        .map_err(|e| Error::Usage(format!("--threads: {e}; give a smaller number")))
+}
+
+/// What the picture was made with; the same input gives the same settings.
+fn settings(scene: &Scene, rendered: &Rendered, reference: bool) -> Map<String, Value> {
+    let (film, render) = (&scene.film, &scene.render);
+    let settings = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": scene.hash,
+        "method": if reference { "reference" } else { "photon map" },
+        "size": film.size,
+        "exposure": film.exposure,
+        "view": film.view.to_string(),
+        "rays": render.rays,
+        "photons": render.photons,
+        "radius": rendered.radius.or(render.radius),
+        "step": render.step,
+        "director": render.director.name(),
+        "seed": render.seed,
+        "max_scatter": render.max_scatter,
+    });
+    if let Value::Object(settings) = settings { settings } else { Map::new() }
+}
+
+fn seconds(loading: Duration, rendered: &Rendered, writing: Duration) -> Map<String, Value> {
+    let stages = rendered.timings.iter().map(|(name, time)| (*name, *time));
+    [("load", loading)]
+        .into_iter()
+        .chain(stages)
+        .chain([("write", writing)])
+        .map(|(name, time)| (name.to_owned(), json!(time.as_secs_f64())))
+        .collect()
+}
+
+/// Writes the EXR, with settings and work counters in its header, and the PNG.
+fn write(
+    output: &Output,
+    scene: &Scene,
+    rendered: &Rendered,
+    settings: &Map<String, Value>,
+) -> Result<()> {
+    let work = serde_json::to_value(rendered.work).unwrap_or_default();
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let setting = |(name, value)| (format!("fogbow:{name}"), text(value));
+    let counter = |(name, value): (&String, &Value)| (format!("fogbow:work:{name}"), text(value));
+    let named: Vec<(String, String)> = settings
+        .iter()
+        .map(setting)
+        .chain(work.as_object().into_iter().flatten().map(counter))
+        .collect();
+    let attributes: Vec<(&str, String)> =
+        named.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+    write_exr(&output.exr, &rendered.film, &attributes)?;
+    let view = View { exposure: scene.film.exposure, transform: scene.film.view };
+    write_png(&output.png, &rendered.film.image(), &view)
+}

@@ -1,0 +1,198 @@
+//! Reading EXR files.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::meta::MetaData;
+use exr::meta::header::Header;
+use exr::prelude::{
+    AnyChannels, AttributeValue, FlatSamples, Layer, ReadChannels, ReadLayers as _, Text,
+    read as read_with,
+};
+
+use super::{Image, MAX_PIXELS};
+use crate::error::{Error, Result};
+
+/// The most values, pixels times channels over all parts, that a file may hold: 4 GiB as f32.
+const MAX_VALUES: usize = 1 << 30;
+
+/// The name of the thread that decodes EXR files. A damaged file can make the exr crate panic; that
+/// ends this thread and is reported as an error, so that its message on stderr may be left out.
+pub const EXR_DECODER: &str = "exr decoder";
+
+/// The layers of an EXR file, one f32 per pixel each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layers {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Channels by name, row by row from the top.
+    pub channels: BTreeMap<String, Vec<f32>>,
+    /// The header's attributes that are strings.
+    pub attributes: BTreeMap<String, String>,
+}
+
+impl Layers {
+    /// The values of a channel.
+    pub fn get(&self, name: &str) -> Option<&[f32]> {
+        self.channels.get(name).map(Vec::as_slice)
+    }
+
+    /// The picture of `R`, `G`, `B`, or of `Y` as a grey; `None` where neither is there.
+    pub fn image(&self) -> Option<Image> {
+        let grey = self.get("Y");
+        let [r, g, b] = ["R", "G", "B"].map(|name| self.get(name));
+        let (r, g, b) = r.zip(g).zip(b).map(|((r, g), b)| (r, g, b)).or(grey.map(|y| (y, y, y)))?;
+        let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
+        Some(Image::new(self.width, self.height, pixels))
+    }
+}
+
+/// Reads the picture of an EXR file: `R`, `G`, `B`, or `Y` as a grey, of the first part that has
+/// them, half or float, taken as linear Rec.709. The picture is the data window.
+///
+/// # Errors
+/// Where the file cannot be read, is no flat EXR, is damaged, holds more than [`MAX_PIXELS`] or has
+/// no such channels.
+pub fn read_exr(path: &Path) -> Result<Image> {
+    decode_exr(&read_bytes(path)?, path)
+}
+
+/// Reads every channel of the first part of an EXR file, and the strings of its header.
+///
+/// # Errors
+/// As [`read_exr`], whatever the channels are.
+pub fn read_layers(path: &Path) -> Result<Layers> {
+    decode_parts(&read_bytes(path)?, path)?
+        .into_iter()
+        .next()
+        .ok_or_else(|| Error::file(path, "is an EXR file without a picture"))
+}
+
+/// Whether the bytes begin as those of an EXR file.
+pub(super) fn is_exr(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
+}
+
+/// [`read_exr`] on the bytes of a file.
+pub(super) fn decode_exr(bytes: &[u8], path: &Path) -> Result<Image> {
+    let parts = decode_parts(bytes, path)?;
+    parts.iter().find_map(Layers::image).ok_or_else(|| {
+        let names: Vec<&str> =
+            parts.iter().flat_map(|p| p.channels.keys()).map(String::as_str).collect();
+        let names = names.join(", ");
+        Error::file(path, format!("has the channels {names}; R, G and B, or Y, are needed"))
+    })
+}
+
+/// Refuses a picture of no pixel or of too many.
+pub(super) fn check_size(width: usize, height: usize, path: &Path) -> Result<()> {
+    match width.checked_mul(height) {
+        Some(1..=MAX_PIXELS) => Ok(()),
+        _ => Err(Error::file(
+            path,
+            format!("claims {width} x {height} pixels; from 1 to {MAX_PIXELS} can be read"),
+        )),
+    }
+}
+
+fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))
+}
+
+/// Decodes on a thread of its own: a panic of the exr crate ends there. It must not decode in
+/// parallel then, as a panic in its thread pool ends the process.
+fn decode_parts(bytes: &[u8], path: &Path) -> Result<Vec<Layers>> {
+    if !is_exr(bytes) {
+        return Err(Error::file(path, "is not an EXR file: its first bytes are others"));
+    }
+    let damaged = |e: &dyn Display| {
+        Error::file(path, format!("is damaged or of a kind of EXR that cannot be read: {e}"))
+    };
+    std::thread::scope(|scope| {
+        let decoder = std::thread::Builder::new()
+            .name(EXR_DECODER.into())
+            .spawn_scoped(scope, || decode_here(bytes, path, &damaged))
+            .map_err(|e| Error::file(path, format!("cannot be decoded: {e}")))?;
+        decoder.join().unwrap_or_else(|_| Err(damaged(&"its blocks do not fit its header")))
+    })
+}
+
+fn decode_here(
+    bytes: &[u8],
+    path: &Path,
+    damaged: &dyn Fn(&dyn Display) -> Error,
+) -> Result<Vec<Layers>> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| damaged(&e))?;
+    check_sizes(&meta, path)?;
+    let image = read_with()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|e| damaged(&e))?;
+    let parts = image.layer_data.into_iter().zip(&meta.headers);
+    Ok(parts.map(|(part, header)| layers(part, header)).collect())
+}
+
+fn layers(part: Layer<AnyChannels<FlatSamples>>, header: &Header) -> Layers {
+    Layers {
+        width: part.size.width(),
+        height: part.size.height(),
+        channels: part
+            .channel_data
+            .list
+            .into_iter()
+            .map(|channel| (string(&channel.name), floats(channel.sample_data)))
+            .collect(),
+        attributes: header
+            .all_named_attributes()
+            .filter_map(|(name, value)| match value {
+                AttributeValue::Text(text) => {
+                    Some((String::from_utf8_lossy(name).into_owned(), string(&text)))
+                }
+                _ => None,
+            })
+            .collect(),
+    }
+}
+
+/// Checks the claims of the header before memory is taken for them.
+fn check_sizes(meta: &MetaData, path: &Path) -> Result<()> {
+    let mut values = 0_usize;
+    for header in &meta.headers {
+        let (width, height) = (header.layer_size.width(), header.layer_size.height());
+        check_size(width, height, path)?;
+        let channels = header.channels.list.len();
+        values = values.saturating_add((width * height).saturating_mul(channels));
+        if values > MAX_VALUES {
+            return Err(Error::file(
+                path,
+                format!(
+                    "claims {channels} channels of {width} x {height} pixels; \
+                     at most {MAX_VALUES} values can be read"
+                ),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn floats(samples: FlatSamples) -> Vec<f32> {
+    match samples {
+        FlatSamples::F32(values) => values,
+        FlatSamples::F16(values) => values.into_iter().map(half::f16::to_f32).collect(),
+        FlatSamples::U32(values) => values.into_iter().map(|v| v as f32).collect(),
+    }
+}
+
+fn string(text: &Text) -> String {
+    String::from_utf8_lossy(text.bytes()).into_owned()
+}

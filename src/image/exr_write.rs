@@ -1,0 +1,132 @@
+//! Writing EXR files: one flat part, 32-bit float, ZIP, rows from the top.
+
+use std::collections::BTreeSet;
+use std::io::{Cursor, Write};
+use std::path::Path;
+
+use exr::meta::header::standard_names;
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage, Layer,
+    LayerAttributes, Text, WritableImage,
+};
+
+use super::{Film, exr_header};
+use crate::error::{Error, Result};
+use crate::file;
+
+/// Writes a film with all its layers; see [`write_exr_layers`].
+///
+/// # Errors
+/// As [`write_exr_layers`].
+pub fn write_exr(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Result<()> {
+    let layers: Vec<(&str, &[f32])> = film.layers().collect();
+    write_exr_layers(path, film.width(), film.height(), &layers, attributes)
+}
+
+/// Writes `layers`, each row by row from the top, as 32-bit float channels of one flat EXR part,
+/// with `attributes` as strings in its header. The bytes depend on the arguments alone. Layers
+/// named after channels are what every EXR reader expects; names are stored as given.
+///
+/// # Errors
+/// Where a layer has the wrong number of values or one that is not finite, a name is empty, given
+/// twice or reserved, or the file cannot be written; an earlier one is intact then.
+pub fn write_exr_layers(
+    path: &Path,
+    width: usize,
+    height: usize,
+    layers: &[(&str, &[f32])],
+    attributes: &[(&str, String)],
+) -> Result<()> {
+    check_layers(path, width, height, layers)?;
+    check_attributes(path, attributes)?;
+    let bytes = encode(width, height, layers, attributes)
+        .map_err(|e| Error::file(path, format!("cannot be encoded as EXR: {e}")))?;
+    file::write(path, |out| out.write_all(&bytes))
+}
+
+fn encode(
+    width: usize,
+    height: usize,
+    layers: &[(&str, &[f32])],
+    attributes: &[(&str, String)],
+) -> Result<Vec<u8>, exr::error::Error> {
+    let channels = layers
+        .iter()
+        .map(|(name, values)| AnyChannel::new(text(name), FlatSamples::F32(values.to_vec())))
+        .collect();
+    let other = attributes
+        .iter()
+        .map(|(name, value)| (text(name), AttributeValue::Text(text(value))))
+        .collect();
+    let header = LayerAttributes { other, ..LayerAttributes::default() };
+    let part =
+        Layer::new((width, height), header, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
+    let image = ExrImage::from_layer(part);
+    let mut bytes = Cursor::new(Vec::new());
+    let writer = image.write();
+    let writer = if rayon::current_num_threads() == 1 { writer.non_parallel() } else { writer };
+    writer.to_buffered(&mut bytes)?;
+    let mut bytes = bytes.into_inner();
+    exr_header::sort_attributes(&mut bytes)
+        .ok_or(exr::error::Error::Invalid("the header is not that of a single part".into()))?;
+    Ok(bytes)
+}
+
+/// UTF-8 as the OpenEXR library reads it; the crate's own conversion knows Latin-1 alone.
+fn text(string: &str) -> Text {
+    Text::from_slice_unchecked(string.as_bytes())
+}
+
+fn check_layers(path: &Path, width: usize, height: usize, layers: &[(&str, &[f32])]) -> Result<()> {
+    check_names(path, "layer", layers.iter().map(|(name, _)| *name))?;
+    let pixels = width.checked_mul(height).filter(|&n| n > 0 && !layers.is_empty());
+    let Some(pixels) = pixels else {
+        return Err(Error::file(
+            path,
+            format!("{} layers of {width} x {height} pixels make no picture", layers.len()),
+        ));
+    };
+    for (name, values) in layers {
+        if values.len() != pixels {
+            let found = values.len();
+            return Err(Error::file(
+                path,
+                format!("layer \"{name}\" has {found} values; {width} x {height} are needed"),
+            ));
+        }
+        if let Some(index) = values.iter().position(|v| !v.is_finite()) {
+            let (x, y, value) = (index % width, index / width, values[index]);
+            return Err(Error::file(
+                path,
+                format!("layer \"{name}\" is {value} at pixel {x}, {y}; values must be finite"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_attributes(path: &Path, attributes: &[(&str, String)]) -> Result<()> {
+    check_names(path, "attribute", attributes.iter().map(|(name, _)| *name))?;
+    match attributes.iter().find(|(name, _)| standard_names::ALL.contains(&name.as_bytes())) {
+        None => Ok(()),
+        Some((name, _)) => {
+            Err(Error::file(path, format!("attribute \"{name}\" is reserved by the EXR format")))
+        }
+    }
+}
+
+fn check_names<'a>(path: &Path, kind: &str, names: impl Iterator<Item = &'a str>) -> Result<()> {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        if name.is_empty() || name.len() > 255 || name.contains('\0') {
+            return Err(Error::file(
+                path,
+                format!("{kind} name \"{name}\" must have 1 to 255 bytes and no NUL"),
+            ));
+        }
+        if !seen.insert(name) {
+            return Err(Error::file(path, format!("{kind} \"{name}\" is given twice")));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,190 @@
+//! The film: what a render leaves per pixel.
+
+use std::ops::AddAssign;
+
+use super::{Accumulator, Image};
+use crate::math::Rgb;
+
+/// The depth, in metres, that stands for "nothing hit" in a stored Z layer: far behind everything,
+/// yet finite. Blender writes the same value.
+pub const FAR: f64 = 1e10;
+
+/// One pixel of a [`Film`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmPixel {
+    /// Mean radiance, W/(m² sr), premultiplied by coverage: `R`, `G`, `B`.
+    pub radiance: Rgb,
+    /// Coverage, 0 to 1: `A`.
+    pub alpha: f64,
+    /// Distance to the first surface in metres; anything beyond [`FAR`], and infinity where nothing
+    /// is hit, is stored as [`FAR`]: `Z`.
+    pub depth: f64,
+    /// Transmittance to the first surface, the X-map's: `transmittance`.
+    pub transmittance: f64,
+    /// Saliency, 0 to 1: `saliency`.
+    pub saliency: f64,
+    /// The XS-map, 0 to 1: `xs`.
+    pub xs: f64,
+    /// Camera rays shot: `rays`.
+    pub rays: f64,
+    /// Gather radius in metres: `radius`.
+    pub radius: f64,
+    /// March step in metres: `step`.
+    pub step: f64,
+    /// Variance of the mean luminance, radiance squared: `variance`.
+    pub variance: f64,
+}
+
+impl Default for FilmPixel {
+    /// Black, empty and nothing hit.
+    fn default() -> Self {
+        Self {
+            radiance: Rgb::ZERO,
+            alpha: 0.0,
+            depth: f64::INFINITY,
+            transmittance: 0.0,
+            saliency: 0.0,
+            xs: 0.0,
+            rays: 0.0,
+            radius: 0.0,
+            step: 0.0,
+            variance: 0.0,
+        }
+    }
+}
+
+impl From<&Accumulator> for FilmPixel {
+    /// What the samples tell; saliency, xs, radius and step are 0 and the caller's to fill.
+    fn from(samples: &Accumulator) -> Self {
+        Self {
+            radiance: samples.mean(),
+            alpha: samples.alpha(),
+            depth: samples.depth(),
+            transmittance: samples.transmittance(),
+            rays: (samples.count() + samples.dropped()) as f64,
+            variance: samples.luminance_variance(),
+            ..Self::default()
+        }
+    }
+}
+
+impl FilmPixel {
+    fn values(&self) -> [f64; LAYERS.len()] {
+        let depth = if self.depth.is_nan() { self.depth } else { self.depth.min(FAR) };
+        [
+            self.radiance.x,
+            self.radiance.y,
+            self.radiance.z,
+            self.alpha,
+            depth,
+            self.transmittance,
+            self.saliency,
+            self.xs,
+            self.rays,
+            self.radius,
+            self.step,
+            self.variance,
+        ]
+    }
+}
+
+/// The names of the film's layers, in the order of [`FilmPixel::values`].
+const LAYERS: [&str; 12] = [
+    "R",
+    "G",
+    "B",
+    "A",
+    "Z",
+    "transmittance",
+    "saliency",
+    "xs",
+    "rays",
+    "radius",
+    "step",
+    "variance",
+];
+
+/// Layers of f32, one value per pixel each, all of them finite.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    width: usize,
+    height: usize,
+    layers: Vec<Vec<f32>>,
+    repaired: u64,
+}
+
+impl Film {
+    /// A film of default pixels.
+    ///
+    /// # Panics
+    /// Where it would have no pixel.
+    pub fn new(width: usize, height: usize) -> Self {
+        assert!(width > 0 && height > 0, "a film has at least one pixel");
+        let values = FilmPixel::default().values();
+        let layers = values.map(|v| vec![v as f32; width * height]).to_vec();
+        Self { width, height, layers, repaired: 0 }
+    }
+
+    /// Pixels in a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Sets the pixel in column `x` from the left and row `y` from the top. A NaN becomes 0 and an
+    /// infinity the nearest f32, and [`repaired`](Self::repaired) counts them.
+    ///
+    /// # Panics
+    /// Where the pixel lies outside the film.
+    pub fn set(&mut self, x: usize, y: usize, pixel: &FilmPixel) {
+        assert!(x < self.width && y < self.height, "pixel {x}, {y}");
+        let index = y * self.width + x;
+        for (layer, value) in self.layers.iter_mut().zip(pixel.values()) {
+            layer[index] = finite(value, &mut self.repaired);
+        }
+    }
+
+    /// Sets a block of pixels, row by row, whose upper left corner is at `x`, `y`.
+    ///
+    /// # Panics
+    /// Where the block does not lie inside the film or `pixels` is not whole rows of `width`.
+    pub fn set_tile(&mut self, x: usize, y: usize, width: usize, pixels: &[FilmPixel]) {
+        assert!(width > 0 && pixels.len().is_multiple_of(width), "whole rows of {width} pixels");
+        for (row, line) in pixels.chunks_exact(width).enumerate() {
+            for (column, pixel) in line.iter().enumerate() {
+                self.set(x + column, y + row, pixel);
+            }
+        }
+    }
+
+    /// How many values were not finite and had to be replaced. 0 in a sound render.
+    pub fn repaired(&self) -> u64 {
+        self.repaired
+    }
+
+    /// The layer of that name, row by row from the top.
+    pub fn layer(&self, name: &str) -> Option<&[f32]> {
+        self.layers().find_map(|(known, values)| (known == name).then_some(values))
+    }
+
+    /// All layers with their names.
+    pub fn layers(&self) -> impl Iterator<Item = (&'static str, &[f32])> {
+        LAYERS.into_iter().zip(self.layers.iter().map(Vec::as_slice))
+    }
+
+    /// The picture: `R`, `G`, `B` as they are, that is before black.
+    pub fn image(&self) -> Image {
+        let [r, g, b] = [0, 1, 2].map(|i| &self.layers[i]);
+        let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
+        Image::new(self.width, self.height, pixels)
+    }
+}
+
+fn finite(value: f64, repaired: &mut u64) -> f32 {
+    repaired.add_assign(u64::from(!value.is_finite()));
+    if value.is_nan() { 0.0 } else { value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 }
+}

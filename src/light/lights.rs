@@ -1,0 +1,107 @@
+//! All lights of a scene, and choosing among them.
+
+use glam::DVec3;
+use smallvec::SmallVec;
+
+use super::cdf::Cdf;
+use super::{Light, Reach};
+use crate::math::{Rgb, WorldPoint, luminance};
+
+/// Lights that are all sampled rather than chosen from.
+const FEW: usize = 4;
+
+/// The lights of a scene.
+#[derive(Debug, Clone, Default)]
+pub struct Lights {
+    /// In the order of the scene file.
+    pub lights: Vec<Light>,
+}
+
+impl Lights {
+    /// One light for the place `at`, by [`Light::incident_estimate`], and its probability; nothing
+    /// where no light can arrive.
+    pub fn choose(&self, at: WorldPoint, u: f64) -> Option<(usize, f64)> {
+        let (mut total, mut left) = (0.0, u);
+        let mut chosen = None;
+        for (index, light) in self.lights.iter().enumerate() {
+            let weight = weight(light, at);
+            if weight <= 0.0 {
+                continue;
+            }
+            total += weight;
+            // Take the newcomer with the share it has so far and stretch what is left of u.
+            let share = weight / total;
+            if left < share {
+                chosen = Some((index, weight));
+                left /= share;
+            } else {
+                left = (left - share) / (1.0 - share);
+            }
+        }
+        chosen.map(|(index, weight)| (index, weight / total))
+    }
+
+    /// The lights to sample for the place `at`, each with the probability of being among them: all
+    /// that can give light there where the scene has few, else one by [`Self::choose`].
+    pub fn pick(&self, at: WorldPoint, u: f64) -> SmallVec<[(usize, f64); FEW]> {
+        if self.lights.len() > FEW {
+            return self.choose(at, u).into_iter().collect();
+        }
+        let gives = |index: &usize| weight(&self.lights[*index], at) > 0.0;
+        (0..self.lights.len()).filter(gives).map(|index| (index, 1.0)).collect()
+    }
+
+    /// Probability with which [`Self::pick`] has the light `index` for the place `at`.
+    pub fn pick_probability(&self, at: WorldPoint, index: usize) -> f64 {
+        if self.lights.len() <= FEW { 1.0 } else { self.choice_probability(at, index) }
+    }
+
+    /// Probability with which [`Self::choose`] takes the light `index` for the place `at`.
+    pub fn choice_probability(&self, at: WorldPoint, index: usize) -> f64 {
+        let own = weight(&self.lights[index], at);
+        if own <= 0.0 {
+            return 0.0;
+        }
+        own / self.lights.iter().map(|light| weight(light, at)).sum::<f64>()
+    }
+
+    /// Whether a ray can find a light by chance.
+    pub fn has_extended(&self) -> bool {
+        self.lights.iter().any(|light| !light.is_delta())
+    }
+
+    /// The distribution of photons over lights, by [`Light::power`].
+    pub fn emitters(&self, reach: &Reach) -> Emitters {
+        let power = |light: &Light| finite(luminance(light.power(reach)));
+        Emitters(Cdf::new(self.lights.iter().map(power)))
+    }
+
+    /// Radiance, W/(m² sr), that a ray which escapes along the unit `direction` sees of all
+    /// infinite lights.
+    pub fn environment_radiance(&self, direction: DVec3) -> Rgb {
+        self.lights.iter().map(|light| light.radiance_from(direction, None)).sum()
+    }
+}
+
+/// Which light a photon starts from.
+#[derive(Debug, Clone)]
+pub struct Emitters(Option<Cdf>);
+
+impl Emitters {
+    /// A light for a photon and its probability; nothing where no light emits any.
+    pub fn choose(&self, u: f64) -> Option<(usize, f64)> {
+        self.0.as_ref().map(|cdf| {
+            let (index, probability, _) = cdf.sample(u);
+            (index, probability)
+        })
+    }
+}
+
+fn weight(light: &Light, at: WorldPoint) -> f64 {
+    finite(light.incident_estimate(at))
+}
+
+/// `value` kept so small that sums of such stay finite.
+fn finite(value: f64) -> f64 {
+    value.min(1e290)
+}

@@ -1,0 +1,105 @@
+//! A parallelogram that shines on one side.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::surface::{SurfacePoint, area_pdf, power_toward};
+use super::{EmitterHit, LightSample, PhotonStart, Reach, checked_color, checked_place};
+use crate::math::{Rgb, WorldPoint, luminance};
+
+/// A parallelogram of constant radiance on the side that u x v points to.
+#[derive(Debug, Clone, Copy)]
+pub struct QuadLight {
+    center: WorldPoint,
+    u: DVec3,
+    v: DVec3,
+    normal: DVec3,
+    area: f64,
+    radiance: Rgb,
+}
+
+impl QuadLight {
+    /// Round `center`, with edges `u` and `v` (whole edges, in metres), of this radiance in
+    /// W/(m² sr).
+    ///
+    /// # Errors
+    /// Says what would be right where a value is not finite, the radiance negative, or the edges
+    /// span no area.
+    pub fn new(center: WorldPoint, u: DVec3, v: DVec3, radiance: Rgb) -> Result<Self, String> {
+        let cross = u.cross(v);
+        let area = cross.length();
+        if !(area > 0.0 && area.is_finite()) {
+            return Err(format!("edges are {u} and {v}: must be finite and span an area"));
+        }
+        Ok(Self {
+            center: checked_place("centre", center)?,
+            u,
+            v,
+            normal: cross / area,
+            area,
+            radiance: checked_color("radiance", radiance)?,
+        })
+    }
+
+    /// The four corners, counter-clockwise seen from the side that shines.
+    pub fn corners(&self) -> [WorldPoint; 4] {
+        [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
+            .map(|(a, b)| self.center + self.u * a + self.v * b)
+    }
+
+    /// Radiance in W/(m² sr) of the side that shines.
+    pub const fn radiance(&self) -> Rgb {
+        self.radiance
+    }
+
+    /// Unit normal of the side that shines.
+    pub const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    fn point(&self, u: [f64; 2]) -> SurfacePoint {
+        SurfacePoint {
+            position: self.center + self.u * (u[0] - 0.5) + self.v * (u[1] - 0.5),
+            normal: self.normal,
+        }
+    }
+
+    pub(super) fn sample(&self, at: WorldPoint, u: [f64; 2]) -> Option<LightSample> {
+        if self.radiance == Rgb::ZERO {
+            return None;
+        }
+        self.point(u).light(at, self.radiance, self.area)
+    }
+
+    pub(super) fn pdf(&self, direction: DVec3, hit: EmitterHit) -> f64 {
+        area_pdf(direction, hit, self.area)
+    }
+
+    pub(super) fn emit(&self, reach: &Reach, u: [f64; 4]) -> Option<PhotonStart> {
+        self.point([u[0], u[1]]).emit(self.radiance, self.area, reach, [u[2], u[3]])
+    }
+
+    pub(super) fn power_toward(&self, reach: &Reach) -> Rgb {
+        power_toward(&self.point([0.5, 0.5]), self.radiance, self.area, reach)
+    }
+
+    /// Radiance times solid angle, which is exact but for rounding at grazing places.
+    pub(super) fn incident_estimate(&self, at: WorldPoint) -> f64 {
+        let height = (at - self.center).dot(self.normal);
+        if height <= 0.0 {
+            return 0.0;
+        }
+        let [a, b, c, d] = self.corners().map(|corner| (corner - at).normalize_or_zero());
+        let exact = solid_angle(a, b, c) + solid_angle(a, c, d);
+        let far = self.area * height / (at - self.center).length().powi(3);
+        let least = 1e-9 * far.min(2.0 * PI);
+        luminance(self.radiance) * exact.max(least)
+    }
+}
+
+/// Solid angle in sr between three unit vectors (Van Oosterom and Strackee 1983, eq. 8).
+fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let volume = a.dot(b.cross(c)).abs();
+    2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+}

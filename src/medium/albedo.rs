@@ -1,0 +1,52 @@
+//! Single-scattering albedo.
+
+use crate::math::{Rgb, WorldPoint};
+use crate::vdb::Grid;
+
+/// Share of the extinction that scatters, per channel, in [0, 1].
+#[derive(Debug)]
+pub enum Albedo {
+    /// The same everywhere.
+    Constant(Rgb),
+    /// A colour grid times a scale; clamped to [0, 1] after interpolation.
+    Color {
+        /// The colours.
+        grid: Grid<[f32; 3]>,
+        /// Factor per channel.
+        scale: Rgb,
+    },
+    /// A scalar grid times a colour; clamped to [0, 1] after interpolation.
+    Scalar {
+        /// The values.
+        grid: Grid<f32>,
+        /// Factor per channel.
+        scale: Rgb,
+    },
+}
+
+impl Albedo {
+    /// The albedo at `p`.
+    pub fn at(&self, p: WorldPoint) -> Rgb {
+        let value = match self {
+            Self::Constant(albedo) => return *albedo,
+            Self::Color { grid, scale } => {
+                Rgb::from(grid.value(grid.transform().point_to_local(p))) * *scale
+            }
+            Self::Scalar { grid, scale } => grid.value(grid.transform().point_to_local(p)) * *scale,
+        };
+        value.clamp(Rgb::ZERO, Rgb::ONE)
+    }
+
+    /// Whether nothing scatters anywhere.
+    pub fn is_black(&self) -> bool {
+        matches!(self, Self::Constant(albedo) if *albedo == Rgb::ZERO)
+    }
+
+    /// Grid samples that one look-up takes.
+    pub const fn lookups(&self) -> u64 {
+        match self {
+            Self::Constant(_) => 0,
+            Self::Color { .. } | Self::Scalar { .. } => 1,
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Where a medium is, and how dense.
+
+use std::ops::ControlFlow;
+
+use crate::math::{Aabb, Ray, Span, World, WorldPoint};
+use crate::shape::Region;
+use crate::vdb::Grid;
+
+/// The density field of a medium, without unit.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one a medium")]
+pub enum Density {
+    /// 1 inside the region, 0 outside.
+    Homogeneous(Region),
+    /// A voxel grid, trilinear between samples, 0 outside its bounds.
+    Voxel(Grid<f32>),
+}
+
+impl Density {
+    /// The density at `p`.
+    pub fn value(&self, p: WorldPoint) -> f64 {
+        match self {
+            Self::Homogeneous(region) => f64::from(u8::from(region.contains(p))),
+            Self::Voxel(grid) => {
+                let p = grid.transform().point_to_local(p);
+                if grid.bounds().contains(p) { grid.value(p) } else { 0.0 }
+            }
+        }
+    }
+
+    /// An upper bound of the density in the neighbourhood of `p` that free flight uses there: the
+    /// largest sample of the brick for a grid.
+    pub fn majorant(&self, p: WorldPoint) -> f64 {
+        match self {
+            Self::Homogeneous(_) => self.value(p),
+            Self::Voxel(grid) => f64::from(grid.majorant(grid.transform().point_to_local(p))),
+        }
+    }
+
+    /// The integral of the density over `span` of `ray` (unit direction), in metres: exact, by a
+    /// closed form or cell by cell.
+    pub fn integrate(&self, ray: &Ray<World>, span: Span) -> f64 {
+        match self {
+            Self::Homogeneous(region) => {
+                let mut length = 0.0;
+                region.spans(ray, span, |piece| length += piece.length());
+                length
+            }
+            Self::Voxel(grid) => grid.integrate(&grid.transform().ray_to_local(ray), span),
+        }
+    }
+
+    /// Hands out consecutive pieces of `ray` (unit direction) front to back, each with its mean
+    /// density. Where density is 0 there need be no piece.
+    ///
+    /// Homogeneous media give one piece a region crossing. Grids give one piece a crossed cell,
+    /// integrated exactly, where `step` is at most a voxel; otherwise one piece of `step` metres
+    /// each, by one sample at the fraction `jitter` of it. A little less than `step` divides a
+    /// finite `span` evenly, so that the mean over `jitter` is the exact integral.
+    pub fn pieces(
+        &self,
+        ray: &Ray<World>,
+        span: Span,
+        step: f64,
+        jitter: f64,
+        mut f: impl FnMut(Span, f64),
+    ) {
+        match self {
+            Self::Homogeneous(region) => {
+                region.spans(ray, span, |piece| f(piece, 1.0));
+            }
+            Self::Voxel(grid) => {
+                let local = grid.transform().ray_to_local(ray);
+                if step <= grid.transform().unit_lengths().max_element() {
+                    let _ = grid.cells(&local, span, |piece, integral| {
+                        f(piece, integral / piece.length());
+                        ControlFlow::Continue(())
+                    });
+                } else {
+                    let step = if span.end.is_finite() {
+                        span.length() / (span.length() / step).ceil().max(1.0)
+                    } else {
+                        step
+                    };
+                    let lead = jitter * step;
+                    grid.samples(&local, span, span.start + lead, step, |t, value| {
+                        f(Span::new(t - lead, t - lead + step).intersect(span), value);
+                    });
+                }
+            }
+        }
+    }
+
+    /// The box that holds all of it; nothing where it is endless.
+    pub fn bounds(&self) -> Option<Aabb<World>> {
+        match self {
+            Self::Homogeneous(region) => region.bounds(),
+            Self::Voxel(grid) => Some(grid.transform().box_to_world(grid.bounds())),
+        }
+    }
+
+    /// The largest density anywhere.
+    pub fn maximum(&self) -> f64 {
+        match self {
+            Self::Homogeneous(_) => 1.0,
+            Self::Voxel(grid) => f64::from(grid.max_value()),
+        }
+    }
+
+    /// The volume where it is not 0, in m³, to the brick; nothing where it is endless.
+    pub fn volume(&self) -> Option<f64> {
+        match self {
+            Self::Homogeneous(region) => region.volume(),
+            Self::Voxel(grid) => Some(grid.occupied_volume() * grid.transform().volume_scale()),
+        }
+    }
+
+    /// The finest detail, in metres: the shortest voxel edge, or nothing where there is no grid.
+    pub fn detail(&self) -> Option<f64> {
+        match self {
+            Self::Homogeneous(_) => None,
+            Self::Voxel(grid) => Some(grid.transform().unit_lengths().min_element()),
+        }
+    }
+}

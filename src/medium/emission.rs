@@ -1,0 +1,223 @@
+//! Light that a medium gives off by itself.
+
+use glam::{DVec3, IVec3};
+
+use crate::error::{Error, Result};
+use crate::math::{
+    Index, IndexPoint, Ray, Rgb, Span, Stream, Transform, World, WorldPoint, luminance, warp,
+};
+use crate::shape::Region;
+use crate::vdb::Grid;
+
+use super::blackbody::Blackbody;
+use super::{Density, Medium};
+
+/// Most voxels that may glow: their table takes 20 bytes each.
+const MOST_VOXELS: u64 = 1 << 28;
+
+/// Emission coefficient of a medium, W/(m³ sr).
+#[derive(Debug)]
+pub enum Emission {
+    /// In proportion to the density: W/(m³ sr) per unit of it.
+    Density(Rgb),
+    /// A grid of its own, trilinear, times a colour in W/(m³ sr).
+    Grid {
+        /// The values.
+        grid: Grid<f32>,
+        /// Factor per channel.
+        color: Rgb,
+    },
+    /// Blackbody radiance of the temperature times the absorption coefficient (Kirchhoff's law),
+    /// so that an optically thick fire reaches the blackbody's radiance.
+    Blackbody {
+        /// Temperatures; kelvin = scale · value + offset.
+        grid: Grid<f32>,
+        /// Kelvin per unit of the grid.
+        kelvin_scale: f64,
+        /// Kelvin where the grid is 0.
+        kelvin_offset: f64,
+        /// Factor on the radiance.
+        scale: f64,
+        /// Radiance by temperature.
+        table: Blackbody,
+    },
+}
+
+impl Medium {
+    /// Emission coefficient at `p` where the density is known to be `density`, W/(m³ sr).
+    fn emission_with(&self, density: f64, p: WorldPoint) -> Rgb {
+        match &self.emission {
+            None => Rgb::ZERO,
+            Some(Emission::Density(color)) => *color * density,
+            Some(Emission::Grid { grid, color }) => {
+                let p = grid.transform().point_to_local(p);
+                if grid.bounds().contains(p) { *color * grid.value(p) } else { Rgb::ZERO }
+            }
+            Some(Emission::Blackbody { grid, kelvin_scale, kelvin_offset, scale, table }) => {
+                let value = grid.value(grid.transform().point_to_local(p));
+                let sigma_a = self.sigma_t * density * (Rgb::ONE - self.albedo.at(p));
+                table.radiance(kelvin_scale * value + kelvin_offset) * *scale * sigma_a
+            }
+        }
+    }
+
+    /// Emission coefficient at `p` where the density is known to be `density`, W/(m³ sr); 0 for an
+    /// emission that has a grid of its own.
+    pub fn emission_of(&self, density: f64, p: WorldPoint) -> Rgb {
+        match &self.emission {
+            None | Some(Emission::Grid { .. }) => Rgb::ZERO,
+            Some(_) => self.emission_with(density, p),
+        }
+    }
+
+    /// Integral over `span` of `ray` (unit direction) of an emission that has a grid of its own,
+    /// W/(m² sr), nothing in between; 0 for the other kinds.
+    pub fn emission_apart(&self, ray: &Ray<World>, span: Span) -> Rgb {
+        match &self.emission {
+            Some(Emission::Grid { grid, color }) => {
+                *color * grid.integrate(&grid.transform().ray_to_local(ray), span)
+            }
+            _ => Rgb::ZERO,
+        }
+    }
+
+    /// Emission coefficient at `p`, W/(m³ sr).
+    pub fn emission_at(&self, p: WorldPoint) -> Rgb {
+        match &self.emission {
+            None => Rgb::ZERO,
+            Some(Emission::Grid { .. }) => self.emission_with(0.0, p),
+            Some(_) => self.emission_with(self.density.value(p), p),
+        }
+    }
+}
+
+/// Where a photon leaves an emissive medium.
+#[derive(Debug, Clone, Copy)]
+pub struct EmissionStart {
+    /// The photon's ray, of unit direction.
+    pub ray: Ray<World>,
+    /// The power of all the medium's light if one photon stands for it, in W.
+    pub power: Rgb,
+}
+
+/// Samples places in an emissive medium in proportion to what they emit.
+///
+/// In a grid a voxel is drawn by its emission and a place round it by the trilinear hat, so that
+/// the density of places is the trilinear interpolation of the voxels' emission.
+#[derive(Debug)]
+pub struct EmissionSampler {
+    places: Places,
+    /// Emitted power, W.
+    power: f64,
+}
+
+#[derive(Debug)]
+enum Places {
+    Voxels { transform: Transform<Index>, voxels: Vec<IVec3>, cdf: Vec<f64> },
+    Region { region: Region, volume: f64 },
+}
+
+impl EmissionSampler {
+    /// Prepares `medium`; nothing where it emits nothing.
+    ///
+    /// # Errors
+    /// Where the medium glows without end.
+    pub fn new(medium: &Medium) -> Result<Option<Self>> {
+        let grid = match (&medium.emission, &medium.density) {
+            (None, _) => return Ok(None),
+            (Some(Emission::Grid { grid, .. }), _) | (Some(_), Density::Voxel(grid)) => grid,
+            (Some(Emission::Density(color)), Density::Homogeneous(region)) => {
+                let Some(volume) = region.volume() else {
+                    return Err(Error::Usage(
+                        "an emissive medium without end has infinite power; give it a region"
+                            .into(),
+                    ));
+                };
+                let power = 4.0 * std::f64::consts::PI * luminance(*color) * volume;
+                let places = Places::Region { region: region.clone(), volume };
+                return Ok((power > 0.0).then_some(Self { places, power }));
+            }
+            (Some(Emission::Blackbody { grid, .. }), Density::Homogeneous(_)) => grid,
+        };
+        let transform = *grid.transform();
+        let (mut voxels, mut cdf, mut sum) = (Vec::new(), Vec::new(), 0.0);
+        let mut too_many = false;
+        grid.for_each_nonzero(|block| {
+            let size = (block.max - block.min).as_u64vec3() + 1;
+            too_many |= voxels.len() as u64 + size.element_product() > MOST_VOXELS;
+            if too_many {
+                return;
+            }
+            for ijk in within(block.min, block.max) {
+                let emission = luminance(medium.emission_at(at_voxel(&transform, ijk)));
+                if emission > 0.0 {
+                    sum += emission;
+                    voxels.push(ijk);
+                    cdf.push(sum);
+                }
+            }
+        });
+        if too_many {
+            return Err(Error::Usage(format!(
+                "an emissive grid has over {MOST_VOXELS} voxels that may glow; resample it"
+            )));
+        }
+        let power = 4.0 * std::f64::consts::PI * sum * transform.volume_scale();
+        let places = Places::Voxels { transform, voxels, cdf };
+        Ok((power > 0.0).then_some(Self { places, power }))
+    }
+
+    /// Emitted power by luminance, W.
+    pub const fn power(&self) -> f64 {
+        self.power
+    }
+
+    /// A photon's start, uniform over directions; nothing where this choice finds no place.
+    pub fn emit(&self, medium: &Medium, rng: &mut Stream) -> Option<EmissionStart> {
+        let (at, pdf) = self.place(medium, rng)?;
+        let direction = warp::uniform_sphere(rng.uniform2());
+        let power = medium.emission_at(at) / (pdf * warp::uniform_sphere_pdf());
+        Some(EmissionStart { ray: Ray::new(at, direction), power })
+    }
+
+    /// A place and its density, 1/m³.
+    fn place(&self, medium: &Medium, rng: &mut Stream) -> Option<(WorldPoint, f64)> {
+        Some(match &self.places {
+            Places::Region { region, volume } => (region.sample(rng)?, 1.0 / volume),
+            Places::Voxels { transform, voxels, cdf } => {
+                let total = cdf[cdf.len() - 1];
+                let target = rng.uniform() * total;
+                let index = cdf.partition_point(|&sum| sum <= target).min(voxels.len() - 1);
+                let hat = DVec3::from(std::array::from_fn(|_| rng.uniform() + rng.uniform() - 1.0));
+                let p = IndexPoint::from_xyz(voxels[index].as_dvec3() + hat);
+                let weight =
+                    trilinear(p, |ijk| luminance(medium.emission_at(at_voxel(transform, ijk))));
+                (transform.point_to_world(p), weight / (total * transform.volume_scale()))
+            }
+        })
+    }
+}
+
+/// The voxels from `min` to `max`, both inside.
+fn within(min: IVec3, max: IVec3) -> impl Iterator<Item = IVec3> {
+    (min.x..=max.x).flat_map(move |x| {
+        (min.y..=max.y).flat_map(move |y| (min.z..=max.z).map(move |z| IVec3::new(x, y, z)))
+    })
+}
+
+fn at_voxel(transform: &Transform<Index>, ijk: IVec3) -> WorldPoint {
+    transform.point_to_world(IndexPoint::from_xyz(ijk.as_dvec3()))
+}
+
+/// Trilinear interpolation at `p` of a value given at integer places.
+fn trilinear(p: IndexPoint, value: impl Fn(IVec3) -> f64) -> f64 {
+    let low = p.xyz.floor();
+    let f = p.xyz - low;
+    (0..8)
+        .map(|corner| {
+            let up = IVec3::new(corner & 1, (corner >> 1) & 1, corner >> 2);
+            let w = DVec3::select(up.cmpgt(IVec3::ZERO), f, DVec3::ONE - f);
+            w.element_product() * value(low.as_ivec3() + up)
+        })
+        .sum()
+}

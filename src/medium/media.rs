@@ -1,0 +1,137 @@
+//! Several media at once: their coefficients add.
+
+use smallvec::SmallVec;
+
+use crate::math::{Aabb, Ray, Rgb, Span, Stream, World, WorldPoint};
+
+use super::{Collision, Flights, Medium};
+
+/// All media of a scene; where they overlap their coefficients add.
+#[derive(Debug, Default)]
+pub struct Media {
+    media: Vec<Medium>,
+}
+
+/// What scatters at one place: each medium's scattering coefficient there.
+pub type Mixture = SmallVec<[(usize, Rgb); 1]>;
+
+impl Media {
+    /// The media.
+    pub const fn new(media: Vec<Medium>) -> Self {
+        Self { media }
+    }
+
+    /// Each medium in turn.
+    pub fn iter(&self) -> std::slice::Iter<'_, Medium> {
+        self.media.iter()
+    }
+
+    /// The medium of an index.
+    pub fn get(&self, index: usize) -> &Medium {
+        &self.media[index]
+    }
+
+    /// How many there are.
+    pub const fn len(&self) -> usize {
+        self.media.len()
+    }
+
+    /// Whether there are none.
+    pub const fn is_empty(&self) -> bool {
+        self.media.is_empty()
+    }
+
+    /// The optical thickness of `span` of `ray` (unit direction) per channel, exact.
+    pub fn optical_thickness(&self, ray: &Ray<World>, span: Span) -> Rgb {
+        let mut thickness = Rgb::ZERO;
+        for medium in &self.media {
+            let depth = medium.density.integrate(ray, span);
+            thickness += thickness_of(medium.sigma_t, depth);
+        }
+        thickness
+    }
+
+    /// The transmittance of `span` of `ray` (unit direction) per channel, exact.
+    pub fn transmittance(&self, ray: &Ray<World>, span: Span) -> Rgb {
+        (-self.optical_thickness(ray, span)).exp()
+    }
+
+    /// An unbiased estimate of the transmittance by ratio tracking (Novák et al. 2014, "Residual
+    /// Ratio Tracking"): the product of 1 - sigma_t / sigma_maj over tentative collisions.
+    /// `collisions` counts them.
+    pub fn ratio_tracking(
+        &self,
+        ray: &Ray<World>,
+        span: Span,
+        rng: &mut Stream,
+        collisions: &mut u64,
+    ) -> Rgb {
+        let mut flights = Flights::start(&self.media, ray, span, rng);
+        let mut transmittance = Rgb::ONE;
+        while let Some(c) = flights.next(rng) {
+            *collisions += 1;
+            transmittance *= Rgb::ONE - self.get(c.medium).sigma_t * (c.density / c.majorant);
+            // Russian roulette keeps thick media from costing time for nothing.
+            let left = transmittance.max_element();
+            if left < 0.05 {
+                let survive = left.max(0.01);
+                if left <= 0.0 || rng.uniform() >= survive {
+                    return Rgb::ZERO;
+                }
+                transmittance /= survive;
+            }
+        }
+        transmittance
+    }
+
+    /// Starts free flight along `ray` (unit direction).
+    pub fn flights(&self, ray: &Ray<World>, span: Span, rng: &mut Stream) -> Flights<'_> {
+        Flights::start(&self.media, ray, span, rng)
+    }
+
+    /// What scatters at `p`, from the densities there.
+    pub fn mixture_at(&self, p: WorldPoint) -> Mixture {
+        let scattering = |(index, medium): (usize, &Medium)| {
+            let sigma_s = medium.sigma_t_at(p) * medium.albedo.at(p);
+            (sigma_s != Rgb::ZERO).then_some((index, sigma_s))
+        };
+        self.media.iter().enumerate().filter_map(scattering).collect()
+    }
+
+    /// Extinction coefficient at `p`, 1/m.
+    pub fn sigma_t_at(&self, p: WorldPoint) -> Rgb {
+        self.media.iter().map(|m| m.sigma_t_at(p)).sum()
+    }
+
+    /// The rate of tentative collisions round `p`, 1/m: the sum of all majorants.
+    pub fn majorant_at(&self, p: WorldPoint) -> f64 {
+        self.media.iter().map(|m| m.sigma_t_max() * m.density.majorant(p)).sum()
+    }
+
+    /// The scattering coefficient of a tentative collision's medium at its place, 1/m.
+    pub fn sigma_s(&self, c: &Collision, p: WorldPoint) -> Rgb {
+        let medium = self.get(c.medium);
+        medium.sigma_t * c.density * medium.albedo.at(p)
+    }
+
+    /// The box round all media that have an end; empty where none has.
+    pub fn bounds(&self) -> Aabb<World> {
+        self.media.iter().filter_map(|m| m.density.bounds()).fold(Aabb::EMPTY, Aabb::union)
+    }
+
+    /// Whether a medium has no end.
+    pub fn is_endless(&self) -> bool {
+        self.media.iter().any(|m| m.density.bounds().is_none())
+    }
+
+    /// The finest detail of all media, in metres; nothing where there is no grid.
+    pub fn detail(&self) -> Option<f64> {
+        self.media.iter().filter_map(|m| m.density.detail()).min_by(f64::total_cmp)
+    }
+}
+
+/// `sigma_t` times `length`, where nothing over an endless way is nothing.
+pub(super) fn thickness_of(sigma_t: Rgb, length: f64) -> Rgb {
+    let thickness = sigma_t * length;
+    Rgb::select(thickness.is_nan_mask(), Rgb::ZERO, thickness)
+}

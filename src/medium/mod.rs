@@ -1,0 +1,51 @@
+//! Participating media: coefficients, phase functions, optical depth and free flight.
+//!
+//! A [`Medium`] is a density (homogeneous in a region, or a voxel grid) times an extinction per
+//! unit of density, with an albedo, a phase function and perhaps an emission. Media overlap freely:
+//! [`Media`] adds their coefficients.
+
+mod albedo;
+pub mod blackbody;
+mod density;
+mod emission;
+mod flight;
+mod media;
+pub mod phase;
+mod profile;
+
+pub use albedo::Albedo;
+pub use density::Density;
+pub use emission::{Emission, EmissionSampler, EmissionStart};
+pub use flight::{Collision, Flights};
+pub use media::{Media, Mixture};
+pub use phase::Phase;
+pub use profile::{Piece, Profile};
+
+use crate::math::{Rgb, WorldPoint};
+
+/// One participating medium.
+#[derive(Debug)]
+pub struct Medium {
+    /// Where it is and how dense, without unit.
+    pub density: Density,
+    /// Extinction coefficient per unit of density, 1/m per channel.
+    pub sigma_t: Rgb,
+    /// Share of the extinction that scatters.
+    pub albedo: Albedo,
+    /// How scattered light is spread over directions.
+    pub phase: Phase,
+    /// Light that it gives off by itself.
+    pub emission: Option<Emission>,
+}
+
+impl Medium {
+    /// Extinction coefficient at `p`, 1/m.
+    pub fn sigma_t_at(&self, p: WorldPoint) -> Rgb {
+        self.sigma_t * self.density.value(p)
+    }
+
+    /// The largest extinction coefficient of any channel per unit of density, 1/m.
+    pub fn sigma_t_max(&self) -> f64 {
+        self.sigma_t.max_element()
+    }
+}

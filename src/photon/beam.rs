@@ -1,0 +1,141 @@
+//! The beam radiance estimate: all photons along a camera ray at once.
+
+use std::time::Duration;
+
+use glam::{DVec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::{Boundable, BvhBuildParams};
+
+use crate::math::{Ray, Span, World, WorldPoint};
+
+use super::{Photon, Placed};
+
+/// Volume photons as spheres in a bounding volume hierarchy, for gathers along rays
+/// (Jarosz, Zwicker and Jensen 2008, "The Beam Radiance Estimate for Volumetric Photon Mapping").
+pub struct BeamMap {
+    /// In units of the widest radius: obvhs takes no hit nearer to a ray's start than 1e-4.
+    bvh: Option<CwBvh>,
+    /// In the order of the hierarchy's leaves, so that neighbours lie side by side.
+    photons: Vec<Sphere>,
+    /// What places are relative to, so that 32 bits do far from the world's origin.
+    origin: WorldPoint,
+    /// The largest radius, in metres.
+    widest: f64,
+    /// Distance from the origin within which all spheres lie, in metres.
+    extent: f64,
+}
+
+/// A photon with its place and radius: 32 bytes.
+#[derive(Debug, Clone, Copy)]
+struct Sphere {
+    placed: Placed,
+    radius: f32,
+}
+
+/// A photon near a ray.
+#[derive(Debug, Clone, Copy)]
+pub struct Beside<'a> {
+    /// The photon.
+    pub photon: &'a Photon,
+    /// Where the ray passes it closest, in metres along the ray.
+    pub t: f64,
+    /// Squared distance from there, in m².
+    pub distance2: f64,
+    /// Radius of its sphere, in metres.
+    pub radius: f64,
+}
+
+struct Ball {
+    center: Vec3A,
+    radius: f32,
+}
+
+impl Boundable for Ball {
+    fn aabb(&self) -> Aabb {
+        Aabb::new(self.center - self.radius, self.center + self.radius)
+    }
+}
+
+impl BeamMap {
+    /// Builds the hierarchy over `photons`, whose places are relative to `origin`, with a radius in
+    /// metres for each.
+    ///
+    /// # Panics
+    /// If there is not one radius a photon.
+    pub fn new(origin: WorldPoint, photons: &[Placed], radii: &[f32]) -> Self {
+        assert_eq!(photons.len(), radii.len(), "one radius a photon");
+        let center = |p: &Placed| DVec3::from(p.place.map(f64::from));
+        let extent = photons.iter().map(|p| center(p).length()).fold(0.0, f64::max);
+        let widest = f64::from(radii.iter().copied().fold(0.0, f32::max));
+        // A little more than the radius, for the hierarchy's rounding.
+        let padded = |radius: f64| radius * 1.001 + 1e-6 * extent;
+        let ball = |(p, radius): (&Placed, &f32)| Ball {
+            center: (center(p) / widest).as_vec3a(),
+            radius: (padded(f64::from(*radius)) / widest) as f32,
+        };
+        let balls: Vec<Ball> = photons.iter().zip(radii).map(ball).collect();
+        let build = || {
+            let params = BvhBuildParams::very_fast_build();
+            let mut time = Duration::ZERO;
+            build_cwbvh(&balls, params, &mut time)
+        };
+        let bvh = (!balls.is_empty()).then(build);
+        let order = bvh.iter().flat_map(|bvh| &bvh.primitive_indices).map(|&i| i as usize);
+        let sphere = |i: usize| Sphere { placed: photons[i], radius: radii[i] };
+        let photons = order.map(sphere).collect();
+        Self { bvh, photons, origin, widest, extent: extent + padded(widest) }
+    }
+
+    /// How many photons it holds.
+    pub const fn len(&self) -> usize {
+        self.photons.len()
+    }
+
+    /// Whether it holds none.
+    pub const fn is_empty(&self) -> bool {
+        self.photons.is_empty()
+    }
+
+    /// Calls `f` with each photon whose sphere, `scale` times as wide (at most 1), `ray` (unit
+    /// direction) crosses and whose closest place on the ray lies in `span`, in an order that is
+    /// the same each time.
+    pub fn along(&self, ray: &Ray<World>, span: Span, scale: f64, mut f: impl FnMut(Beside<'_>)) {
+        let Some(bvh) = &self.bvh else { return };
+        // The ray is moved to where it passes the photons before it is rounded to 32 bits.
+        let shift = (self.origin - ray.origin).dot(ray.direction);
+        let local = ray.at(shift) - self.origin;
+        let reach = self.extent;
+        let near = (span.start - shift - 2.0 * self.widest).max(-reach);
+        let far = (span.end - shift + 2.0 * self.widest).min(reach);
+        if far <= near || local.length() > reach {
+            return;
+        }
+        let entry = ((local + ray.direction * near) / self.widest).as_vec3a();
+        // obvhs takes -0 for a negative direction in one place and not in another; 0 is safe.
+        let direction = ray.direction.as_vec3a() + Vec3A::ZERO;
+        let length = ((far - near) / self.widest) as f32;
+        let query = obvhs::ray::Ray::new(entry, direction, 0.0, length);
+        bvh.ray_traverse_anyhit(query, |_, index| {
+            let Sphere { placed: Placed { place, photon }, radius } = &self.photons[index];
+            let radius = f64::from(*radius) * scale;
+            let to = DVec3::from(place.map(f64::from)) - local;
+            let along = to.dot(ray.direction);
+            let distance2 = (to - ray.direction * along).length_squared();
+            let t = shift + along;
+            if distance2 <= radius * radius && t >= span.start && t <= span.end {
+                f(Beside { photon, t, distance2, radius });
+            }
+        });
+    }
+}
+
+impl std::fmt::Debug for BeamMap {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("BeamMap")
+            .field("photons", &self.photons.len())
+            .field("widest", &self.widest)
+            .finish_non_exhaustive()
+    }
+}

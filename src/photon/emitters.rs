@@ -1,0 +1,93 @@
+//! Which light a photon path starts from.
+
+use crate::error::Result;
+use crate::light::Reach;
+use crate::math::{Ray, Rgb, Stream, World, luminance};
+use crate::medium::EmissionSampler;
+use crate::scene::Scene;
+
+/// All that emits photons: lights and emissive media, chosen in proportion to their power.
+#[derive(Debug)]
+pub struct Emitters<'a> {
+    scene: &'a Scene,
+    reach: Reach,
+    emitters: Vec<Emitter>,
+    /// Running sum of powers, W.
+    cdf: Vec<f64>,
+}
+
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one a light")]
+enum Emitter {
+    Light(usize),
+    Medium(usize, EmissionSampler),
+}
+
+/// The start of a photon path.
+#[derive(Debug, Clone, Copy)]
+pub struct Start {
+    /// The photon's ray, of unit direction.
+    pub ray: Ray<World>,
+    /// Its power if it were the only path, in W.
+    pub power: Rgb,
+    /// Whether it comes from a light that pass 2 samples directly.
+    pub direct: bool,
+}
+
+impl<'a> Emitters<'a> {
+    /// The emitters of `scene`, whose photons should reach `reach`.
+    ///
+    /// # Errors
+    /// Where a medium glows without end.
+    pub fn new(scene: &'a Scene, reach: Reach) -> Result<Self> {
+        let mut emitters = Vec::new();
+        let (mut cdf, mut sum) = (Vec::new(), 0.0);
+        for (index, light) in scene.lights.lights.iter().enumerate() {
+            let power = luminance(light.power(&reach));
+            if power > 0.0 {
+                sum += power;
+                cdf.push(sum);
+                emitters.push(Emitter::Light(index));
+            }
+        }
+        for (index, medium) in scene.media.iter().enumerate() {
+            if let Some(sampler) = EmissionSampler::new(medium)? {
+                sum += sampler.power();
+                cdf.push(sum);
+                emitters.push(Emitter::Medium(index, sampler));
+            }
+        }
+        Ok(Self { scene, reach, emitters, cdf })
+    }
+
+    /// Whether nothing emits.
+    pub const fn is_empty(&self) -> bool {
+        self.emitters.is_empty()
+    }
+
+    /// The start of a path; nothing where the light sends this one nowhere. `u` chooses the light
+    /// and how it emits.
+    pub fn emit(&self, u: [f64; 5], rng: &mut Stream) -> Option<Start> {
+        let [choice, u @ ..] = u;
+        let total = *self.cdf.last()?;
+        let target = choice * total;
+        let index = self.cdf.partition_point(|&sum| sum <= target).min(self.cdf.len() - 1);
+        let below = if index == 0 { 0.0 } else { self.cdf[index - 1] };
+        let probability = (self.cdf[index] - below) / total;
+        let (ray, power, direct) = match &self.emitters[index] {
+            Emitter::Light(light) => {
+                let start = self.scene.lights.lights[*light].emit(&self.reach, u)?;
+                (start.ray, start.power, true)
+            }
+            Emitter::Medium(medium, sampler) => {
+                let start = sampler.emit(self.scene.media.get(*medium), rng)?;
+                (start.ray, start.power, false)
+            }
+        };
+        (power.is_finite() && power.max_element() > 0.0).then(|| Start {
+            ray,
+            power: power / probability,
+            direct,
+        })
+    }
+}

@@ -1,0 +1,73 @@
+//! What the photon maps say about the light along a ray and at a place.
+
+use glam::DVec3;
+
+use crate::math::{Ray, Rgb, Span, World, WorldPoint};
+use crate::medium::Phase;
+
+use super::kernel::DiskKernel;
+use super::{BeamMap, PhotonMap};
+
+/// The photons of one render.
+#[derive(Debug)]
+pub struct PhotonMaps {
+    /// Photons in media: light that has been scattered, reflected or refracted before, and all
+    /// light of emissive media. Light that comes straight from a light is not among them.
+    pub volume: BeamMap,
+    /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
+    /// its own.
+    pub volume_radius: f64,
+    /// Photons on diffuse surfaces, of the same light.
+    pub surface: PhotonMap,
+    /// Gather radius that suits the surface photons, in metres.
+    pub surface_radius: f64,
+}
+
+impl PhotonMaps {
+    /// The photons' light scattered along `ray` (unit direction) to its origin, W/(m² sr): the sum
+    /// over the photons near the ray of power · phase · sigma_s · transmittance · kernel (Jarosz,
+    /// Zwicker and Jensen 2008, equation 12, with photons that carry fluence in place of
+    /// collisions). Each photon has its own radius, of which `radius` metres take the share that
+    /// they are of [`volume_radius`](Self::volume_radius), at most all. `respond` is called with the distance along the ray
+    /// and returns, for each phase function there, sigma_s times transmittance. `gathered` counts
+    /// the photons.
+    pub fn along<'p, R: AsRef<[(&'p Phase, Rgb)]>>(
+        &self,
+        ray: &Ray<World>,
+        span: Span,
+        radius: f64,
+        gathered: &mut u64,
+        respond: impl Fn(f64) -> R,
+    ) -> Rgb {
+        let scale = (radius / self.volume_radius).min(1.0);
+        let (mut sum, mut count) = (Rgb::ZERO, 0);
+        self.volume.along(ray, span, scale, |beside| {
+            count += 1;
+            let mut spread = Rgb::ZERO;
+            for (phase, weight) in respond(beside.t).as_ref() {
+                let cosine = -beside.photon.direction().dot(ray.direction);
+                spread += *weight * phase.eval(cosine);
+            }
+            let kernel = DiskKernel::new(beside.radius);
+            sum += beside.photon.power() * spread * kernel.at(beside.distance2);
+        });
+        *gathered += count;
+        sum
+    }
+
+    /// The photons' irradiance at `p` on the side of the unit `normal`, W/m², from the surface
+    /// photons within `radius` metres that arrived on that side (Jensen 1996). `gathered` counts
+    /// them.
+    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, radius: f64, gathered: &mut u64) -> Rgb {
+        let kernel = DiskKernel::new(radius);
+        let (mut sum, mut count) = (Rgb::ZERO, 0);
+        self.surface.within(p, radius, |photon, distance2| {
+            if photon.direction().dot(normal) < 0.0 {
+                count += 1;
+                sum += photon.power() * kernel.at(distance2);
+            }
+        });
+        *gathered += count;
+        sum
+    }
+}

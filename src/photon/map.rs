@@ -1,0 +1,85 @@
+//! A photon map over kiddo's immutable kd-tree.
+
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+
+use crate::math::WorldPoint;
+
+use super::{Photon, Placed};
+
+/// Photons in a kd-tree, for gathers within a radius.
+#[derive(Debug)]
+pub struct PhotonMap {
+    tree: Option<ImmutableKdTree<f32, 3>>,
+    photons: Vec<Photon>,
+    /// What the tree's coordinates are relative to, so that 32 bits do far from the world's origin.
+    origin: WorldPoint,
+}
+
+impl PhotonMap {
+    /// Builds the map; places are relative to `origin`. The tree is the same on any number of
+    /// threads.
+    ///
+    /// # Panics
+    /// If there are over 2^32 photons, or one whose place is not finite.
+    pub fn new(origin: WorldPoint, photons: &[Placed]) -> Self {
+        let places: Vec<[f32; 3]> = photons.iter().map(|p| p.place).collect();
+        let build = || ImmutableKdTree::new_from_slice_parallel(&places).expect("finite places");
+        let tree = (!places.is_empty()).then(build);
+        Self { tree, photons: photons.iter().map(|p| p.photon).collect(), origin }
+    }
+
+    /// How many photons it holds.
+    pub const fn len(&self) -> usize {
+        self.photons.len()
+    }
+
+    /// Whether it holds none.
+    pub const fn is_empty(&self) -> bool {
+        self.photons.is_empty()
+    }
+
+    /// Bytes in memory: the photons, and the tree's copy of their places and indices.
+    pub const fn memory_bytes(&self) -> usize {
+        self.photons.len() * (size_of::<Photon>() + 16)
+    }
+
+    /// Calls `f` with each photon within `radius` metres of `p` and its squared distance, in an
+    /// order that is the same each time.
+    pub fn within(&self, p: WorldPoint, radius: f64, mut f: impl FnMut(&Photon, f64)) {
+        let Some(tree) = &self.tree else { return };
+        let query = (p - self.origin).as_vec3().to_array();
+        tree.query(&query)
+            .within::<SquaredEuclidean<f32>>((radius * radius) as f32)
+            .unsorted()
+            .visit(|found| f(&self.photons[found.item as usize], f64::from(found.distance)));
+    }
+
+    /// Index of the photon nearest to `p`; nothing where the map is empty.
+    pub fn nearest(&self, p: WorldPoint) -> Option<usize> {
+        let query = (p - self.origin).as_vec3().to_array();
+        let found = self.tree.as_ref()?.query(&query).nearest_one::<SquaredEuclidean<f32>>();
+        Some(found.execute().item as usize)
+    }
+
+    /// Calls `f` with the `k` photons nearest to `p` (with all where there are fewer) and returns
+    /// the distance to the farthest of them, in metres; nothing where there is none.
+    pub fn nearest_photons(
+        &self,
+        p: WorldPoint,
+        k: usize,
+        mut f: impl FnMut(&Photon),
+    ) -> Option<f64> {
+        let query = (p - self.origin).as_vec3().to_array();
+        let k = std::num::NonZero::new(k)?;
+        let found =
+            self.tree.as_ref()?.query(&query).nearest_n::<SquaredEuclidean<f32>>(k).execute();
+        found.iter().for_each(|near| f(&self.photons[near.item as usize]));
+        found.last().map(|farthest| f64::from(farthest.distance).sqrt())
+    }
+
+    /// Distance from `p` to the `k`-th nearest photon (to the farthest where there are fewer), in
+    /// metres; nothing where the map is empty or `k` is 0.
+    pub fn distance_to_nearest(&self, p: WorldPoint, k: usize) -> Option<f64> {
+        self.nearest_photons(p, k, |_| {})
+    }
+}

@@ -1,0 +1,204 @@
+//! One photon path: null-collision tracking through media, scattering at surfaces.
+//!
+//! Whether a photon scatters, goes on or is absorbed is chosen in proportion to the mean over
+//! channels of its power times each coefficient (history-aware avg of Kutz et al. 2017, "Spectral
+//! and Decomposition Tracking"), so the mean power of a photon never changes and stored photons
+//! weigh alike.
+
+use std::ops::Range;
+
+use crate::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
+use crate::medium::Collision;
+use crate::scene::Scene;
+use crate::surface::TransportMode;
+use crate::work::Work;
+
+use super::emitters::Emitters;
+use super::zones::Zones;
+use super::{Photon, Placed, Shooting};
+
+/// Scatterings and reflections after which a path is ended and counted as capped.
+const MAX_EVENTS: u32 = 100_000;
+
+/// What all paths share.
+#[derive(Debug)]
+pub(super) struct Paths<'a> {
+    pub scene: &'a Scene,
+    pub emitters: Emitters<'a>,
+    pub zones: Zones,
+    pub shooting: Shooting,
+    /// What stored places are relative to.
+    pub origin: WorldPoint,
+    /// Share of the volume photons that is kept; the rest is spread over them.
+    pub keep: f64,
+}
+
+/// What a number of paths left behind.
+#[derive(Debug, Default)]
+pub(super) struct Deposits {
+    pub volume: Vec<Placed>,
+    pub surface: Vec<Placed>,
+    pub work: Work,
+}
+
+/// A photon on its way.
+struct Flying {
+    ray: Ray<World>,
+    power: Rgb,
+    /// Order of volume scattering so far.
+    scattered: u32,
+    /// Whether pass 2 finds this light by itself, by sampling the light directly.
+    direct: bool,
+    /// How many solids of glass the photon is inside of; media do not fill them.
+    inside: i32,
+}
+
+impl Paths<'_> {
+    /// Traces the paths of these indices.
+    pub fn trace(&self, paths: Range<u64>) -> Deposits {
+        let mut out = Deposits::default();
+        for index in paths {
+            let mut rng = Stream::new(self.shooting.seed, Stage::Photons, index, 0);
+            let u = self.pattern(index);
+            let Some(start) = self.emitters.emit(u, &mut rng) else { continue };
+            let mut photon = Flying {
+                ray: start.ray,
+                power: start.power / self.shooting.photons as f64,
+                scattered: 0,
+                direct: start.direct,
+                inside: 0,
+            };
+            let ended = (0..MAX_EVENTS).any(|_| !self.step(&mut photon, &mut rng, &mut out));
+            out.work.capped_paths += u64::from(!ended);
+        }
+        out
+    }
+
+    /// The choices at a path's start: an Owen-scrambled Sobol sequence (Burley 2020) over the
+    /// paths, so that every part of every light sends its share.
+    fn pattern(&self, path: u64) -> [f64; 5] {
+        // The sequence is good for 2^16 points; further paths start another one.
+        let (block, index) = (path >> 16, (path & 0xffff) as u32);
+        let mut key = Stream::new(self.shooting.seed, Stage::Photons, block, 1);
+        let scramble = (key.uniform() * f64::from(u32::MAX)) as u32;
+        let [a, b, c, d] = sobol_burley::sample_4d(index, 0, scramble).map(f64::from);
+        [a, b, c, d, f64::from(sobol_burley::sample(index, 4, scramble))]
+    }
+
+    /// Flies to the next scattering or surface and through it; whether the path goes on.
+    fn step(&self, photon: &mut Flying, rng: &mut Stream, out: &mut Deposits) -> bool {
+        out.work.intersections += u64::from(!self.scene.surfaces.is_empty());
+        let hit = self.scene.surfaces.intersect(&photon.ray, Span::AHEAD);
+        let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+        if photon.inside == 0 {
+            match self.fly(photon, end, rng, out) {
+                Flight::Through => (),
+                Flight::Scattered => return true,
+                Flight::Absorbed => return false,
+            }
+        }
+        let Some(hit) = hit else { return false };
+        let incoming = photon.ray.direction;
+        if !hit.material.is_specular() && !photon.direct {
+            out.surface.push(self.deposit(hit.point, incoming, photon.power));
+        }
+        let u = [rng.uniform(), rng.uniform(), rng.uniform()];
+        let scattered = hit.material.scatter(incoming, &hit, u, TransportMode::Importance);
+        let Some(scattered) = scattered else { return false };
+        let power = photon.power * scattered.weight;
+        let survival = power.element_sum() / photon.power.element_sum();
+        if rng.uniform() >= survival {
+            return false;
+        }
+        // Survivors stand for those that were absorbed; where a weight exceeds 1 nothing is.
+        photon.power = power / survival.min(1.0);
+        photon.direct = false;
+        photon.inside = (photon.inside + i32::from(scattered.crossing)).max(0);
+        photon.ray = hit.leave(scattered.direction);
+        true
+    }
+
+    /// Flies through the media as far as `end`, leaving photons behind.
+    fn fly(&self, photon: &mut Flying, end: f64, rng: &mut Stream, out: &mut Deposits) -> Flight {
+        // A photon kept here is scattered once more towards the eye.
+        let keeps =
+            !photon.direct && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
+        let media = &self.scene.media;
+        let mut flights = media.flights(&photon.ray, Span::new(0.0, end), rng);
+        let mut at = 0.0;
+        loop {
+            let next = flights.next(rng);
+            let until = next.map_or(end, |c| c.t);
+            if keeps {
+                let (ray, power) = (photon.ray, photon.power);
+                self.zones.events(&ray, Span::new(at, until), rng, |t, rng| {
+                    self.store(ray.at(t), ray.direction, power, None, rng, out);
+                });
+            }
+            let Some(c) = next else { return Flight::Through };
+            out.work.collisions += 1;
+            let p = photon.ray.at(c.t);
+            if keeps {
+                self.store(p, photon.ray.direction, photon.power, Some(&c), rng, out);
+            }
+            let medium = media.get(c.medium);
+            let scattering = photon.power * media.sigma_s(&c, p);
+            let null = photon.power * (Rgb::splat(c.majorant) - medium.sigma_t * c.density);
+            let null = null.max(Rgb::ZERO);
+            let rate = photon.power.element_sum() * c.majorant;
+            let (p_scatter, p_null) = (scattering.element_sum() / rate, null.element_sum() / rate);
+            let u = rng.uniform();
+            if u < p_scatter {
+                photon.scattered += 1;
+                if self.shooting.max_scatter.is_some_and(|max| photon.scattered > max) {
+                    return Flight::Absorbed;
+                }
+                photon.power = scattering / (c.majorant * p_scatter);
+                photon.direct = false;
+                let (direction, _) = medium.phase.sample(photon.ray.direction, rng.uniform2());
+                photon.ray = Ray::new(p, direction);
+                return Flight::Scattered;
+            } else if u < p_scatter + p_null {
+                photon.power = null / (c.majorant * p_null);
+                at = c.t;
+            } else {
+                return Flight::Absorbed;
+            }
+        }
+    }
+
+    /// Keeps a volume photon with its share, weighed by one over the rate of deposits at `p`.
+    fn store(
+        &self,
+        p: WorldPoint,
+        direction: glam::DVec3,
+        power: Rgb,
+        collision: Option<&Collision>,
+        rng: &mut Stream,
+        out: &mut Deposits,
+    ) {
+        if rng.uniform() >= self.keep {
+            return;
+        }
+        let collisions = match collision {
+            Some(c) if self.scene.media.len() == 1 => c.majorant,
+            _ => self.scene.media.majorant_at(p),
+        };
+        let rate = (collisions + self.zones.rate_at(p)) * self.keep;
+        if rate > 0.0 {
+            out.volume.push(self.deposit(p, direction, power / rate));
+        }
+    }
+
+    fn deposit(&self, p: WorldPoint, direction: glam::DVec3, power: Rgb) -> Placed {
+        let place = (p - self.origin).as_vec3().to_array();
+        Placed { place, photon: Photon::new(power, direction) }
+    }
+}
+
+/// How a flight through media ended.
+enum Flight {
+    Through,
+    Scattered,
+    Absorbed,
+}

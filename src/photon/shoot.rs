@@ -1,0 +1,129 @@
+//! Pass 1: many photon paths in parallel, and the maps made of them.
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::light::Reach;
+use crate::math::{Aabb, World, WorldPoint, warp};
+use crate::scene::Scene;
+use crate::work::Work;
+
+use super::emitters::Emitters;
+use super::path::{Deposits, Paths};
+use super::radius::{Radii, around};
+use super::visible::Visible;
+use super::zones::Zones;
+use super::{BeamMap, Photon, PhotonMap, PhotonMaps, Placed};
+
+/// Radius, in metres, that stands for everything.
+const ENDLESS: f64 = 1e15;
+
+/// Radii of the scene within which light on an infinite plane counts.
+const GROUND: f64 = 4.0;
+
+/// Volume photons, about, kept of one path.
+const KEPT: f64 = 4.0;
+
+/// Paths that are traced as one piece of work.
+const CHUNK: u64 = 2048;
+
+/// How photons are shot.
+#[derive(Debug, Clone, Copy)]
+pub struct Shooting {
+    /// Paths sent out; about as many photons are kept in media.
+    pub photons: u64,
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// Highest order of volume scattering that the picture holds; nothing means all.
+    pub max_scatter: Option<u32>,
+    /// Gather radius in metres, where it is given.
+    pub radius: Option<f64>,
+}
+
+/// Shoots photons into `scene` and builds the maps. `advance` is told how many paths are done.
+///
+/// # Errors
+/// Where an emitter cannot be sampled: a medium that glows without end.
+pub fn shoot(
+    scene: &Scene,
+    shooting: &Shooting,
+    advance: &(dyn Fn(u64) + Sync),
+) -> Result<(PhotonMaps, Work)> {
+    let media = scene.media.bounds();
+    let everything = media.union(scene.surfaces.bounds());
+    let visible = Visible::look(scene, shooting.seed);
+    let margin = shooting.radius.unwrap_or_else(|| 0.02 * extent(media, everything));
+    let origin = visible.sphere().map_or(everything.center(), |(center, _)| center);
+    let mut paths = Paths {
+        scene,
+        emitters: Emitters::new(scene, reach(scene, &visible, everything.grown(margin))?)?,
+        zones: Zones::around(&scene.media, margin),
+        shooting: *shooting,
+        origin,
+        keep: 1.0,
+    };
+    let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
+    // A first chunk tells how many photons a path leaves, so that about one of them is kept.
+    if count > CHUNK {
+        let left = paths.trace(0..CHUNK).volume.len();
+        paths.keep = (KEPT * CHUNK as f64 / left.max(1) as f64).min(1.0);
+    }
+    let chunks: Vec<Deposits> = (0..count.div_ceil(CHUNK))
+        .into_par_iter()
+        .map(|chunk| {
+            let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+            advance(range.end - range.start);
+            paths.trace(range)
+        })
+        .collect();
+    let mut work: Work = chunks.iter().map(|c| c.work).sum();
+    let volume: Vec<Placed> = chunks.iter().flat_map(|c| &c.volume).copied().collect();
+    let surface: Vec<Placed> = chunks.iter().flat_map(|c| &c.surface).copied().collect();
+    drop(chunks);
+    work.photon_paths = count;
+    work.volume_photons = volume.len() as u64;
+    work.surface_photons = surface.len() as u64;
+    let surface = PhotonMap::new(origin, &surface);
+    let radii = match shooting.radius {
+        Some(radius) => Radii::constant(radius, volume.len()),
+        None => {
+            let depth = visible.depth(scene).min(extent(media, everything));
+            let weight = |p: &Placed| toward_camera(scene, p.at(origin), &p.photon);
+            Radii::adaptive(origin, &volume, &visible.media, depth, weight, margin)
+        }
+    };
+    let surface_radius = shooting
+        .radius
+        .or_else(|| around(&surface, &visible.surfaces))
+        .unwrap_or_else(|| 0.02 * extent(everything, media));
+    let volume = BeamMap::new(origin, &volume, &radii.each);
+    Ok((PhotonMaps { volume, volume_radius: radii.typical, surface, surface_radius }, work))
+}
+
+/// How much more a photon's light scatters toward the camera than if it were spread evenly, by the
+/// most peaked phase function.
+fn toward_camera(scene: &Scene, p: WorldPoint, photon: &Photon) -> f64 {
+    let cosine = photon.direction().dot(scene.camera.toward(p));
+    let most = scene.media.iter().map(|m| m.phase.eval(cosine)).fold(0.0, f64::max);
+    most / warp::uniform_sphere_pdf()
+}
+
+/// What photons should reach: above all what the camera sees of the media, and round it all media
+/// and finite surfaces, with the ground about them where a plane is infinite; everything where a
+/// medium is endless.
+fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach> {
+    let (center, seen) = visible.sphere().unwrap_or((bounds.center(), f64::INFINITY));
+    let mut all = bounds.corners().iter().fold(seen, |r, c| r.max((*c - center).length()));
+    if scene.surfaces.surfaces().iter().any(|s| s.shape().bounds().is_none()) {
+        all *= GROUND;
+    }
+    if scene.media.is_endless() || !all.is_finite() {
+        return Reach::new(center, ENDLESS).map_err(Error::Usage);
+    }
+    Reach::with_ground(center, seen.clamp(1e-3 * all, all), all).map_err(Error::Usage)
+}
+
+/// The diagonal of `first`, or of `second` where that is empty, or 1 m.
+fn extent(first: Aabb<World>, second: Aabb<World>) -> f64 {
+    [first, second].iter().find(|b| !b.is_empty()).map_or(1.0, |b| b.size().length())
+}

@@ -1,0 +1,91 @@
+//! What the camera sees of the media: where photons are worth most.
+
+use crate::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
+use crate::medium::Profile;
+use crate::scene::Scene;
+use crate::surface::TransportMode;
+
+/// Rays along each side of the film.
+const RAYS: u32 = 48;
+
+/// Mirrors and panes of glass that a ray follows at most.
+const MAX_SPECULAR: u32 = 8;
+
+/// Places that the camera sees, found by a coarse sheet of rays.
+#[derive(Debug, Default)]
+pub(super) struct Visible {
+    /// Places in media, in proportion to what a scattering there contributes.
+    pub media: Vec<WorldPoint>,
+    /// Places on surfaces that are not mirrors or glass.
+    pub surfaces: Vec<WorldPoint>,
+}
+
+impl Visible {
+    /// Looks at `scene` through its camera.
+    pub fn look(scene: &Scene, seed: u64) -> Self {
+        let mut visible = Self::default();
+        let mut profile = Profile::default();
+        let scale = scene.film.size.map(|side| f64::from(side) / f64::from(RAYS));
+        for index in 0..RAYS * RAYS {
+            let mut rng = Stream::new(seed, Stage::Director, u64::from(index), 0);
+            let x = (f64::from(index % RAYS) + rng.uniform()) * scale[0];
+            let y = (f64::from(index / RAYS) + rng.uniform()) * scale[1];
+            let ray = scene.camera.ray(x, y, rng.uniform2());
+            visible.follow(scene, ray, &mut profile, &mut rng);
+        }
+        visible
+    }
+
+    fn follow(
+        &mut self,
+        scene: &Scene,
+        mut ray: Ray<World>,
+        profile: &mut Profile,
+        rng: &mut Stream,
+    ) {
+        let mut inside = 0;
+        for _ in 0..MAX_SPECULAR {
+            let hit = scene.surfaces.intersect(&ray, Span::AHEAD);
+            if inside == 0 {
+                let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+                profile.trace(&scene.media, &ray, Span::new(0.0, end), 0.0, 0.5);
+                let opacity = (Rgb::ONE - profile.transmittance()).max_element();
+                if let Some((t, _)) = profile.sample(rng.uniform2())
+                    && rng.uniform() < opacity
+                {
+                    self.media.push(ray.at(t));
+                }
+            }
+            let Some(hit) = hit else { return };
+            if !hit.material.is_specular() {
+                self.surfaces.push(hit.point);
+                return;
+            }
+            let u = std::array::from_fn(|_| rng.uniform());
+            let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
+            let Some(scattered) = scattered else { return };
+            inside = (inside + i32::from(scattered.crossing)).max(0);
+            ray = hit.leave(scattered.direction);
+        }
+    }
+
+    /// A sphere round most of what is seen of the media, or of the surfaces where no medium is
+    /// seen: centre and radius in metres. Nothing where nothing is seen.
+    pub fn sphere(&self) -> Option<(WorldPoint, f64)> {
+        let places = if self.media.is_empty() { &self.surfaces } else { &self.media };
+        let first = *places.first()?;
+        let sum: glam::DVec3 = places.iter().map(|p| *p - first).sum();
+        let center = first + sum / places.len() as f64;
+        let mut distances: Vec<f64> = places.iter().map(|p| (*p - center).length()).collect();
+        distances.sort_unstable_by(f64::total_cmp);
+        Some((center, 1.5 * distances[distances.len() * 95 / 100]))
+    }
+
+    /// How deep media are seen, in metres: the mean free path where they are, by the median.
+    pub fn depth(&self, scene: &Scene) -> f64 {
+        let free_path = |p: &WorldPoint| 1.0 / scene.media.sigma_t_at(*p).max_element();
+        let mut paths: Vec<f64> = self.media.iter().map(free_path).collect();
+        paths.sort_unstable_by(f64::total_cmp);
+        paths.get(paths.len() / 2).copied().unwrap_or(f64::INFINITY)
+    }
+}

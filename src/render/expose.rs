@@ -1,0 +1,132 @@
+//! From rays to the film: pixels, their samples and their budget.
+
+use rayon::prelude::*;
+
+use crate::image::{Accumulator, Film, FilmPixel, Sample};
+use crate::math::{Ray, Stage, Stream, World};
+use crate::medium::Profile;
+use crate::scene::Scene;
+use crate::work::Work;
+
+use super::Progress;
+
+/// Edge of the square of pixels that is one piece of work.
+const TILE: u32 = 16;
+
+/// Rays of a pixel along which light that varies little within it is gathered.
+const SHARED: u32 = 4;
+
+/// What a pixel may spend: plain numbers, fixed before its samples are drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// Camera rays.
+    pub rays: u32,
+    /// Gather radius in media, in metres.
+    pub radius: f64,
+    /// March step, in metres; grids are integrated exactly where it is at most a voxel.
+    pub step: f64,
+}
+
+/// What an estimator needs at hand for one ray: random numbers, counters, memory to reuse.
+#[derive(Debug)]
+pub struct State {
+    /// Random numbers of this ray.
+    pub rng: Stream,
+    /// Work done so far.
+    pub work: Work,
+    /// Memory for the march.
+    pub profile: Profile,
+    /// What light that varies little within a pixel counts along this ray: 0 where another ray of
+    /// the pixel stands in for it.
+    pub shared: f64,
+}
+
+/// Exposes the whole film: `budget` says what the pixel (x, y) may spend, `estimate` what one ray
+/// brings. Pixels are sampled with an Owen-scrambled Sobol sequence (Burley 2020) over a box
+/// filter; the samples of a pixel depend on nothing but the seed, the pixel and their number.
+pub fn expose(
+    scene: &Scene,
+    seed: u64,
+    stage: Stage,
+    budget: impl Fn(u32, u32) -> Budget + Sync,
+    estimate: impl Fn(Ray<World>, &Budget, &mut State) -> Sample + Sync,
+    progress: &dyn Progress,
+) -> (Film, Work) {
+    let [width, height] = scene.film.size;
+    let across = width.div_ceil(TILE);
+    let tiles = u64::from(across) * u64::from(height.div_ceil(TILE));
+    progress.stage("rays", u64::from(width) * u64::from(height));
+    let pixel = |x: u32, y: u32, state: &mut State| {
+        let budget = budget(x, y);
+        let index = u64::from(y) * u64::from(width) + u64::from(x);
+        let mut samples = Accumulator::default();
+        for sample in 0..budget.rays {
+            state.rng = Stream::new(seed, stage, index, u64::from(sample));
+            let [u, v, a, b] = pattern(seed, index, sample);
+            let ray = scene.camera.ray(f64::from(x) + u, f64::from(y) + v, [a, b]);
+            state.work.rays += 1;
+            state.shared = shared(sample, budget.rays);
+            samples.add(estimate(ray, &budget, state));
+        }
+        state.work.dropped_samples += samples.dropped();
+        let (radius, step) = (budget.radius, budget.step);
+        // Without a director every pixel matters alike.
+        FilmPixel { saliency: 1.0, xs: 1.0, radius, step, ..FilmPixel::from(&samples) }
+    };
+    let done: Vec<(Vec<FilmPixel>, Work)> = (0..tiles)
+        .into_par_iter()
+        .map(|tile| {
+            let (left, top) = corner(tile, across);
+            let (right, bottom) = ((left + TILE).min(width), (top + TILE).min(height));
+            let mut state = State {
+                rng: Stream::new(seed, stage, 0, 0),
+                work: Work::default(),
+                profile: Profile::default(),
+                shared: 1.0,
+            };
+            let places = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
+            let pixels: Vec<_> = places.map(|(x, y)| pixel(x, y, &mut state)).collect();
+            progress.advance(pixels.len() as u64);
+            (pixels, state.work)
+        })
+        .collect();
+    progress.finish();
+    let mut film = Film::new(width as usize, height as usize);
+    let mut work = Work::default();
+    for (tile, (pixels, tile_work)) in (0..).zip(done) {
+        let (left, top) = corner(tile, across);
+        let columns = (left + TILE).min(width) - left;
+        film.set_tile(left as usize, top as usize, columns as usize, &pixels);
+        work += tile_work;
+    }
+    (film, work)
+}
+
+/// What light that varies little counts along a ray of a pixel, so that [`SHARED`] rays, spread
+/// evenly, stand in for all.
+fn shared(sample: u32, rays: u32) -> f64 {
+    if rays <= SHARED {
+        return 1.0;
+    }
+    let group = |i: u32| u64::from(i) * u64::from(SHARED) / u64::from(rays);
+    if sample == 0 || group(sample) != group(sample - 1) {
+        f64::from(rays) / f64::from(SHARED)
+    } else {
+        0.0
+    }
+}
+
+/// Upper left pixel of a tile.
+fn corner(tile: u64, across: u32) -> (u32, u32) {
+    let across = u64::from(across);
+    ((tile % across) as u32 * TILE, (tile / across) as u32 * TILE)
+}
+
+/// The place of a sample in its pixel and on the lens.
+fn pattern(seed: u64, pixel: u64, sample: u32) -> [f64; 4] {
+    // The sequence is good for 2^16 points; further samples start another one.
+    let (block, index) = (sample >> 16, sample & 0xffff);
+    let mut key = Stream::new(seed, Stage::March, pixel, u64::from(block) | 1 << 63);
+    let scramble = (key.uniform() * f64::from(u32::MAX)) as u32;
+    sobol_burley::sample_4d(index, 0, scramble).map(f64::from)
+}

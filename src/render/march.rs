@@ -1,0 +1,196 @@
+//! The march: light along a camera ray from the photon maps and from direct light.
+
+use smallvec::SmallVec;
+
+use crate::image::Sample;
+use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
+use crate::medium::{Phase, Profile};
+use crate::photon::PhotonMaps;
+use crate::scene::Scene;
+use crate::surface::{SurfaceHit, TransportMode};
+
+use super::expose::{Budget, State};
+use super::lighting;
+
+/// Mirrors and panes of glass that a camera ray follows at most.
+const MAX_SPECULAR: u32 = 64;
+
+/// Places along a ray at which light in the medium is evaluated.
+const PLACES: u32 = 4;
+
+/// How far beyond a surface photons in front of it are gathered, in radii.
+const MOST_BEYOND: f64 = 4.0;
+
+/// Phase functions with their weights.
+type Scatterers<'a> = SmallVec<[(&'a Phase, Rgb); 1]>;
+
+/// Marches camera rays through a scene lit by its photon maps.
+#[derive(Debug)]
+pub struct Marcher<'a> {
+    scene: &'a Scene,
+    maps: &'a PhotonMaps,
+    scatters: bool,
+}
+
+impl<'a> Marcher<'a> {
+    /// Marches through `scene` with volume scattering up to the order `max_scatter`.
+    pub fn new(scene: &'a Scene, maps: &'a PhotonMaps, max_scatter: Option<u32>) -> Self {
+        Self { scene, maps, scatters: max_scatter != Some(0) }
+    }
+
+    /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
+    /// followed to the first diffuse surface.
+    pub fn radiance(&self, mut ray: Ray<World>, budget: &Budget, state: &mut State) -> Sample {
+        let mut sample =
+            Sample { radiance: Rgb::ZERO, alpha: 0.0, depth: f64::INFINITY, transmittance: 1.0 };
+        let (mut throughput, mut inside) = (Rgb::ONE, 0);
+        for depth in 0..MAX_SPECULAR {
+            let hit = self.intersect(&ray, state);
+            let mut transmittance = Rgb::ONE;
+            if inside == 0 && !self.scene.media.is_empty() {
+                let (light, through) = self.through_media(&ray, hit.as_ref(), budget, state);
+                sample.radiance += throughput * light;
+                transmittance = through;
+            }
+            if depth == 0 {
+                sample.transmittance = luminance(transmittance);
+                sample.depth = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+                sample.alpha = if hit.is_some() { 1.0 } else { 1.0 - sample.transmittance };
+            }
+            throughput *= transmittance;
+            let Some(hit) = hit else {
+                let sky = self.scene.lights.environment_radiance(ray.direction);
+                sample.radiance += throughput * sky;
+                break;
+            };
+            sample.radiance += throughput * lighting::emitted(self.scene, &ray, &hit);
+            if !hit.material.is_specular() {
+                sample.radiance += throughput * self.reflected(&ray, &hit, state);
+                break;
+            }
+            let u = std::array::from_fn(|_| state.rng.uniform());
+            let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
+            let Some(scattered) = scattered else { break };
+            throughput *= scattered.weight;
+            inside = (inside + i32::from(scattered.crossing)).max(0);
+            ray = hit.leave(scattered.direction);
+        }
+        sample
+    }
+
+    fn intersect(&self, ray: &Ray<World>, state: &mut State) -> Option<SurfaceHit<'a>> {
+        if self.scene.surfaces.is_empty() {
+            return None;
+        }
+        state.work.intersections += 1;
+        self.scene.surfaces.intersect(ray, Span::AHEAD)
+    }
+
+    /// Light from the media in front of `hit`, and their transmittance.
+    fn through_media(
+        &self,
+        ray: &Ray<World>,
+        hit: Option<&SurfaceHit<'_>>,
+        budget: &Budget,
+        state: &mut State,
+    ) -> (Rgb, Rgb) {
+        let end = hit.map_or(f64::INFINITY, |h| h.t);
+        let jitter = state.rng.uniform();
+        let mut profile = std::mem::take(&mut state.profile);
+        profile.trace(&self.scene.media, ray, Span::new(0.0, end), budget.step, jitter);
+        state.work.marches += 1;
+        let mut light = profile.emitted();
+        if self.scatters {
+            light += self.direct(ray, &profile, state);
+            if state.shared > 0.0 {
+                let indirect = self.indirect(ray, hit, &profile, budget.radius, state);
+                light += state.shared * indirect;
+            }
+        }
+        let transmittance = profile.transmittance();
+        state.profile = profile;
+        (light, transmittance)
+    }
+
+    /// Light that comes straight from a light and is scattered once along `ray`.
+    fn direct(&self, ray: &Ray<World>, profile: &Profile, state: &mut State) -> Rgb {
+        let mut sum = Rgb::ZERO;
+        for place in 0..PLACES {
+            let u = (f64::from(place) + state.rng.uniform()) / f64::from(PLACES);
+            let Some((t, weight)) = profile.sample([u, state.rng.uniform()]) else { break };
+            let p = ray.at(t);
+            let scatterers = self.scatterers(p);
+            if !scatterers.is_empty() {
+                state.work.gathers += 1;
+                let toward = -ray.direction;
+                sum += weight * lighting::in_medium(self.scene, p, toward, &scatterers, state);
+            }
+        }
+        sum / f64::from(PLACES)
+    }
+
+    /// Light of the photons along `ray`.
+    fn indirect(
+        &self,
+        ray: &Ray<World>,
+        hit: Option<&SurfaceHit<'_>>,
+        profile: &Profile,
+        radius: f64,
+        state: &mut State,
+    ) -> Rgb {
+        if self.maps.volume.is_empty() || profile.pieces().is_empty() {
+            return Rgb::ZERO;
+        }
+        // Where the ray meets a surface at a slant, the disk round its end lies partly behind the
+        // surface; photons in front of it beyond the end stand in for those.
+        let end = hit.map_or(f64::INFINITY, |h| h.t);
+        let beyond = hit.map_or(0.0, |h| {
+            let cosine = ray.direction.dot(h.normal).abs().min(1.0);
+            radius * ((1.0 - cosine * cosine).sqrt() / cosine).min(MOST_BEYOND)
+        });
+        state.work.gathers += 1;
+        let span = Span::new(0.0, end + beyond);
+        self.maps.along(ray, span, radius, &mut state.work.gathered, |t| {
+            let t = t.min(end);
+            let Some((transmittance, sigma_t)) = profile.at(t) else {
+                return Scatterers::new();
+            };
+            let mut scatterers = self.scatterers(ray.at(t));
+            for (_, share) in &mut scatterers {
+                *share *= transmittance * sigma_t;
+            }
+            scatterers
+        })
+    }
+
+    /// The phase functions at `p`, each weighed by its share of the extinction there.
+    fn scatterers(&self, p: WorldPoint) -> Scatterers<'a> {
+        let media = &self.scene.media;
+        if media.len() == 1 {
+            let medium = media.get(0);
+            let albedo = medium.albedo.at(p);
+            return (albedo != Rgb::ZERO).then_some((&medium.phase, albedo)).into_iter().collect();
+        }
+        let sigma_t = media.sigma_t_at(p);
+        let share =
+            |sigma_s: Rgb| Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO);
+        let mixture = media.mixture_at(p);
+        mixture.iter().map(|(m, sigma_s)| (&media.get(*m).phase, share(*sigma_s))).collect()
+    }
+
+    /// Light that a diffuse surface reflects along `ray` back to its origin.
+    fn reflected(&self, ray: &Ray<World>, hit: &SurfaceHit<'_>, state: &mut State) -> Rgb {
+        let direct = lighting::on_surface(self.scene, ray.direction, hit, state);
+        if self.maps.surface.is_empty() {
+            return direct;
+        }
+        let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
+        let irradiance = self.maps.irradiance(
+            hit.point,
+            facing,
+            self.maps.surface_radius,
+            &mut state.work.gathered,
+        );
+        direct + hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance) * irradiance
+    }
+}

@@ -1,0 +1,21 @@
+//! How a render tells how far it is.
+
+/// Is told of stages and of work done in them, from any thread.
+pub trait Progress: Sync {
+    /// A stage of `total` units of work begins.
+    fn stage(&self, name: &str, total: u64);
+    /// `units` more of the stage's work are done.
+    fn advance(&self, units: u64);
+    /// The stage is over.
+    fn finish(&self);
+}
+
+/// Tells nobody.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn stage(&self, _: &str, _: u64) {}
+    fn advance(&self, _: u64) {}
+    fn finish(&self) {}
+}

@@ -1,0 +1,241 @@
+//! The unbiased reference: null-collision path tracing with next-event estimation.
+//!
+//! It shares nothing with the march but the scene: transmittance is estimated by ratio tracking
+//! over majorants, collisions by null-collision tracking (Novák et al. 2018, sections 4 and 5;
+//! coloured media by the history-aware probabilities of Kutz et al. 2017), and lights that a ray
+//! can find by chance are weighed between the two ways of finding them by the balance heuristic
+//! (Veach 1997).
+
+use glam::DVec3;
+
+use crate::image::Sample;
+use crate::light::LightSample;
+use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
+use crate::scene::Scene;
+use crate::surface::{SurfaceHit, TransportMode};
+
+use super::expose::State;
+use super::lighting;
+
+/// Scatterings and reflections after which a path is ended and counted as capped.
+const MAX_EVENTS: u32 = 100_000;
+
+/// Events before Russian roulette begins.
+const SURE_EVENTS: u32 = 8;
+
+/// Traces camera paths through a scene.
+#[derive(Debug)]
+pub struct PathTracer<'a> {
+    scene: &'a Scene,
+    max_scatter: u32,
+}
+
+/// A path on its way.
+struct Path {
+    ray: Ray<World>,
+    throughput: Rgb,
+    radiance: Rgb,
+    /// Order of volume scattering so far.
+    scattered: u32,
+    /// Density with which the last scattering chose the direction, and its place, unless light
+    /// sampling there could not have found what the ray finds.
+    scatter_pdf: Option<(f64, WorldPoint)>,
+    /// How many solids of glass the path is inside of; media do not fill them.
+    inside: i32,
+}
+
+impl<'a> PathTracer<'a> {
+    /// Traces `scene` with volume scattering up to the order `max_scatter`.
+    pub fn new(scene: &'a Scene, max_scatter: Option<u32>) -> Self {
+        Self { scene, max_scatter: max_scatter.unwrap_or(u32::MAX) }
+    }
+
+    /// An estimate of the light that arrives along `ray` (unit direction) at its origin.
+    pub fn radiance(&self, ray: Ray<World>, state: &mut State) -> Sample {
+        let first = self.intersect(&ray, state).map(|h| h.t);
+        let transmittance = self.transmittance(&ray, first.unwrap_or(f64::INFINITY), state);
+        let mut path = Path {
+            ray,
+            throughput: Rgb::ONE,
+            radiance: Rgb::ZERO,
+            scattered: 0,
+            scatter_pdf: None,
+            inside: 0,
+        };
+        let ended = (0..MAX_EVENTS).any(|event| {
+            let goes_on = self.step(&mut path, state);
+            !goes_on || (event >= SURE_EVENTS && !survives(&mut path, state))
+        });
+        state.work.capped_paths += u64::from(!ended);
+        Sample {
+            radiance: path.radiance,
+            alpha: if first.is_some() { 1.0 } else { 1.0 - luminance(transmittance) },
+            depth: first.unwrap_or(f64::INFINITY),
+            transmittance: luminance(transmittance),
+        }
+    }
+
+    fn intersect(&self, ray: &Ray<World>, state: &mut State) -> Option<SurfaceHit<'a>> {
+        if self.scene.surfaces.is_empty() {
+            return None;
+        }
+        state.work.intersections += 1;
+        self.scene.surfaces.intersect(ray, Span::AHEAD)
+    }
+
+    fn transmittance(&self, ray: &Ray<World>, end: f64, state: &mut State) -> Rgb {
+        let collisions = &mut state.work.collisions;
+        self.scene.media.ratio_tracking(ray, Span::new(0.0, end), &mut state.rng, collisions)
+    }
+
+    /// Flies to the next scattering or surface and through it; whether the path goes on.
+    fn step(&self, path: &mut Path, state: &mut State) -> bool {
+        let hit = self.intersect(&path.ray, state);
+        let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+        if path.inside == 0 {
+            match self.fly(path, end, state) {
+                Flight::Through => (),
+                Flight::Scattered => return true,
+                Flight::Ended => return false,
+            }
+        }
+        let Some(hit) = hit else {
+            self.find(path, None);
+            return false;
+        };
+        self.find(path, Some(&hit));
+        self.bounce(path, &hit, state)
+    }
+
+    /// Adds the light of what the path's ray found: an emitter or the surroundings.
+    fn find(&self, path: &mut Path, hit: Option<&SurfaceHit<'_>>) {
+        let at = hit.map(lighting::emitter);
+        for (index, light) in self.scene.lights.lights.iter().enumerate() {
+            let shines = hit.map_or(light.is_infinite(), |h| h.light == Some(index as u32));
+            if !shines {
+                continue;
+            }
+            let radiance = light.radiance_from(path.ray.direction, at);
+            if radiance == Rgb::ZERO {
+                continue;
+            }
+            let weight = path.scatter_pdf.map_or(1.0, |(pdf, from)| {
+                let choice = self.scene.lights.pick_probability(from, index);
+                pdf / (pdf + choice * light.pdf(path.ray.direction, at))
+            });
+            path.radiance += path.throughput * radiance * weight;
+        }
+    }
+
+    /// Flies through the media as far as `end`.
+    fn fly(&self, path: &mut Path, end: f64, state: &mut State) -> Flight {
+        let media = &self.scene.media;
+        let mut flights = media.flights(&path.ray, Span::new(0.0, end), &mut state.rng);
+        let mut at = 0.0;
+        loop {
+            let next = flights.next(&mut state.rng);
+            let flown = Span::new(at, next.map_or(end, |c| c.t));
+            for medium in media.iter() {
+                path.radiance += path.throughput * medium.emission_apart(&path.ray, flown);
+            }
+            let Some(c) = next else { return Flight::Through };
+            state.work.collisions += 1;
+            at = c.t;
+            let p = path.ray.at(c.t);
+            let medium = media.get(c.medium);
+            let emission = medium.emission_of(c.density, p);
+            path.radiance += path.throughput * emission / c.majorant;
+            let scattering = path.throughput * media.sigma_s(&c, p);
+            let null = Rgb::splat(c.majorant) - medium.sigma_t * c.density;
+            let null = path.throughput * null.max(Rgb::ZERO);
+            let rate = path.throughput.element_sum() * c.majorant;
+            let (p_scatter, p_null) = (scattering.element_sum() / rate, null.element_sum() / rate);
+            let u = state.rng.uniform();
+            if u < p_scatter {
+                path.throughput = scattering / (c.majorant * p_scatter);
+                path.scattered += 1;
+                if path.scattered > self.max_scatter {
+                    return Flight::Ended;
+                }
+                let incoming = path.ray.direction;
+                let eval = |direction: DVec3| medium.phase.eval(incoming.dot(direction));
+                let lit = |light: &LightSample| {
+                    let value = eval(light.direction);
+                    (Rgb::splat(value), value)
+                };
+                path.radiance +=
+                    path.throughput * self.next_event(p, |d| Ray::new(p, d), lit, state);
+                let (direction, pdf) = medium.phase.sample(incoming, state.rng.uniform2());
+                path.scatter_pdf = Some((pdf, p));
+                path.ray = Ray::new(p, direction);
+                return Flight::Scattered;
+            } else if u < p_scatter + p_null {
+                path.throughput = null / (c.majorant * p_null);
+            } else {
+                return Flight::Ended;
+            }
+        }
+    }
+
+    /// Direct light at `at` from a sampled light; `scatter` gives the share that goes on along
+    /// the path and the density with which scattering would have chosen the direction.
+    fn next_event(
+        &self,
+        at: WorldPoint,
+        leave: impl Fn(DVec3) -> Ray<World>,
+        scatter: impl Fn(&LightSample) -> (Rgb, f64),
+        state: &mut State,
+    ) -> Rgb {
+        lighting::each_light(self.scene, at, state, |_, light, own, state| {
+            let (share, scatter_pdf) = scatter(light);
+            let ray = leave(light.direction);
+            if share == Rgb::ZERO || !lighting::is_visible(self.scene, &ray, light, state) {
+                return Rgb::ZERO;
+            }
+            let transmittance = self.transmittance(&ray, light.distance, state);
+            let pdf = if light.delta { own } else { own + scatter_pdf };
+            light.radiance * transmittance * share / pdf
+        })
+    }
+
+    /// Scatters the path at a surface; whether it goes on.
+    fn bounce(&self, path: &mut Path, hit: &SurfaceHit<'_>, state: &mut State) -> bool {
+        let incoming = path.ray.direction;
+        if !hit.material.is_specular() {
+            let lit = |light: &LightSample| {
+                let cosine = light.direction.dot(hit.shading_normal).abs();
+                let share =
+                    hit.material.eval(incoming, light.direction, hit, TransportMode::Radiance)
+                        * cosine;
+                (share, hit.material.pdf(incoming, light.direction, hit))
+            };
+            path.radiance +=
+                path.throughput * self.next_event(hit.point, |d| hit.leave(d), lit, state);
+        }
+        let u = std::array::from_fn(|_| state.rng.uniform());
+        let scattered = hit.material.scatter(incoming, hit, u, TransportMode::Radiance);
+        let Some(scattered) = scattered else { return false };
+        path.throughput *= scattered.weight;
+        path.scatter_pdf = (!scattered.specular).then_some((scattered.pdf, hit.point));
+        path.inside = (path.inside + i32::from(scattered.crossing)).max(0);
+        path.ray = hit.leave(scattered.direction);
+        path.throughput != Rgb::ZERO
+    }
+}
+
+/// Russian roulette on the throughput.
+fn survives(path: &mut Path, state: &mut State) -> bool {
+    let survival = path.throughput.max_element().min(1.0);
+    if state.rng.uniform() >= survival {
+        return false;
+    }
+    path.throughput /= survival;
+    true
+}
+
+/// How a flight through media ended.
+enum Flight {
+    Through,
+    Scattered,
+    Ended,
+}

@@ -1,0 +1,116 @@
+//! `[[light]]` tables become lights.
+
+use glam::DVec3;
+
+use super::{Context, at};
+use crate::error::Result;
+use crate::image::read_texture;
+use crate::light::{
+    BeamPicture, Environment, Falloff, Light, PointLight, QuadLight, SpotLight, Sun,
+};
+use crate::math::{Rgb, WorldPoint};
+use crate::scene::file::{Aim, LightKind, LightSection, SpotShape, Strength};
+use crate::scene::reader::{FileReference, Place};
+use crate::shape::{Quad, Shape};
+use crate::surface::{Material, Surface};
+
+/// The light of `section`, whose index among the lights is `index`, with the surface that an area
+/// light has.
+pub(super) fn build(
+    section: &LightSection,
+    index: u32,
+    context: &mut Context,
+) -> Result<(Light, Option<Surface>)> {
+    let place = &section.at;
+    let light = match &section.kind {
+        LightKind::Point { position, strength } => {
+            Light::Point(at(place, point(*position, *strength))?)
+        }
+        LightKind::Spot { position, aim, strength, angle, shape, texture } => {
+            let direction = match *aim {
+                Aim::Target(target) => target - *position,
+                Aim::Direction(direction) => direction,
+            };
+            let falloff = match *shape {
+                SpotShape::Falloff(degrees) => Falloff::Smooth { start: angle - degrees },
+                SpotShape::Exponent(exponent) => Falloff::Cosine { exponent },
+            };
+            let position = WorldPoint::from_xyz(*position);
+            let intensity = match *strength {
+                Strength::Intensity(intensity) => intensity,
+                Strength::Power(_) => Rgb::ONE,
+            };
+            let mut spot =
+                at(place, SpotLight::new(position, direction, intensity, *angle, falloff))?;
+            if let Some(texture) = texture {
+                let picture = beam_picture(texture, direction, context)?;
+                spot = at(&texture.at, spot.with_picture(picture))?;
+            }
+            if let Strength::Power(power) = *strength {
+                spot = at(place, spot.with_power(power))?;
+            }
+            Light::Spot(spot)
+        }
+        LightKind::Sun { direction, irradiance, angle } => {
+            Light::Sun(at(place, Sun::new(*direction, *irradiance, *angle))?)
+        }
+        LightKind::Area { center, u, v, radiance } => {
+            return area(place, *center, [*u, *v], *radiance, index);
+        }
+        LightKind::Environment { radiance, texture: None, .. } => {
+            Light::Environment(at(place, Environment::constant(*radiance))?)
+        }
+        LightKind::Environment { radiance, texture: Some(file), rotate } => {
+            let image = picture(file, context)?;
+            let (width, height) = (image.width(), image.height());
+            let texels = image.pixels().to_vec();
+            let environment = Environment::picture(width, height, texels, *radiance, *rotate);
+            Light::Environment(at(&file.at, environment)?)
+        }
+    };
+    Ok((light, None))
+}
+
+fn point(position: DVec3, strength: Strength) -> Result<PointLight, String> {
+    let position = WorldPoint::from_xyz(position);
+    match strength {
+        Strength::Intensity(intensity) => PointLight::new(position, intensity),
+        Strength::Power(power) => PointLight::from_power(position, power),
+    }
+}
+
+/// A quad of half sides `u` and `v` that shines along u x v, black otherwise.
+fn area(
+    place: &Place,
+    center: DVec3,
+    [u, v]: [DVec3; 2],
+    radiance: Rgb,
+    index: u32,
+) -> Result<(Light, Option<Surface>)> {
+    let center = WorldPoint::from_xyz(center);
+    let light = at(place, QuadLight::new(center, u * 2.0, v * 2.0, radiance))?;
+    let shape = Shape::Quad(at(place, Quad::new(center, u, v))?);
+    let surface = at(place, Surface::new(shape, vec![Material::Black], Some(index)))?;
+    Ok((Light::Quad(light), Some(surface)))
+}
+
+fn beam_picture(
+    file: &FileReference,
+    direction: DVec3,
+    context: &mut Context,
+) -> Result<BeamPicture> {
+    let image = picture(file, context)?;
+    // A beam straight up or down has its picture's upper edge toward -z, as a map has north.
+    let level = direction.normalize().cross(DVec3::Y).length() > 1e-6;
+    Ok(BeamPicture {
+        width: image.width(),
+        height: image.height(),
+        texels: image.pixels().to_vec(),
+        up: if level { DVec3::Y } else { DVec3::NEG_Z },
+    })
+}
+
+fn picture(file: &FileReference, context: &mut Context) -> Result<crate::image::Image> {
+    context.sources.add(&file.path);
+    at(&file.at, read_texture(&file.path))
+}

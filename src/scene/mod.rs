@@ -1,0 +1,51 @@
+//! The scene: camera, media, surfaces, lights, film and render settings, complete and valid.
+//!
+//! [`Scene::load`] takes a scene file ([`file`] describes it) or a bare VDB, to which it gives a
+//! camera and lights. After it nothing reads a file any more.
+
+mod bare;
+pub mod camera;
+pub mod file;
+mod hash;
+mod load;
+mod reader;
+mod settings;
+
+use std::path::PathBuf;
+
+use crate::light::Lights;
+use crate::medium::Media;
+use crate::surface::Surfaces;
+
+pub use camera::Camera;
+pub use load::LoadOptions;
+pub use reader::{FileReference, MAX_MAGNITUDE, Place};
+pub use settings::{
+    Director, FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
+    RenderSettings,
+};
+
+/// All that a picture depends on.
+#[derive(Debug)]
+pub struct Scene {
+    /// Where it is seen from.
+    pub camera: Camera,
+    /// Participating media.
+    pub media: Media,
+    /// Surfaces, those of area lights among them.
+    pub surfaces: Surfaces,
+    /// Lights, those of the file first, then emissive surfaces.
+    pub lights: Lights,
+    /// Size and looks of the picture.
+    pub film: FilmSettings,
+    /// How it is computed.
+    pub render: RenderSettings,
+    /// The file it came from.
+    pub path: PathBuf,
+    /// Hash of the scene's text and of the content of every file it names, in hexadecimal.
+    pub hash: String,
+    /// What was mended or is likely not meant, one line each.
+    pub warnings: Vec<String>,
+    /// What was chosen where the file says nothing, one line each.
+    pub notes: Vec<String>,
+}

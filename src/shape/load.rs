@@ -1,0 +1,88 @@
+//! Meshes from files.
+
+use std::path::{Path, PathBuf};
+
+use glam::DAffine3;
+
+use super::{Mesh, MeshData, gltf, obj, ply};
+use crate::error::{Error, Result};
+
+/// A mesh from a file with its materials.
+#[derive(Debug, Clone)]
+pub struct LoadedMesh {
+    /// The mesh, placed.
+    pub mesh: Mesh,
+    /// Its materials by slot; there is one for every slot that the mesh names.
+    pub materials: Vec<MeshMaterial>,
+}
+
+/// What a mesh file says of a material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshMaterial {
+    /// Its name in the file; empty where it has none.
+    pub name: String,
+    /// Diffuse reflectance or base colour, linear Rec.709. It multiplies the texture.
+    pub color: [f64; 3],
+    /// Its texture, sRGB.
+    pub texture: Option<TextureSource>,
+}
+
+/// Where a texture is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TextureSource {
+    /// In a file, not opened yet.
+    Path(PathBuf),
+    /// Inside the mesh file: an encoded PNG or JPEG.
+    Bytes(Vec<u8>),
+}
+
+impl Default for MeshMaterial {
+    /// A grey of reflectance 0.8.
+    fn default() -> Self {
+        Self { name: String::new(), color: [0.8; 3], texture: None }
+    }
+}
+
+/// What a reader of one format hands over.
+pub(super) struct Parsed {
+    pub(super) data: MeshData,
+    pub(super) materials: Vec<MeshMaterial>,
+}
+
+/// Reads an OBJ (with MTL), PLY, glTF or GLB file, by its extension, and places it in the world.
+/// Units of the file are taken as metres.
+///
+/// # Errors
+/// Where the file is missing, of no such format, broken, without triangles, or with indices or
+/// coordinates that cannot be; the message names the file and the problem.
+pub fn load_mesh(path: &Path, placement: &DAffine3) -> Result<LoadedMesh> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let read: fn(&Path) -> Result<Parsed, String> = match extension.as_str() {
+        "obj" => obj::read,
+        "ply" => ply::read,
+        "gltf" | "glb" => gltf::read,
+        _ => {
+            let problem = "is no mesh that fogbow reads; it must end in .obj, .ply, .gltf or .glb";
+            return Err(Error::file(path, problem));
+        }
+    };
+    if !path.is_file() {
+        let problem = if path.exists() { "is not a regular file" } else { "does not exist" };
+        return Err(Error::file(path, problem));
+    }
+    let parsed = read(path).map_err(|problem| Error::file(path, problem))?;
+    let mesh = Mesh::new(parsed.data, placement).map_err(|problem| Error::file(path, problem))?;
+    let mut materials = parsed.materials;
+    materials.resize_with(materials.len().max(mesh.slot_count()), MeshMaterial::default);
+    Ok(LoadedMesh { mesh, materials })
+}
+
+/// The folder that relative paths in the file at `path` start from.
+pub(super) fn folder(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
+/// Splits a convex polygon into a fan of triangles.
+pub(super) fn fan(polygon: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
+    polygon.windows(2).skip(1).map(|pair| [polygon[0], pair[0], pair[1]])
+}

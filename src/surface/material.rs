@@ -1,0 +1,124 @@
+//! What surfaces are made of.
+
+use glam::DVec3;
+
+use super::glass::Glass;
+use super::{SurfaceHit, Texture, diffuse, mirror};
+use crate::math::Rgb;
+
+/// A material. Directions are unit vectors; `incoming` runs toward the surface, as the ray that met
+/// it does, and `outgoing` away from it.
+#[derive(Debug, Clone)]
+pub enum Material {
+    /// Lambert's, on both sides.
+    Diffuse {
+        /// In [0, 1].
+        reflectance: Texture,
+    },
+    /// A perfect mirror, on both sides.
+    Mirror {
+        /// In [0, 1].
+        reflectance: Rgb,
+    },
+    /// A smooth dielectric solid; its outside is where the normal points.
+    Glass(Glass),
+    /// Absorbs everything.
+    Black,
+}
+
+/// What travels along a path. Shading normals and refraction treat them differently (Veach 1997,
+/// chapter 5).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TransportMode {
+    /// A path from the camera carries radiance back to it.
+    Radiance,
+    /// A photon's path from a light carries power.
+    Importance,
+}
+
+/// A sampled direction.
+#[derive(Debug, Clone, Copy)]
+pub struct Scattered {
+    /// Unit vector away from the surface.
+    pub direction: DVec3,
+    /// Value times cosine over density.
+    pub weight: Rgb,
+    /// Whether the direction was one of finitely many.
+    pub specular: bool,
+    /// Density over solid angle, 1/sr; 0 where specular.
+    pub pdf: f64,
+    /// Glass: +1 enters the solid, -1 leaves it; otherwise 0.
+    pub crossing: i8,
+}
+
+impl Material {
+    /// Samples a direction with three uniform numbers, or nothing where the path ends.
+    pub fn scatter(
+        &self,
+        incoming: DVec3,
+        hit: &SurfaceHit<'_>,
+        u: [f64; 3],
+        mode: TransportMode,
+    ) -> Option<Scattered> {
+        let scattered = match self {
+            Self::Diffuse { reflectance } => diffuse::scatter(reflectance, incoming, hit, u)?,
+            Self::Mirror { reflectance } => mirror::scatter(*reflectance, incoming, hit),
+            Self::Glass(glass) => glass.scatter(incoming, hit, u[0], mode),
+            Self::Black => return None,
+        };
+        let correction = correction(mode, incoming, scattered.direction, hit);
+        Some(Scattered { weight: scattered.weight * correction, ..scattered })
+    }
+
+    /// Value of the BSDF without the cosine, 1/sr; 0 for specular materials. The cosine that
+    /// belongs to it is that with the shading normal.
+    pub fn eval(
+        &self,
+        incoming: DVec3,
+        outgoing: DVec3,
+        hit: &SurfaceHit<'_>,
+        mode: TransportMode,
+    ) -> Rgb {
+        match self {
+            Self::Diffuse { reflectance } => {
+                diffuse::eval(reflectance, incoming, outgoing, hit)
+                    * correction(mode, incoming, outgoing, hit)
+            }
+            Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
+        }
+    }
+
+    /// Density of [`scatter`](Self::scatter) over solid angle, 1/sr; 0 for specular materials.
+    pub fn pdf(&self, incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> f64 {
+        match self {
+            Self::Diffuse { .. } => diffuse::pdf(incoming, outgoing, hit),
+            Self::Mirror { .. } | Self::Glass(_) | Self::Black => 0.0,
+        }
+    }
+
+    /// Whether it scatters into finitely many directions alone.
+    pub fn is_specular(&self) -> bool {
+        matches!(self, Self::Mirror { .. } | Self::Glass(_))
+    }
+}
+
+/// What keeps photons consistent with camera paths where the shading normal is not the geometric
+/// one: |wi·ns| |wo·ng| / (|wi·ng| |wo·ns|), with wi on the light's side (Veach 1997, equation 5.19).
+fn correction(mode: TransportMode, incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> f64 {
+    let (ng, ns) = (hit.normal, hit.shading_normal);
+    if mode == TransportMode::Radiance || ng == ns {
+        return 1.0;
+    }
+    let above = incoming.dot(ns) * outgoing.dot(ng);
+    let below = incoming.dot(ng) * outgoing.dot(ns);
+    if below == 0.0 { 0.0 } else { (above / below).abs() }
+}
+
+/// The geometric and the shading normal, turned to the side that `incoming` comes from.
+pub(super) fn facing(incoming: DVec3, hit: &SurfaceHit<'_>) -> (DVec3, DVec3) {
+    if incoming.dot(hit.normal) > 0.0 {
+        (-hit.normal, -hit.shading_normal)
+    } else {
+        (hit.normal, hit.shading_normal)
+    }
+}

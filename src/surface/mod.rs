@@ -1,0 +1,161 @@
+//! Surfaces: shapes with materials, and the search among them.
+
+mod diffuse;
+mod glass;
+mod material;
+mod mirror;
+mod texture;
+
+use glam::{DVec2, DVec3};
+
+use crate::math::{Aabb, Ray, Span, World, WorldPoint};
+use crate::shape::{Bvh, Nearest, Shape, offset_origin};
+
+pub use glass::{Glass, dielectric_reflectance};
+pub use material::{Material, Scattered, TransportMode};
+pub use texture::{Texture, TextureImage};
+
+/// A shape with what it is made of.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    shape: Shape,
+    materials: Vec<Material>,
+    light: Option<u32>,
+}
+
+impl Surface {
+    /// A surface. `materials` are indexed by the triangles' slots; shapes other than meshes use
+    /// the first. `light` is the index, among the scene's lights, of the one that the surface
+    /// emits, on the side its normal points to.
+    ///
+    /// # Errors
+    /// The problem, where a material is missing.
+    pub fn new(shape: Shape, materials: Vec<Material>, light: Option<u32>) -> Result<Self, String> {
+        let slots = match &shape {
+            Shape::Mesh(mesh) => mesh.slot_count(),
+            Shape::Sphere(_) | Shape::Quad(_) | Shape::Box(_) | Shape::Plane(_) => 1,
+        };
+        if materials.len() < slots {
+            return Err(format!("{slots} materials belong here, found {}", materials.len()));
+        }
+        Ok(Self { shape, materials, light })
+    }
+
+    /// Its shape.
+    pub fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// Its materials by slot.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The light that it emits.
+    pub fn light(&self) -> Option<u32> {
+        self.light
+    }
+
+    fn material(&self, primitive: u32) -> &Material {
+        let slot = match &self.shape {
+            Shape::Mesh(mesh) => mesh.slot(primitive),
+            Shape::Sphere(_) | Shape::Quad(_) | Shape::Box(_) | Shape::Plane(_) => 0,
+        };
+        &self.materials[slot as usize]
+    }
+}
+
+/// Where a ray meets a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfaceHit<'a> {
+    /// Ray parameter, in multiples of the ray's direction.
+    pub t: f64,
+    /// The place.
+    pub point: WorldPoint,
+    /// Bound of the error of each coordinate of `point`, in metres.
+    pub error: f64,
+    /// Unit geometric normal, outward or as wound; not turned toward the ray.
+    pub normal: DVec3,
+    /// Unit normal for shading, on the side of `normal`.
+    pub shading_normal: DVec3,
+    /// Texture coordinates.
+    pub uv: DVec2,
+    /// What the surface is made of there.
+    pub material: &'a Material,
+    /// The light that the surface emits on the side its normal points to.
+    pub light: Option<u32>,
+    /// Index of the surface.
+    pub surface: u32,
+    /// Index of the triangle of a mesh or of the face of a box, otherwise 0.
+    pub primitive: u32,
+}
+
+impl SurfaceHit<'_> {
+    /// The ray that leaves along `direction` and does not meet the surface again where it starts.
+    pub fn leave(&self, direction: DVec3) -> Ray<World> {
+        Ray::new(offset_origin(self.point, self.error, self.normal, direction), direction)
+    }
+}
+
+/// All surfaces of a scene.
+#[derive(Debug, Clone)]
+pub struct Surfaces {
+    surfaces: Vec<Surface>,
+    bvh: Bvh,
+}
+
+impl Surfaces {
+    /// The surfaces with their BVH; hits name them by their index here.
+    pub fn new(surfaces: Vec<Surface>) -> Self {
+        let bvh = Bvh::new(surfaces.iter().map(|s| s.shape.clone()).collect());
+        Self { surfaces, bvh }
+    }
+
+    /// The surfaces, by index.
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// The closest surface that the ray meets inside the open `span`.
+    pub fn intersect(&self, ray: &Ray<World>, span: Span) -> Option<SurfaceHit<'_>> {
+        let hit = self.bvh.intersect(ray, span)?;
+        let surface = &self.surfaces[hit.shape as usize];
+        Some(SurfaceHit {
+            t: hit.t,
+            point: hit.point,
+            error: hit.error,
+            normal: hit.normal,
+            shading_normal: hit.shading_normal,
+            uv: hit.uv,
+            material: surface.material(hit.primitive),
+            light: surface.light,
+            surface: hit.shape,
+            primitive: hit.primitive,
+        })
+    }
+
+    /// Whether any surface, of glass too, stands in the open `span`.
+    pub fn occluded(&self, ray: &Ray<World>, span: Span) -> bool {
+        self.bvh.occluded(ray, span)
+    }
+
+    /// The closest point of any surface within `max_distance` metres.
+    pub fn nearest(&self, point: WorldPoint, max_distance: f64) -> Option<Nearest> {
+        self.bvh.nearest(point, max_distance)
+    }
+
+    /// The box round the finite surfaces, empty where there are none.
+    pub fn bounds(&self) -> Aabb<World> {
+        self.bvh.bounds()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.surfaces.is_empty()
+    }
+
+    /// Whether any is a mirror or of glass.
+    pub fn has_specular(&self) -> bool {
+        self.surfaces.iter().flat_map(|s| &s.materials).any(Material::is_specular)
+    }
+}

@@ -1,0 +1,346 @@
+//! Opening files and reading grids.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use glam::{DAffine3, DVec3};
+
+use crate::error::{Error, Result};
+use crate::math::{Index, Transform};
+
+use super::ffi::bridge;
+use super::grid::Grid;
+use super::source::Source;
+use super::statistics::Statistics;
+use super::voxel::Voxel;
+
+/// The first eight bytes of every OpenVDB file.
+const MAGIC: [u8; 8] = [0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0];
+/// Older formats are from before OpenVDB was published.
+const OLDEST: u32 = 218;
+
+/// How to take the numbers of a scalar grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReadAs {
+    /// As they are, level sets too.
+    Raw,
+    /// As a density: NaN, infinite and negative values are counted and taken as 0; a level set is
+    /// refused.
+    Density,
+    /// As [`Density`](Self::Density), but a level set becomes a fog volume by OpenVDB's
+    /// `sdfToFogVolume`: 1 inside, falling to 0 over the narrow band.
+    LevelSetAsFog,
+}
+
+/// What a file says about a grid before its voxels are read.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct GridInfo {
+    /// The name, which need not be unique and may be empty.
+    pub name: String,
+    /// Which of the grids of this name it is, from 0.
+    pub occurrence: usize,
+    /// Type of the values, such as `float`, `vec3s` or `ptdataidx32`.
+    pub value_type: String,
+    /// OpenVDB's class: `fog volume`, `level set`, `staggered` or `unknown`.
+    pub class: String,
+    /// Whether the values are stored in 16 bits.
+    pub half: bool,
+    /// OpenVDB's name of the map, such as `UniformScaleMap`.
+    pub map: String,
+    /// Compression in the file, such as `blosc + active mask`.
+    pub compression: String,
+    /// Active voxels, where the file tells.
+    pub voxel_count: Option<u64>,
+    /// The map as rows of a column-vector matrix; nothing where it is not linear.
+    pub matrix: Option<[[f64; 4]; 3]>,
+    #[serde(skip)]
+    tree_type: String,
+    #[serde(skip)]
+    registered: bool,
+    #[serde(skip)]
+    unique: bool,
+}
+
+impl GridInfo {
+    /// The name as a user gives it: with the occurrence where several grids share the name.
+    pub fn label(&self) -> String {
+        if self.unique { self.name.clone() } else { format!("{}[{}]", self.name, self.occurrence) }
+    }
+
+    /// Whether the values are single numbers that can be read.
+    pub fn is_scalar(&self) -> bool {
+        self.has_type(&["float", "double", "int32", "int64", "bool"])
+    }
+
+    /// Whether the values are three-vectors that can be read.
+    pub fn is_vector(&self) -> bool {
+        self.has_type(&["vec3s", "vec3d", "vec3i"])
+    }
+
+    /// Whether it is a level set.
+    pub fn is_level_set(&self) -> bool {
+        self.class == "level set"
+    }
+
+    fn has_type(&self, types: &[&str]) -> bool {
+        self.registered && types.contains(&self.value_type.as_str())
+    }
+
+    /// Why its voxels cannot be read at all; nothing where they can.
+    pub fn unreadable(&self) -> Option<String> {
+        if !self.registered {
+            return Some(format!("has the type {}, which OpenVDB does not know", self.tree_type));
+        }
+        if !self.is_scalar() && !self.is_vector() {
+            return Some(format!(
+                "has the type {}; scalar grids (float, double, int32, int64, bool) and vec3 grids \
+                 can be read",
+                self.value_type
+            ));
+        }
+        if self.matrix.is_none() {
+            return Some(format!(
+                "has a frustum transform ({}); resample it to a linear transform",
+                self.map
+            ));
+        }
+        None
+    }
+
+    fn affine(&self) -> Option<DAffine3> {
+        let [x, y, z] = self.matrix?;
+        let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
+        Some(DAffine3::from_cols(column(0), column(1), column(2), column(3)))
+    }
+}
+
+/// An open OpenVDB file: the metadata of all its grids, and the voxels of those asked for.
+pub struct VdbFile {
+    path: PathBuf,
+    file: cxx::UniquePtr<bridge::File>,
+    version: u32,
+    writer: String,
+    grids: Vec<GridInfo>,
+}
+
+impl std::fmt::Debug for VdbFile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("VdbFile").field("path", &self.path).field("grids", &self.grids).finish()
+    }
+}
+
+impl VdbFile {
+    /// Opens a file and reads the metadata of all grids, but no voxels.
+    ///
+    /// # Errors
+    /// Where there is no such file, it is a folder, not an OpenVDB file, truncated, or of a format
+    /// that the library does not know.
+    pub fn open(path: &Path) -> Result<Self> {
+        let version = check_header(path)?;
+        let Some(name) = path.to_str() else {
+            return Err(Error::file(path, "the name is not UTF-8, which OpenVDB needs"));
+        };
+        let file = bridge::open_file(name).map_err(|e| Error::file(path, reading(&e)))?;
+        let grids = describe(&file.headers());
+        let writer = file.library_of_writer();
+        Ok(Self { path: path.to_path_buf(), file, version, writer, grids })
+    }
+
+    /// The file as it was named.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// All grids, in the order of the file.
+    pub fn grids(&self) -> &[GridInfo] {
+        &self.grids
+    }
+
+    /// Version of the file format, such as 224.
+    pub fn version(&self) -> u32 {
+        self.version
+    }
+
+    /// Version of the library that wrote the file, such as `8.0`.
+    pub fn library_version(&self) -> &str {
+        &self.writer
+    }
+
+    /// Version of the library that reads it, such as `10.0.1`.
+    pub fn reader_version() -> String {
+        bridge::library_version()
+    }
+
+    /// Reads the scalar grid number `index` of [`grids`](Self::grids).
+    ///
+    /// # Errors
+    /// Where it holds no scalars, has a frustum transform, is a level set while
+    /// [`ReadAs::Density`] is asked for, or the file is damaged.
+    pub fn read_scalar(&self, index: usize, read_as: ReadAs) -> Result<Grid<f32>> {
+        let info = self.info(index)?;
+        let level_set = info.is_level_set();
+        if level_set && read_as == ReadAs::Density {
+            return Err(self.grid_error(
+                info,
+                "is a level set, the distance to a surface and no density; \
+                 level_set = \"fog\" turns it into a fog volume",
+            ));
+        }
+        self.read(index, level_set && read_as == ReadAs::LevelSetAsFog, read_as != ReadAs::Raw)
+    }
+
+    /// Reads the grid of three-vectors number `index` of [`grids`](Self::grids), as it is.
+    ///
+    /// # Errors
+    /// Where it holds no three-vectors, has a frustum transform, or the file is damaged.
+    pub fn read_vector(&self, index: usize) -> Result<Grid<[f32; 3]>> {
+        self.read(index, false, false)
+    }
+
+    fn read<V: Voxel>(&self, index: usize, fog: bool, density: bool) -> Result<Grid<V>> {
+        let info = self.info(index)?;
+        if let Some(problem) = info.unreadable() {
+            return Err(self.grid_error(info, problem));
+        }
+        let transform = info.affine().and_then(Transform::<Index>::new).ok_or_else(|| {
+            self.grid_error(info, "its transform is singular; it must map voxels to a volume")
+        })?;
+        let voxels = self.voxels(index, fog)?;
+        let mut source = Source::new(&voxels).map_err(|e| self.grid_error(info, e))?;
+        drop(voxels);
+        let statistics = Statistics::of(&source);
+        if density {
+            source.make_density();
+        }
+        Ok(Grid::new(&source, transform, statistics))
+    }
+
+    /// What OpenVDB's own `BoxSampler` gives at points of a grid's index space, as the yardstick of
+    /// [`Grid::value`]: one number a point for scalars, three for vectors.
+    ///
+    /// # Errors
+    /// Where the grid cannot be read.
+    pub fn box_sample(&self, index: usize, points: &[DVec3]) -> Result<Vec<f64>> {
+        let voxels = self.voxels(index, false)?;
+        let points: Vec<f64> = points.iter().flat_map(DVec3::to_array).collect();
+        let mut out = vec![0.0; points.len() / 3 * voxels.components()];
+        let done = voxels.box_sample(&points, &mut out);
+        done.map_err(|e| self.grid_error(&self.grids[index], e))?;
+        Ok(out)
+    }
+
+    pub(super) fn voxels(&self, index: usize, fog: bool) -> Result<cxx::UniquePtr<bridge::Voxels>> {
+        let info = self.info(index)?;
+        self.file.read(index, fog).map_err(|e| self.grid_error(info, reading(&e)))
+    }
+
+    fn info(&self, index: usize) -> Result<&GridInfo> {
+        let count = self.grids.len();
+        self.grids.get(index).ok_or_else(|| {
+            Error::file(&self.path, format!("has no grid number {index}; it has {count} grids"))
+        })
+    }
+
+    /// An error about one of the grids.
+    pub(super) fn grid_error(&self, info: &GridInfo, problem: impl std::fmt::Display) -> Error {
+        Error::grid(&self.path, info.label(), problem)
+    }
+}
+
+/// The format's version, where the file begins as an OpenVDB file does.
+fn check_header(path: &Path) -> Result<u32> {
+    let fail = |problem: String| Err(Error::file(path, problem));
+    if path.is_dir() {
+        return fail("is a folder; name an OpenVDB file".into());
+    }
+    let mut head = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(16).read_to_end(&mut head));
+    if let Err(e) = read {
+        return fail(format!("cannot be read: {e}"));
+    }
+    if !head.starts_with(&MAGIC) {
+        return fail(foreign(&head));
+    }
+    let Some(version) = head[MAGIC.len()..].first_chunk() else {
+        return fail("ends after its first bytes: it is truncated".into());
+    };
+    let version = u32::from_le_bytes(*version);
+    let newest = bridge::newest_file_version();
+    if !(OLDEST..=newest).contains(&version) {
+        return fail(format!(
+            "has the file format {version}; OpenVDB {} reads {OLDEST} to {newest}",
+            bridge::library_version()
+        ));
+    }
+    Ok(version)
+}
+
+/// What a file is that does not begin as OpenVDB files do.
+fn foreign(head: &[u8]) -> String {
+    if head.is_empty() {
+        return "is empty, and no OpenVDB file".into();
+    }
+    if head.starts_with(b"version https://") {
+        return "is a git-lfs pointer, and not the file itself; fetch it with git lfs pull".into();
+    }
+    if head.starts_with(b"NanoVDB") {
+        return "is a NanoVDB file; convert it to OpenVDB with nanovdb_convert".into();
+    }
+    let hex = |bytes: &[u8]| bytes.iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ");
+    format!(
+        "starts with {}, and an OpenVDB file starts with {}",
+        hex(&head[..head.len().min(4)]),
+        hex(&MAGIC[..4])
+    )
+}
+
+/// What went wrong in the library, in the user's terms.
+fn reading(e: &cxx::Exception) -> String {
+    match e.what() {
+        what if what.contains("iostream") => "ends too early: it is truncated or damaged".into(),
+        what if what.contains("bad_alloc") || what.contains("length_error") => {
+            "asks for more memory than there is: it is damaged, or too large".into()
+        }
+        what => format!("cannot be read: {what}"),
+    }
+}
+
+fn describe(headers: &[bridge::GridHeader]) -> Vec<GridInfo> {
+    let same =
+        |some: &[bridge::GridHeader], name: &str| some.iter().filter(|h| h.name == name).count();
+    headers
+        .iter()
+        .enumerate()
+        .map(|(i, header)| GridInfo {
+            name: header.name.clone(),
+            occurrence: same(&headers[..i], &header.name),
+            unique: same(headers, &header.name) == 1,
+            value_type: value_type(&header.tree_type).to_string(),
+            class: header.grid_class.clone(),
+            half: header.half,
+            map: header.map.clone(),
+            compression: compression(header.compression),
+            voxel_count: u64::try_from(header.voxel_count).ok(),
+            matrix: header.linear.then(|| {
+                // OpenVDB multiplies row vectors from the left, so its rows are our columns.
+                std::array::from_fn(|r| std::array::from_fn(|c| header.affine[4 * c + r]))
+            }),
+            tree_type: header.tree_type.clone(),
+            registered: header.registered,
+        })
+        .collect()
+}
+
+/// `Tree_float_5_4_3` holds `float`; other configurations keep their full name.
+fn value_type(tree_type: &str) -> &str {
+    let inner = tree_type.strip_prefix("Tree_").and_then(|t| t.strip_suffix("_5_4_3"));
+    inner.unwrap_or(tree_type)
+}
+
+/// OpenVDB's compression flags in words.
+fn compression(flags: u32) -> String {
+    let names = [(1, "zip"), (2, "active mask"), (4, "blosc")];
+    let set: Vec<_> = names.iter().filter(|(bit, _)| flags & bit != 0).map(|&(_, n)| n).collect();
+    if set.is_empty() { "none".into() } else { set.join(" + ") }
+}

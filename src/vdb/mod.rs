@@ -1,0 +1,28 @@
+//! OpenVDB grids: read, sampled, integrated along rays, written.
+//!
+//! A file is opened with [`VdbFile::open`], a grid chosen with [`VdbFile::default_density`] or
+//! [`VdbFile::find`] and read with [`VdbFile::read_scalar`] or [`VdbFile::read_vector`]. A [`Grid`]
+//! owns its voxels in bricks that carry their neighbours' faces, so that no trilinear cell ever
+//! crosses from one brick into another.
+
+mod build;
+mod cells;
+mod choose;
+#[allow(unreachable_pub)] // what cxx generates
+mod ffi;
+mod file;
+mod grid;
+mod sample;
+mod source;
+mod statistics;
+mod tree;
+mod voxel;
+mod walk;
+mod write;
+
+pub use file::{GridInfo, ReadAs, VdbFile};
+pub use grid::{Grid, VoxelBox};
+pub use statistics::{BadValues, Statistics};
+pub use voxel::Voxel;
+pub use walk::{BrickRef, BrickSegment, BrickWalk};
+pub use write::{Block, GridToWrite, Tile, ValueType, write};

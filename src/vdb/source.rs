@@ -1,0 +1,149 @@
+//! A grid as OpenVDB hands it over: leaves and tiles in OpenVDB's own tree.
+
+use std::collections::BTreeMap;
+
+use glam::IVec3;
+
+use super::ffi::bridge;
+use super::tree::{BRICK, Child, LOWER, LowerNode, REACH, UPPER, UpperNode, slot, uniform};
+use super::voxel::Voxel;
+
+/// Values of a leaf, z fastest.
+pub(super) type Leaf<V> = [V; 512];
+
+/// A constant block.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SourceTile<V> {
+    pub(super) min: IVec3,
+    pub(super) log2_size: u32,
+    pub(super) value: V,
+    pub(super) active: bool,
+}
+
+/// Leaves and tiles in no order, as they came over the bridge.
+#[derive(Debug)]
+pub(super) struct Source<V> {
+    pub(super) background: V,
+    pub(super) active_voxels: u64,
+    pub(super) origins: Vec<IVec3>,
+    pub(super) leaves: Vec<Leaf<V>>,
+    /// Active voxels of each leaf.
+    pub(super) masks: Vec<[u64; 8]>,
+    pub(super) tiles: Vec<SourceTile<V>>,
+}
+
+impl<V: Voxel> Source<V> {
+    /// Copies the numbers out of OpenVDB's grid.
+    ///
+    /// # Errors
+    /// Where the grid holds another number of components, or reaches too far.
+    pub(super) fn new(voxels: &bridge::Voxels) -> Result<Self, String> {
+        if voxels.components() != V::COMPONENTS {
+            let kind = |n| if n == 1 { "scalars" } else { "three-vectors" };
+            return Err(format!(
+                "holds {}, but {} are wanted here",
+                kind(voxels.components()),
+                kind(V::COMPONENTS)
+            ));
+        }
+        let point = |&[x, y, z]: &[i32; 3]| IVec3::new(x, y, z);
+        let source = Self {
+            background: V::from_numbers(&voxels.background()),
+            active_voxels: voxels.active_voxels(),
+            origins: voxels.origins().as_chunks().0.iter().map(point).collect(),
+            leaves: voxels.values().chunks_exact(512 * V::COMPONENTS).map(leaf).collect(),
+            masks: voxels.masks().as_chunks().0.to_vec(),
+            tiles: voxels
+                .tiles()
+                .iter()
+                .map(|t| SourceTile {
+                    min: point(&t.origin),
+                    log2_size: t.log2_size,
+                    value: V::from_numbers(&t.value),
+                    active: t.active,
+                })
+                .collect(),
+        };
+        let reach = (1 << REACH) - (2 << UPPER);
+        let far =
+            |p: IVec3| p.cmplt(IVec3::splat(-reach)).any() || p.cmpgt(IVec3::splat(reach)).any();
+        let places = source.origins.iter().copied().chain(source.tiles.iter().map(|t| t.min));
+        match places.into_iter().find(|&p| far(p)) {
+            Some(p) => Err(format!("has voxels at {p}; coordinates up to ±{reach} are supported")),
+            None => Ok(source),
+        }
+    }
+
+    /// Takes every NaN, infinite and negative number as 0.
+    pub(super) fn make_density(&mut self) {
+        self.background = self.background.as_density();
+        self.leaves.iter_mut().flatten().for_each(|v| *v = v.as_density());
+        self.tiles.iter_mut().for_each(|t| t.value = t.value.as_density());
+    }
+}
+
+fn leaf<V: Voxel>(numbers: &[f32]) -> Leaf<V> {
+    std::array::from_fn(|i| V::from_numbers(&numbers[i * V::COMPONENTS..]))
+}
+
+/// OpenVDB's tree over a source; a lower node's children are numbers of leaves.
+#[derive(Debug)]
+pub(super) struct SourceTree<V> {
+    pub(super) background: V,
+    pub(super) roots: BTreeMap<[i32; 3], Child<V>>,
+    pub(super) upper: Vec<UpperNode<V>>,
+    pub(super) lower: Vec<LowerNode<V>>,
+}
+
+impl<V: Voxel> SourceTree<V> {
+    pub(super) fn new(source: &Source<V>) -> Self {
+        let mut tree = Self {
+            background: source.background,
+            roots: BTreeMap::new(),
+            upper: Vec::new(),
+            lower: Vec::new(),
+        };
+        let mut tiles: Vec<_> = source.tiles.iter().collect();
+        tiles.sort_by_key(|t| std::cmp::Reverse(t.log2_size)); // large ones first: small ones split them
+        for tile in tiles {
+            tree.insert(tile.min, tile.log2_size, Child::Constant(tile.value));
+        }
+        for (i, &origin) in source.origins.iter().enumerate() {
+            tree.insert(origin, BRICK, Child::Node(i as u32));
+        }
+        tree
+    }
+
+    fn insert(&mut self, min: IVec3, log2_size: u32, child: Child<V>) {
+        let root = self.roots.entry((min >> UPPER).to_array());
+        let root = root.or_insert(Child::Constant(self.background));
+        if log2_size >= UPPER {
+            *root = child;
+            return;
+        }
+        let upper = node_of(root, &mut self.upper);
+        let entry = &mut upper[slot(min, LOWER, UPPER - LOWER)];
+        if log2_size >= LOWER {
+            *entry = child;
+            return;
+        }
+        let lower = node_of(entry, &mut self.lower);
+        lower[slot(min, BRICK, LOWER - BRICK)] = child;
+    }
+}
+
+/// The node behind `child`, made from its constant where there is none yet.
+fn node_of<'a, V: Voxel, const N: usize>(
+    child: &mut Child<V>,
+    pool: &'a mut Vec<Box<[Child<V>; N]>>,
+) -> &'a mut [Child<V>; N] {
+    let number = match *child {
+        Child::Node(i) => i as usize,
+        Child::Constant(value) => {
+            pool.push(uniform(value));
+            *child = Child::Node(pool.len() as u32 - 1);
+            pool.len() - 1
+        }
+    };
+    &mut pool[number]
+}

@@ -1,0 +1,192 @@
+//! Phase functions against what they must satisfy.
+
+#[path = "common/chi2.rs"]
+mod chi2;
+
+use std::f64::consts::{PI, TAU};
+
+use chi2::Chi2;
+use fogbow::math::{Stage, Stream};
+use fogbow::medium::phase::Phase;
+use glam::DVec3;
+use proptest::prelude::*;
+
+/// One row a kind, narrow and odd ones included.
+fn all() -> Vec<(String, Phase)> {
+    let mut rows = vec![
+        ("isotropic".to_string(), Phase::ISOTROPIC),
+        ("rayleigh".to_string(), Phase::RAYLEIGH),
+    ];
+    for g in [-0.9999, -0.7, -1e-9, 0.0, 1e-3, 0.5, 0.99, 0.9999] {
+        rows.push((format!("henyey-greenstein {g}"), Phase::henyey_greenstein(g).unwrap()));
+    }
+    for (g1, g2, weight) in [(0.8, -0.3, 0.7), (0.9999, -0.9999, 0.5), (0.2, 0.9, 0.0)] {
+        let name = format!("two-lobe {g1} {g2} {weight}");
+        rows.push((name, Phase::two_lobe(g1, g2, weight).unwrap()));
+    }
+    for diameter in DIAMETERS {
+        rows.push((format!("fog {diameter} µm"), Phase::fog(diameter).unwrap()));
+    }
+    rows
+}
+
+/// In and at the ends of each range of the fit.
+const DIAMETERS: [f64; 13] =
+    [1e-6, 0.01, 0.1, 0.101, 0.5, 1.0, 1.499, 1.5, 3.0, 4.81, 5.0, 20.0, 50.0];
+
+/// Integral of `f` times the phase function over the sphere, by adaptive Simpson in 1 - cos on
+/// intervals that shrink toward both poles, where the lobes are.
+fn over_sphere(phase: &Phase, f: impl Fn(f64) -> f64) -> f64 {
+    let integrand = |cos_theta: f64| TAU * phase.eval(cos_theta) * f(cos_theta);
+    let mut edges: Vec<f64> = (0..48).map(|i| 0.5f64.powi(i)).collect();
+    edges.push(0.0);
+    edges.windows(2).fold(0.0, |sum, pair| {
+        let (a, b) = (pair[1], pair[0]);
+        sum + simpson(&|drop| integrand(1.0 - drop), a, b, 20)
+            + simpson(&|drop| integrand(drop - 1.0), a, b, 20)
+    })
+}
+
+fn simpson(f: &dyn Fn(f64) -> f64, a: f64, b: f64, depth: u32) -> f64 {
+    let rule = |a: f64, b: f64| (b - a) / 6.0 * (f(a) + 4.0 * f(0.5 * (a + b)) + f(b));
+    let middle = 0.5 * (a + b);
+    let (whole, halves) = (rule(a, b), rule(a, middle) + rule(middle, b));
+    if depth == 0 || (whole - halves).abs() < 1e-12 {
+        halves + (halves - whole) / 15.0
+    } else {
+        simpson(f, a, middle, depth - 1) + simpson(f, middle, b, depth - 1)
+    }
+}
+
+#[test]
+fn integrate_to_one() {
+    for (name, phase) in all() {
+        let integral = over_sphere(&phase, |_| 1.0);
+        assert!((integral - 1.0).abs() < 1e-9, "{name}: {integral}");
+    }
+}
+
+#[test]
+fn mean_cosine_is_that_of_the_function() {
+    for (name, phase) in all() {
+        let mean = over_sphere(&phase, |cos_theta| cos_theta);
+        assert!((mean - phase.mean_cosine()).abs() < 1e-9, "{name}: {mean}");
+    }
+}
+
+#[test]
+fn mean_cosine_is_that_of_the_samples() {
+    const COUNT: u32 = 50_000;
+    for (name, phase) in all() {
+        let mut stream = Stream::new(2, Stage::Test, 0, 0);
+        let incoming = DVec3::new(0.6, 0.0, -0.8);
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for _ in 0..COUNT {
+            let cos_theta = phase.sample(incoming, stream.uniform2()).0.dot(incoming);
+            sum += cos_theta;
+            squares += cos_theta * cos_theta;
+        }
+        let mean = sum / f64::from(COUNT);
+        let sigma = ((squares / f64::from(COUNT) - mean * mean).max(0.0) / f64::from(COUNT)).sqrt();
+        // 4.5 sigma: one false alarm in 150,000.
+        let off = (mean - phase.mean_cosine()).abs();
+        assert!(off < 4.5 * sigma + 1e-12, "{name}: {mean} not {}", phase.mean_cosine());
+    }
+}
+
+#[test]
+fn samples_follow_the_function() {
+    let incoming = DVec3::new(2.0, -3.0, 6.0) / 7.0;
+    for (name, phase) in all() {
+        // Half a sphere at a time, its rings crowded to resolve a peak in front or behind.
+        for axis in [incoming, -incoming] {
+            Chi2 { axis, one_minus_cos: 1.0, crowding: 6, samples: 30_000 }.check(
+                &name,
+                |stream| Some(phase.sample(incoming, stream.uniform2()).0),
+                |direction| {
+                    // The cosine from the chord is exact inside the peak.
+                    let drop = 0.5 * (direction - axis).length_squared();
+                    phase.eval((1.0 - drop) * axis.dot(incoming).signum())
+                },
+            );
+        }
+    }
+}
+
+#[test]
+fn density_of_a_sample_is_the_value_of_the_function() {
+    let incoming = DVec3::NEG_Z;
+    for (name, phase) in all() {
+        let mut stream = Stream::new(3, Stage::Test, 0, 0);
+        for _ in 0..1000 {
+            let (direction, pdf) = phase.sample(incoming, stream.uniform2());
+            let value = phase.eval(direction.dot(incoming));
+            // Rounding a cosine by 1e-16 moves a peak 1e-8 wide by 1e-8 of its height.
+            assert!((pdf - value).abs() <= 1e-6 * pdf, "{name}: {pdf} not {value}");
+        }
+    }
+}
+
+#[test]
+fn ends_of_the_unit_square_give_directions() {
+    let last = 1.0 - f64::EPSILON / 2.0;
+    for (name, phase) in all() {
+        for u in [[0.0, 0.0], [last, last], [0.0, last], [last, 0.0], [0.5, 0.5]] {
+            let (direction, pdf) = phase.sample(DVec3::Y, u);
+            assert!((direction.length() - 1.0).abs() < 1e-12, "{name} {u:?}: {direction}");
+            assert!(pdf > 0.0 && pdf.is_finite(), "{name} {u:?}: {pdf}");
+        }
+    }
+}
+
+#[test]
+fn known_values() {
+    assert!((Phase::ISOTROPIC.eval(0.3) - 1.0 / (4.0 * PI)).abs() < 1e-15);
+    assert!((Phase::RAYLEIGH.eval(1.0) - 3.0 / (8.0 * PI)).abs() < 1e-15);
+    // (1 - g²) / (4 pi (1 - g)³) straight on.
+    let forward = Phase::henyey_greenstein(0.9999).unwrap().eval(1.0);
+    assert!((forward / (1.9999 / (4.0 * PI * 1e-8)) - 1.0).abs() < 1e-9, "{forward}");
+    assert!(Phase::henyey_greenstein(0.0).unwrap().is_isotropic());
+    assert!(!Phase::henyey_greenstein(0.1).unwrap().is_isotropic());
+}
+
+#[test]
+fn fog_is_about_as_forward_as_mie_theory_says() {
+    // Asymmetry of water droplets in visible light: 0.85 to 0.87 for cloud of 10 to 20 µm across
+    // (Hu and Stamnes 1993, table for effective radii 5 to 10 µm), toward 0 for the smallest.
+    for diameter in [10.0, 20.0] {
+        let g = Phase::fog(diameter).unwrap().mean_cosine();
+        assert!((0.82..0.90).contains(&g), "{diameter} µm: {g}");
+    }
+    assert!(Phase::fog(1e-3).unwrap().mean_cosine().abs() < 1e-3);
+}
+
+#[test]
+fn values_out_of_range_are_refused_by_name() {
+    for (found, word) in [
+        (Phase::henyey_greenstein(1.0), "mean cosine"),
+        (Phase::henyey_greenstein(f64::NAN), "mean cosine"),
+        (Phase::two_lobe(0.5, -1.5, 0.5), "second lobe"),
+        (Phase::two_lobe(0.5, 0.5, 1.01), "weight"),
+        (Phase::fog(0.0), "droplet diameter"),
+        (Phase::fog(50.1), "droplet diameter"),
+        (Phase::fog(f64::NAN), "droplet diameter"),
+    ] {
+        let message = found.unwrap_err();
+        assert!(message.contains(word) && message.contains("must"), "{message}");
+    }
+}
+
+proptest! {
+    #[test]
+    fn fog_of_any_size_is_positive_and_samples_well(
+        diameter in 1e-6f64..50.0,
+        u in 0.0f64..1.0,
+        v in 0.0f64..1.0,
+    ) {
+        let phase = Phase::fog(diameter).unwrap();
+        let (direction, pdf) = phase.sample(DVec3::X, [u, v]);
+        prop_assert!(direction.is_finite() && pdf > 0.0 && pdf.is_finite());
+        prop_assert!(phase.mean_cosine().abs() < 1.0);
+    }
+}

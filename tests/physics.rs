@@ -1,0 +1,240 @@
+//! The renderer against closed forms and published values: slabs by adding-doubling, the white
+//! furnace, airlight, and the two ways of rendering against each other.
+//!
+//! Statistical bounds are 4.5 standard errors (false alarm 7e-6 a comparison) with fixed seeds.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use fogbow::image::{Film, write_exr_layers};
+use fogbow::render::{Silent, render, render_reference};
+use fogbow::scene::{LoadOptions, Overrides, RenderSettings, Scene};
+
+/// A scene from its text and settings, in a folder that holds what the text names.
+fn scene(folder: &Path, text: &str, rays: u32, photons: u64) -> Scene {
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, text).unwrap();
+    let overrides = Overrides { rays: Some(rays), photons: Some(photons), ..Overrides::default() };
+    Scene::load(&path, &LoadOptions { overrides, ..LoadOptions::default() }).unwrap()
+}
+
+/// Mean of the green channel and its standard error.
+fn mean(film: &Film) -> (f64, f64) {
+    let sum = |name: &str| film.layer(name).unwrap().iter().map(|v| f64::from(*v)).sum::<f64>();
+    let count = film.layer("G").unwrap().len() as f64;
+    (sum("G") / count, sum("variance").sqrt() / count)
+}
+
+/// A sky that shines from the upper half only, as `sky.exr`.
+fn half_sky(folder: &Path) {
+    let value = [1.0, 0.0];
+    let layers = [("R", &value[..]), ("G", &value[..]), ("B", &value[..])];
+    write_exr_layers(&folder.join("sky.exr"), 1, 2, &layers, &[]).unwrap();
+}
+
+/// Seen straight down from above, a slab under a sky that shines from above shows its reflectance
+/// for normal incidence (by reciprocity); seen from below its transmittance.
+fn slab(albedo: f64, thickness: f64, g: f64, from_above: bool) -> String {
+    let y = if from_above { 2.0 } else { -1.0 };
+    format!(
+        r#"
+        [camera]
+        type = "orthographic"
+        position = [0.0, {y}, 0.0]
+        target = [0.0, 0.5, 0.0]
+        up = [0.0, 0.0, 1.0]
+        height = 12.0
+        [film]
+        size = [16, 16]
+        [[medium]]
+        region = {{ box = {{ min = [-20.0, 0.0, -20.0], max = [20.0, 1.0, 20.0] }} }}
+        sigma_t = {thickness:?}
+        albedo = {albedo:?}
+        phase = {{ type = "henyey-greenstein", g = {g:?} }}
+        [[light]]
+        type = "environment"
+        texture = "sky.exr"
+        "#
+    )
+}
+
+/// Albedo, optical thickness, g, reflectance, transmittance.
+const SLABS: [(f64, f64, f64, f64, f64); 6] = [
+    (0.9, 1.0, 0.0, 0.26741, 0.59163),
+    (1.0, 1.0, 0.0, 0.34133, 0.65867),
+    (1.0, 4.0, 0.0, 0.69093, 0.30907),
+    (0.9, 2.0, 0.75, 0.09740, 0.66096),
+    (0.99, 8.0, 0.85, 0.30215, 0.55894),
+    (0.999, 16.0, 0.9, 0.42597, 0.54142),
+];
+
+#[test]
+fn slabs_by_the_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    half_sky(folder.path());
+    for (albedo, thickness, g, reflectance, transmittance) in SLABS {
+        for (from_above, expected) in [(true, reflectance), (false, transmittance)] {
+            let text = slab(albedo, thickness, g, from_above);
+            let scene = scene(folder.path(), &text, 1200, 0);
+            let rendered = render_reference(&scene, &scene.render, &Silent);
+            let (value, error) = mean(&rendered.film);
+            assert!(
+                (value - expected).abs() < 4.5 * error && error < 0.005 * expected,
+                "albedo {albedo}, thickness {thickness}, g {g}, from above {from_above}: \
+                 {value} ± {error}, expected {expected}"
+            );
+        }
+    }
+}
+
+/// Within 1 % and two standard errors of the mean over seeds, which the photons' noise asks for.
+#[test]
+fn slabs_by_photon_map_and_march() {
+    const SEEDS: u32 = 4;
+    let folder = tempfile::tempdir().unwrap();
+    half_sky(folder.path());
+    let mut wrong = String::new();
+    for (albedo, thickness, g, reflectance, transmittance) in SLABS {
+        for (from_above, expected) in [(true, reflectance), (false, transmittance)] {
+            let text = slab(albedo, thickness, g, from_above);
+            let scene = scene(folder.path(), &text, 32, 300_000);
+            let values: Vec<f64> = (0..SEEDS)
+                .map(|seed| {
+                    let settings = RenderSettings { seed: u64::from(seed), ..scene.render };
+                    mean(&render(&scene, &settings, &Silent).unwrap().film).0
+                })
+                .collect();
+            let value = values.iter().sum::<f64>() / f64::from(SEEDS);
+            let squares: f64 = values.iter().map(|v| (v - value).powi(2)).sum();
+            let error = (squares / f64::from(SEEDS * (SEEDS - 1))).sqrt();
+            if (value - expected).abs() > 0.01 * expected + 2.0 * error {
+                writeln!(
+                    wrong,
+                    "albedo {albedo}, thickness {thickness}, g {g}, from above {from_above}: \
+                     {value:.5} ± {error:.5}, expected {expected}"
+                )
+                .unwrap();
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+#[test]
+fn a_white_furnace_stays_white() {
+    let folder = tempfile::tempdir().unwrap();
+    let shapes = [
+        "region = { sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }\nsigma_t = 3.0",
+        "region = { box = { min = [-1.0, -0.5, -1.0], max = [1.0, 0.7, 1.0] } }\nsigma_t = 2.0\n\
+         phase = { type = \"henyey-greenstein\", g = 0.6 }",
+    ];
+    for medium in shapes {
+        let text = format!(
+            r#"
+            [camera]
+            position = [0.3, 0.4, 4.0]
+            target = [0.0, 0.0, 0.0]
+            fov = 30.0
+            [film]
+            size = [24, 24]
+            [[medium]]
+            albedo = 1.0
+            {medium}
+            [[light]]
+            type = "environment"
+            radiance = 1.0
+            "#
+        );
+        let scene = scene(folder.path(), &text, 256, 1_000_000);
+        let reference = mean(&render_reference(&scene, &scene.render, &Silent).film).0;
+        let photons = mean(&render(&scene, &scene.render, &Silent).unwrap().film).0;
+        assert!((reference - 1.0).abs() < 0.002, "{medium}: reference {reference}");
+        assert!((photons - 1.0).abs() < 0.002, "{medium}: photon map {photons}");
+    }
+}
+
+/// Sun, Ramamoorthi, Narasimhan and Nayar 2005, equation 9, by quadrature: sigma_s = sigma_t = 0.1,
+/// an isotropic light of 1 W/sr 10 m away, half a radian off the view.
+#[test]
+fn airlight_of_a_lamp_in_endless_fog() {
+    let folder = tempfile::tempdir().unwrap();
+    let (x, z) = (10.0 * 0.5f64.sin(), 10.0 * 0.5f64.cos());
+    let text = format!(
+        r#"
+        [camera]
+        position = [0.0, 0.0, 0.0]
+        target = [0.0, 0.0, 1.0]
+        fov = 0.001
+        [film]
+        size = [8, 8]
+        [render]
+        max_scatter = 1
+        [[medium]]
+        region = "everywhere"
+        sigma_t = 0.1
+        albedo = 1.0
+        [[light]]
+        type = "point"
+        position = [{x:?}, 0.0, {z:?}]
+        intensity = 1.0
+        "#
+    );
+    let scene = scene(folder.path(), &text, 4000, 1000);
+    let reference = mean(&render_reference(&scene, &scene.render, &Silent).film);
+    let marched = mean(&render(&scene, &scene.render, &Silent).unwrap().film);
+    for (value, error) in [reference, marched] {
+        assert!((value / 8.82222e-4 - 1.0).abs() < 0.005, "{value} ± {error}");
+    }
+}
+
+/// The photon map against the reference on the scenes that ship, at a size where both converge:
+/// the mean within 1 %, and blocks of 16 pixels that are not dark within their noise and 5 %.
+#[test]
+fn shipped_scenes_agree_with_the_reference() {
+    let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
+    for (name, size) in [("smoke", [48, 64]), ("fire", [48, 64])] {
+        let load = |rays| {
+            let overrides = Overrides {
+                size: Some(size),
+                rays: Some(rays),
+                photons: Some(400_000),
+                ..Overrides::default()
+            };
+            let options = LoadOptions { overrides, ..LoadOptions::default() };
+            Scene::load(&volumes.join(name).with_extension("toml"), &options).unwrap()
+        };
+        let (fast, slow) = (load(64), load(600));
+        let photons = render(&fast, &fast.render, &Silent).unwrap().film;
+        let reference = render_reference(&slow, &slow.render, &Silent).film;
+        let (ours, theirs) = (mean(&photons), mean(&reference));
+        let noise = 4.5 * ours.1.hypot(theirs.1);
+        assert!((ours.0 - theirs.0).abs() < 0.01 * theirs.0 + noise, "{name}: {ours:?} {theirs:?}");
+        let blocks = [blocks(&photons, size), blocks(&reference, size)];
+        let brightest = blocks[1].iter().map(|b| b.0).fold(0.0, f64::max);
+        for (ours, theirs) in blocks[0].iter().zip(&blocks[1]) {
+            if theirs.0 > 0.01 * brightest {
+                let noise = 4.5 * ours.1.hypot(theirs.1);
+                let off = (ours.0 - theirs.0).abs();
+                assert!(off < 0.05 * theirs.0 + noise, "{name}: {ours:?} {theirs:?}");
+            }
+        }
+    }
+}
+
+/// Mean of the green channel over blocks of 16 x 16 pixels, with its standard error.
+fn blocks(film: &Film, [width, height]: [u32; 2]) -> Vec<(f64, f64)> {
+    let (green, variance) = (film.layer("G").unwrap(), film.layer("variance").unwrap());
+    let corners = (0..height / 16).flat_map(|y| (0..width / 16).map(move |x| (x * 16, y * 16)));
+    let block = |(left, top): (u32, u32)| {
+        let mut sums = (0.0, 0.0);
+        for y in top..top + 16 {
+            for x in left..left + 16 {
+                let index = (y * width + x) as usize;
+                sums.0 += f64::from(green[index]) / 256.0;
+                sums.1 += f64::from(variance[index]);
+            }
+        }
+        (sums.0, sums.1.sqrt() / 256.0)
+    };
+    corners.map(block).collect()
+}

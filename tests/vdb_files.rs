@@ -1,0 +1,218 @@
+//! Files: what is read of them, what is refused and with which words, what is written.
+
+#![allow(clippy::print_stderr)] // skipped tests say so
+
+use std::path::{Path, PathBuf};
+
+use fogbow::vdb::{Block, GridToWrite, ReadAs, Tile, ValueType, VdbFile, write};
+use glam::{DAffine3, DMat3, DQuat, DVec3, IVec3};
+
+fn shared(file: &str) -> Option<PathBuf> {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes")).join(file);
+    if !path.exists() {
+        eprintln!("skipped: {} is not there", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+fn block(value: impl Fn(usize) -> f32) -> Block {
+    Block { origin: IVec3::ZERO, values: (0..512).map(value).collect(), active: None }
+}
+
+fn fog(name: &str) -> GridToWrite {
+    let mut grid = GridToWrite::fog(name, 0.25, DVec3::new(1.0, 2.0, 3.0));
+    grid.blocks.push(block(|i| i as f32));
+    grid
+}
+
+fn written(grids: &[GridToWrite]) -> (tempfile::TempDir, VdbFile) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("made.vdb");
+    write(&path, grids).unwrap();
+    let file = VdbFile::open(&path).unwrap();
+    (folder, file)
+}
+
+fn refusal(name: &str, bytes: &[u8]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    VdbFile::open(&path).unwrap_err().to_string()
+}
+
+#[test]
+fn statistics_agree_with_the_reference() {
+    let Some(list) = shared("reference.json") else { return };
+    let list: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&list).unwrap()).unwrap();
+    for entry in list.as_array().unwrap() {
+        let path = shared(entry["file"].as_str().unwrap()).unwrap();
+        let file = VdbFile::open(&path).unwrap();
+        assert_eq!(u64::from(file.version()), entry["format"].as_u64().unwrap());
+        assert_eq!(file.library_version(), entry["library"].as_str().unwrap());
+        let grids = entry["grids"].as_array().unwrap();
+        assert_eq!(file.grids().len(), grids.len());
+        for truth in grids {
+            let name = truth["name"].as_str().unwrap();
+            let index = file.find(name, None).unwrap();
+            let info = &file.grids()[index];
+            assert_eq!(info.class, truth["class"].as_str().unwrap());
+            assert_eq!(info.map, truth["map"].as_str().unwrap());
+            assert_eq!(u64::from(info.half), truth["half"].as_u64().unwrap());
+            let statistics = if info.is_scalar() {
+                *file.read_scalar(index, ReadAs::Raw).unwrap().statistics()
+            } else {
+                *file.read_vector(index).unwrap().statistics()
+            };
+            let same =
+                |key: &str, ours: u64| assert_eq!(ours, truth[key].as_u64().unwrap(), "{key}");
+            same("active", statistics.active);
+            same("active_tiles", statistics.active_tiles);
+            same("tile_voxels", statistics.tile_voxels);
+            same("leaves", statistics.leaves);
+            if statistics.active > 0 {
+                same("zeros", statistics.zeros);
+                same("neg", statistics.bad.negative);
+                for (key, ours) in
+                    [("min", statistics.min), ("max", statistics.max), ("mean", statistics.mean)]
+                {
+                    let theirs = truth[key].as_f64().unwrap();
+                    let slack = 1e-6 * theirs.abs().max(1e-6);
+                    assert!((ours - theirs).abs() <= slack, "{name} {key}: {ours} {theirs}");
+                }
+                let bounds = serde_json::to_value(statistics.bounds).unwrap();
+                assert_eq!(bounds, truth["bbox"], "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn foreign_and_damaged_files_are_refused() {
+    assert!(refusal("a.vdb", b"hello").contains("starts with 68 65 6c 6c, and an OpenVDB file"));
+    assert!(refusal("b.vdb", b"").contains("is empty"));
+    assert!(refusal("c.vdb", b"version https://git-lfs.github.com/spec/v1\n").contains("git-lfs"));
+    assert!(refusal("d.nvdb", b"NanoVDB0........").contains("NanoVDB"));
+    let mut future = vec![0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0];
+    future.extend(999u32.to_le_bytes());
+    assert!(refusal("e.vdb", &future).contains("file format 999"));
+    let folder = tempfile::tempdir().unwrap();
+    let message = VdbFile::open(folder.path()).unwrap_err().to_string();
+    assert!(message.contains("is a folder"), "{message}");
+    let message = VdbFile::open(&folder.path().join("none.vdb")).unwrap_err().to_string();
+    assert!(message.contains("cannot be read: No such file"), "{message}");
+}
+
+#[test]
+fn truncated_files_are_refused_at_every_length() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("whole.vdb");
+    write(&path, &[fog("density"), fog("other")]).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    for length in (0..bytes.len()).step_by(37) {
+        let message = refusal("cut.vdb", &bytes[..length]);
+        let told = ["truncated", "is empty", "but the file has", "starts with"];
+        assert!(told.iter().any(|t| message.contains(t)), "{length}: {message}");
+    }
+}
+
+#[test]
+fn grids_are_chosen_by_name_and_index() {
+    let (_folder, file) = written(&[fog("a"), fog("density"), fog("density"), fog("")]);
+    assert_eq!(file.default_density().unwrap(), 1);
+    assert_eq!(file.find("density", Some(1)).unwrap(), 2);
+    assert_eq!(file.grids()[2].label(), "density[1]");
+    assert_eq!(file.find("", None).unwrap(), 3);
+    let message = file.find("density", Some(2)).unwrap_err().to_string();
+    assert!(
+        message.contains("none with index 2") && message.contains("\"density[1]\""),
+        "{message}"
+    );
+    let message = file.find("smoke", None).unwrap_err().to_string();
+    assert!(message.contains("no grid called \"smoke\"") && message.contains("\"a\""), "{message}");
+    let (_folder, file) = written(&[fog("soot")]);
+    assert_eq!(file.default_density().unwrap(), 0);
+    let (_folder, file) = written(&[fog("soot"), fog("dust")]);
+    assert!(file.default_density().unwrap_err().to_string().contains("several fog volumes"));
+}
+
+#[test]
+fn level_sets_are_refused_or_converted() {
+    let Some(path) = shared("levelset/sphere.vdb") else { return };
+    let file = VdbFile::open(&path).unwrap();
+    let message = file.read_scalar(0, ReadAs::Density).unwrap_err().to_string();
+    assert!(message.contains("level_set = \"fog\""), "{message}");
+    let fog = file.read_scalar(0, ReadAs::LevelSetAsFog).unwrap();
+    assert_eq!((fog.min_value(), fog.max_value(), fog.background()), (0.0, 1.0, 0.0));
+    assert!(fog.occupied_volume() > 500_000.0);
+}
+
+#[test]
+fn every_type_comes_back() {
+    let types = [ValueType::Float, ValueType::Double, ValueType::Int32, ValueType::Int64];
+    let grids: Vec<_> = types.iter().map(|&t| GridToWrite { value_type: t, ..fog("g") }).collect();
+    let (_folder, file) = written(&grids);
+    for i in 0..types.len() {
+        let grid = file.read_scalar(i, ReadAs::Density).unwrap();
+        let mut count = 0;
+        grid.for_each_nonzero(|voxel| {
+            let at = voxel.min;
+            assert_eq!(voxel.value, (at.x * 64 + at.y * 8 + at.z) as f32);
+            count += 1;
+        });
+        assert_eq!(count, 511);
+    }
+    let flags = GridToWrite { value_type: ValueType::Bool, half: false, ..fog("b") };
+    let (_folder, file) = written(&[flags]);
+    assert_eq!(file.read_scalar(0, ReadAs::Density).unwrap().max_value(), 1.0);
+    let mut colour = GridToWrite { value_type: ValueType::Vec3, ..fog("c") };
+    colour.blocks[0].values = (0..1536).map(|i| (i % 3) as f32).collect();
+    let (_folder, file) = written(&[colour]);
+    let grid = file.read_vector(0).unwrap();
+    assert_eq!(grid.value(fogbow::math::IndexPoint::new(3.5, 3.0, 2.2)), [0.0, 1.0, 2.0]);
+    let message = file.read_scalar(0, ReadAs::Density).unwrap_err().to_string();
+    assert!(message.contains("holds three-vectors, but scalars are wanted"), "{message}");
+}
+
+#[test]
+fn half_precision_and_transforms_come_back() {
+    let mut grid = fog("density");
+    grid.half = true;
+    let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -0.7, 1.1);
+    let mirrored = DMat3::from_quat(turn) * DMat3::from_diagonal(DVec3::new(-0.1, 0.2, 0.5));
+    grid.transform = DAffine3 { matrix3: mirrored, translation: DVec3::new(5.0, -6.0, 7.0) };
+    let expected = grid.transform;
+    let (_folder, file) = written(&[grid]);
+    assert!(file.grids()[0].half);
+    let grid = file.read_scalar(0, ReadAs::Density).unwrap();
+    assert!(grid.transform().affine().abs_diff_eq(expected, 1e-12));
+    assert_eq!(grid.max_value(), 511.0);
+}
+
+#[test]
+fn bad_values_are_counted_and_taken_as_nothing() {
+    let mut grid = fog("density");
+    grid.blocks[0].values[1] = f32::NAN;
+    grid.blocks[0].values[2] = f32::INFINITY;
+    grid.blocks[0].values[3] = -2.0;
+    let value = [-1.0, 0.0, 0.0];
+    grid.tiles.push(Tile { origin: IVec3::new(8, 0, 0), edge: 8, value, active: true });
+    let (_folder, file) = written(&[grid]);
+    let grid = file.read_scalar(0, ReadAs::Density).unwrap();
+    let bad = grid.bad_values();
+    assert_eq!((bad.nan, bad.infinite, bad.negative), (1, 1, 513));
+    assert_eq!((grid.min_value(), grid.max_value()), (0.0, 511.0));
+}
+
+#[test]
+fn the_same_grids_give_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = ["a.vdb", "b.vdb"].map(|name| {
+        write(&folder.path().join(name), &[fog("density"), fog("x")]).unwrap();
+        std::fs::read(folder.path().join(name)).unwrap()
+    });
+    assert!(bytes[0] == bytes[1]);
+    let unwritable = folder.path().join("none/there.vdb");
+    assert!(write(&unwritable, &[fog("density")]).is_err());
+}
