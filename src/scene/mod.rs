@@ -1,6 +1,6 @@
 //! The scene: camera, media, surfaces, lights, film and render settings, complete and valid.
 //!
-//! [`Scene::load`] takes a scene file ([`file`] describes it) or a bare VDB, to which it gives a
+//! [`Scene::load`] takes a scene file ([`mod@file`] describes it) or a bare VDB, to which it gives a
 //! camera and lights. After it nothing reads a file any more.
 
 mod bare;
