@@ -159,14 +159,6 @@ impl<S: Copy> Aabb<S> {
         }
     }
 
-    /// What both share.
-    pub fn intersection(self, other: Self) -> Self {
-        Self {
-            min: Point::from_xyz(self.min.xyz.max(other.min.xyz)),
-            max: Point::from_xyz(self.max.xyz.min(other.max.xyz)),
-        }
-    }
-
     /// The box with every face moved outward by `by`.
     pub fn grown(self, by: f64) -> Self {
         Self { min: self.min - DVec3::splat(by), max: self.max + DVec3::splat(by) }

@@ -36,17 +36,4 @@ impl Albedo {
         };
         value.clamp(Rgb::ZERO, Rgb::ONE)
     }
-
-    /// Whether nothing scatters anywhere.
-    pub fn is_black(&self) -> bool {
-        matches!(self, Self::Constant(albedo) if *albedo == Rgb::ZERO)
-    }
-
-    /// Grid samples that one look-up takes.
-    pub const fn lookups(&self) -> u64 {
-        match self {
-            Self::Constant(_) => 0,
-            Self::Color { .. } | Self::Scalar { .. } => 1,
-        }
-    }
 }

@@ -153,9 +153,4 @@ impl Surfaces {
     pub fn is_empty(&self) -> bool {
         self.surfaces.is_empty()
     }
-
-    /// Whether any is a mirror or of glass.
-    pub fn has_specular(&self) -> bool {
-        self.surfaces.iter().flat_map(|s| &s.materials).any(Material::is_specular)
-    }
 }
