@@ -278,7 +278,7 @@ fn places_in_a_profile_estimate_source_integrals_without_bias() {
             let slack = expected * 1e-3;
             let (mut n, mut mean, mut squares) = (0.0, Rgb::ZERO, Rgb::ZERO);
             for _ in 0..20_000 {
-                let sampled = profile.sample(rng.uniform2());
+                let sampled = profile.sample(rng.uniform2()).map(|place| (place.t, place.weight));
                 let value = sampled.map_or(Rgb::ZERO, |(t, weight)| {
                     assert!(profile.at(t).is_some(), "{name}: {t} is in a gap");
                     weight * source(t)

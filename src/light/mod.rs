@@ -159,6 +159,15 @@ impl Light {
         }
     }
 
+    /// Where all of the light shines from; nothing where it has an extent or is infinitely far.
+    pub const fn place(&self) -> Option<WorldPoint> {
+        match self {
+            Self::Point(l) => Some(l.position()),
+            Self::Spot(l) => Some(l.position()),
+            Self::Sun(_) | Self::Quad(_) | Self::Mesh(_) | Self::Environment(_) => None,
+        }
+    }
+
     /// Whether the light is farther than every place of the scene.
     pub const fn is_infinite(&self) -> bool {
         matches!(self, Self::Sun(_) | Self::Environment(_))

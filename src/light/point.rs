@@ -35,6 +35,11 @@ impl PointLight {
         Self::new(position, checked_color("power", power)? / (4.0 * PI))
     }
 
+    /// Where it stands.
+    pub(super) const fn position(&self) -> WorldPoint {
+        self.position
+    }
+
     pub(super) fn sample(&self, at: WorldPoint) -> Option<LightSample> {
         delta_sample(self.position, at, |_| self.intensity)
     }

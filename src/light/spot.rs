@@ -183,6 +183,11 @@ impl SpotLight {
         self.intensity * falloff * tint
     }
 
+    /// Where it stands.
+    pub(super) const fn position(&self) -> WorldPoint {
+        self.position
+    }
+
     pub(super) fn sample(&self, at: WorldPoint) -> Option<LightSample> {
         delta_sample(self.position, at, |direction| self.intensity(direction))
     }

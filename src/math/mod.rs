@@ -1,6 +1,7 @@
-//! Points and rays in their spaces, transforms, colours, warps with their pdfs, random streams.
+//! Points and rays in their spaces, transforms, colours, warps with their densities, random streams.
 
 mod color;
+mod equiangular;
 mod frame;
 mod random;
 mod space;
@@ -8,6 +9,7 @@ mod transform;
 pub mod warp;
 
 pub use color::{Rgb, luminance};
+pub use equiangular::Equiangular;
 pub use frame::Frame;
 pub use random::{Stage, Stream};
 pub use space::{Aabb, Index, IndexPoint, Point, Ray, Span, World, WorldPoint};

@@ -19,7 +19,7 @@ pub use emission::{Emission, EmissionSampler, EmissionStart};
 pub use flight::{Collision, Flights};
 pub use media::{Media, Mixture};
 pub use phase::Phase;
-pub use profile::{Piece, Profile};
+pub use profile::{Piece, Place, Profile};
 
 use crate::math::{Rgb, WorldPoint};
 

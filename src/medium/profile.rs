@@ -20,6 +20,19 @@ pub struct Piece {
     pub before: Rgb,
 }
 
+/// A place on a ray where light may scatter toward its start.
+#[derive(Debug, Clone, Copy)]
+pub struct Place {
+    /// Metres along the ray.
+    pub t: f64,
+    /// Density with which [`Profile::sample`] takes it, 1/m.
+    pub pdf: f64,
+    /// Transmittance times extinction there over `pdf`: the weight that makes an average of source
+    /// functions S at sampled places the integral of T sigma_t S over the ray. In grey media it is
+    /// the opacity.
+    pub weight: Rgb,
+}
+
 /// Optical thickness and emission along one ray: consecutive pieces, front to back, with gaps
 /// where nothing is. Kept and traced anew, so that no memory is asked for per ray.
 #[derive(Debug, Default)]
@@ -140,6 +153,12 @@ impl Profile {
         &self.pieces
     }
 
+    /// From the first piece to the last; empty where there is none.
+    pub fn extent(&self) -> Span {
+        let ends = self.pieces.first().zip(self.pieces.last());
+        ends.map_or(Span::new(0.0, 0.0), |(first, last)| Span::new(first.span.start, last.span.end))
+    }
+
     /// Optical thickness of the whole ray.
     pub const fn optical_thickness(&self) -> Rgb {
         self.total
@@ -178,12 +197,10 @@ impl Profile {
     }
 
     /// A place proportional to transmittance times extinction, by inverting the opacity at
-    /// `u[0]` in a channel chosen by `u[1]`, and the weight that makes an average of source
-    /// functions there the integral of T sigma_t S over the ray (balance heuristic over the
-    /// channels, Veach 1997; in grey media the weight is the opacity). Nothing where the ray
-    /// meets no extinction.
-    pub fn sample(&self, u: [f64; 2]) -> Option<(f64, Rgb)> {
-        let opacity = self.total.to_array().map(|tau| -(-tau).exp_m1());
+    /// `u[0]` in a channel chosen by `u[1]` (balance heuristic over the channels, Veach 1997).
+    /// Nothing where the ray meets no extinction.
+    pub fn sample(&self, u: [f64; 2]) -> Option<Place> {
+        let opacity = self.opacity();
         let channel = if self.grey { 0 } else { (u[1] * 3.0) as usize };
         if !opacity[channel].is_normal() {
             return None;
@@ -196,13 +213,31 @@ impl Profile {
             return None;
         }
         let along = ((target - piece.before[channel]) / sigma_t).min(piece.span.length());
-        let t = piece.span.start + along;
-        if self.grey {
-            return Some((t, Rgb::splat(opacity[0])));
-        }
         let flux = (-piece.before - thickness_of(piece.sigma_t, along)).exp() * piece.sigma_t;
-        let pdf: f64 = (0..3).filter(|&c| opacity[c] > 0.0).map(|c| flux[c] / opacity[c]).sum();
-        (pdf > 0.0).then(|| (t, flux * (3.0 / pdf)))
+        self.place(piece.span.start + along, flux)
+    }
+
+    /// The place at `t` with the density that [`sample`](Self::sample) has there; nothing where
+    /// there is no extinction.
+    pub fn place_at(&self, t: f64) -> Option<Place> {
+        let (transmittance, sigma_t) = self.at(t)?;
+        self.place(t, transmittance * sigma_t)
+    }
+
+    /// The place at `t`, where transmittance times extinction is `flux`.
+    fn place(&self, t: f64, flux: Rgb) -> Option<Place> {
+        let opacity = self.opacity();
+        if self.grey {
+            let pdf = flux.x / opacity.x;
+            return pdf.is_normal().then(|| Place { t, pdf, weight: opacity });
+        }
+        let share = |c: usize| if opacity[c] > 0.0 { flux[c] / opacity[c] } else { 0.0 };
+        let pdf = (0..3).map(share).sum::<f64>() / 3.0;
+        pdf.is_normal().then(|| Place { t, pdf, weight: flux / pdf })
+    }
+
+    fn opacity(&self) -> Rgb {
+        Rgb::from(self.total.to_array().map(|tau| -(-tau).exp_m1()))
     }
 }
 

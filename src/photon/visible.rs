@@ -50,10 +50,10 @@ impl Visible {
                 let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
                 profile.trace(&scene.media, &ray, Span::new(0.0, end), 0.0, 0.5);
                 let opacity = (Rgb::ONE - profile.transmittance()).max_element();
-                if let Some((t, _)) = profile.sample(rng.uniform2())
+                if let Some(place) = profile.sample(rng.uniform2())
                     && rng.uniform() < opacity
                 {
-                    self.media.push(ray.at(t));
+                    self.media.push(ray.at(place.t));
                 }
             }
             let Some(hit) = hit else { return };

@@ -29,7 +29,7 @@ pub fn emitter(hit: &SurfaceHit<'_>) -> EmitterHit {
 }
 
 /// Sums `contribution` over samples of the lights picked for `at`: it is given the light's index,
-/// the sample, and the density of its direction, 1/sr, with the probability of picking the light.
+/// the sample, and the probability of picking the light.
 pub fn each_light(
     scene: &Scene,
     at: WorldPoint,
@@ -40,7 +40,7 @@ pub fn each_light(
     for (index, probability) in scene.lights.pick(at, state.rng.uniform()) {
         let sample = scene.lights.lights[index].sample(at, state.rng.uniform2());
         if let Some(light) = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO) {
-            sum += contribution(index, &light, probability * light.pdf, state);
+            sum += contribution(index, &light, probability, state);
         }
     }
     sum
@@ -57,7 +57,8 @@ pub fn is_visible(scene: &Scene, ray: &Ray<World>, light: &LightSample, state: &
 }
 
 /// Direct light scattered at `p` in a medium into the unit direction `toward`, per unit of the
-/// scatterers' weights: with weights sigma_s / sigma_t a source function, W/(m² sr).
+/// scatterers' weights: with weights sigma_s / sigma_t a source function, W/(m² sr). The part of
+/// each light is divided by `count` of its index and the probability of picking it.
 ///
 /// Light that a ray can find by chance is sampled by the light and by the phase function in turn
 /// where that is not isotropic, weighed by the balance heuristic for one sample (Veach 1997,
@@ -67,56 +68,62 @@ pub fn in_medium(
     p: WorldPoint,
     toward: DVec3,
     scatterers: &[Scatterer<'_>],
+    count: impl Fn(usize, f64) -> f64,
     state: &mut State,
 ) -> Rgb {
     // The phase function is symmetric, so light towards the eye is sampled from the eye.
-    let by_phase = match scatterers {
+    let rival = match scatterers {
         [(phase, _)] if !phase.is_isotropic() && scene.lights.has_extended() => Some(*phase),
         _ => None,
     };
-    let Some(phase) = by_phase else { return by_light(scene, p, toward, scatterers, None, state) };
-    if state.rng.uniform() < 0.5 {
-        return by_light(scene, p, toward, scatterers, Some(phase), state);
+    if let Some(phase) = rival.filter(|_| state.rng.uniform() >= 0.5) {
+        let (direction, pdf) = phase.sample(-toward, state.rng.uniform2());
+        if pdf <= 0.0 {
+            return Rgb::ZERO;
+        }
+        let ray = Ray::new(p, direction);
+        let share = |index, choice, own| 2.0 / (choice * own + pdf) / count(index, choice);
+        return found(scene, &ray, share, state) * scatterers[0].1 * pdf;
     }
-    let (direction, pdf) = phase.sample(-toward, state.rng.uniform2());
-    if pdf <= 0.0 {
-        return Rgb::ZERO;
-    }
-    let ray = Ray::new(p, direction);
-    let weight = scatterers[0].1 * pdf;
-    found(scene, &ray, |own| 1.0 / (0.5 * own + 0.5 * pdf), state) * weight
+    each_light(scene, p, state, |index, light, choice, state| {
+        let own = choice * light.pdf;
+        let pdf = match rival {
+            None => own,
+            Some(_) if light.delta => 0.5 * own,
+            Some(phase) => 0.5 * own + 0.5 * phase.eval(-light.direction.dot(toward)),
+        };
+        scattered(scene, p, toward, scatterers, light, state) / (pdf * count(index, choice))
+    })
 }
 
-fn by_light(
+/// Light of one sample, not divided by its density, that is scattered at `p` in a medium into the
+/// unit direction `toward`, per unit of the scatterers' weights.
+pub fn scattered(
     scene: &Scene,
     p: WorldPoint,
     toward: DVec3,
     scatterers: &[Scatterer<'_>],
-    rival: Option<&Phase>,
+    light: &LightSample,
     state: &mut State,
 ) -> Rgb {
-    each_light(scene, p, state, |_, light, own, state| {
-        let cosine = (-light.direction).dot(toward);
-        let spread: Rgb =
-            scatterers.iter().map(|(phase, weight)| *weight * phase.eval(cosine)).sum();
-        let ray = Ray::new(p, light.direction);
-        if spread == Rgb::ZERO || !is_visible(scene, &ray, light, state) {
-            return Rgb::ZERO;
-        }
-        state.work.marches += 1;
-        let transmittance = scene.media.transmittance(&ray, Span::new(0.0, light.distance));
-        let pdf = match rival {
-            None => own,
-            Some(_) if light.delta => 0.5 * own,
-            Some(phase) => 0.5 * own + 0.5 * phase.eval(cosine),
-        };
-        light.radiance * transmittance * spread / pdf
-    })
+    let cosine = -light.direction.dot(toward);
+    let spread: Rgb = scatterers.iter().map(|(phase, weight)| *weight * phase.eval(cosine)).sum();
+    let ray = Ray::new(p, light.direction);
+    if spread == Rgb::ZERO || !is_visible(scene, &ray, light, state) {
+        return Rgb::ZERO;
+    }
+    state.work.marches += 1;
+    light.radiance * spread * scene.media.transmittance(&ray, Span::new(0.0, light.distance))
 }
 
-/// Radiance of lights that `ray` finds by chance, each times `weight` of the density with which
-/// light sampling would have found it.
-fn found(scene: &Scene, ray: &Ray<World>, weight: impl Fn(f64) -> f64, state: &mut State) -> Rgb {
+/// Radiance of lights that `ray` finds by chance, each times `share` of its index, the probability
+/// of picking it and the density with which its sampling would have found it.
+fn found(
+    scene: &Scene,
+    ray: &Ray<World>,
+    share: impl Fn(usize, f64, f64) -> f64,
+    state: &mut State,
+) -> Rgb {
     state.work.shadow_rays += 1;
     let hit = scene.surfaces.intersect(ray, Span::AHEAD);
     let at = hit.as_ref().map(emitter);
@@ -131,7 +138,7 @@ fn found(scene: &Scene, ray: &Ray<World>, weight: impl Fn(f64) -> f64, state: &m
             let seen = light.radiance_from(ray.direction, at);
             if seen != Rgb::ZERO {
                 let choice = lights.pick_probability(ray.origin, index);
-                radiance += seen * weight(choice * light.pdf(ray.direction, at));
+                radiance += seen * share(index, choice, light.pdf(ray.direction, at));
             }
         }
     }
@@ -152,12 +159,12 @@ pub fn on_surface(scene: &Scene, incoming: DVec3, hit: &SurfaceHit<'_>, state: &
         material.eval(incoming, direction, hit, TransportMode::Radiance)
             * direction.dot(hit.shading_normal).abs()
     };
-    each_light(scene, hit.point, state, |index, light, own, state| {
+    each_light(scene, hit.point, state, |index, light, picked, state| {
+        let own = picked * light.pdf;
         let kind = &scene.lights.lights[index];
         let Light::Environment(sky) = kind else {
             return arriving(scene, hit, light, reflected(light.direction) / own, state);
         };
-        let picked = own / light.pdf;
         if state.rng.uniform() < 0.5 {
             let other = material.pdf(incoming, light.direction, hit);
             let share = reflected(light.direction) / (0.5 * (own + other));

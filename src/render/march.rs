@@ -4,19 +4,24 @@ use smallvec::SmallVec;
 
 use crate::image::Sample;
 use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
-use crate::medium::{Phase, Profile};
+use crate::medium::{Phase, Place, Profile};
 use crate::photon::PhotonMaps;
 use crate::scene::Scene;
 use crate::surface::{SurfaceHit, TransportMode};
 
 use super::expose::{Budget, State};
+use super::lamps::Lamps;
 use super::lighting;
 
 /// Mirrors and panes of glass that a camera ray follows at most.
 const MAX_SPECULAR: u32 = 64;
 
-/// Places along a ray at which light in the medium is evaluated.
+/// Places along a ray, spread by opacity, at which direct light in media is evaluated.
 const PLACES: u32 = 4;
+
+/// Places along a ray, dense where it passes a lamp, at which the lamp's light is evaluated; as
+/// many spread by opacity do where all lights are lamps.
+const PLACES_BESIDE: u32 = 2;
 
 /// How far beyond a surface photons in front of it are gathered, in radii.
 const MOST_BEYOND: f64 = 4.0;
@@ -112,21 +117,48 @@ impl<'a> Marcher<'a> {
         (light, transmittance)
     }
 
-    /// Light that comes straight from a light and is scattered once along `ray`.
+    /// Light that comes straight from a light and is scattered once along `ray`: evaluated at
+    /// places spread by opacity and, for lamps, at places dense near them, weighed by the balance
+    /// heuristic over both (Veach 1997, section 9.2.2).
     fn direct(&self, ray: &Ray<World>, profile: &Profile, state: &mut State) -> Rgb {
+        let (lights, toward) = (&self.scene.lights, -ray.direction);
+        let lamps = Lamps::beside(lights, ray, profile.extent());
+        let places = if lamps.are_all() { PLACES_BESIDE } else { PLACES };
+        // How many places, in effect, share in the light found at one: those spread by opacity,
+        // and those beside lamps in the proportion of the densities.
+        let count = |place: &Place, light: usize, choice: f64| {
+            let beside = f64::from(PLACES_BESIDE) * lamps.pdf(light, place.t);
+            f64::from(places) + beside / (choice * place.pdf)
+        };
         let mut sum = Rgb::ZERO;
-        for place in 0..PLACES {
-            let u = (f64::from(place) + state.rng.uniform()) / f64::from(PLACES);
-            let Some((t, weight)) = profile.sample([u, state.rng.uniform()]) else { break };
-            let p = ray.at(t);
+        for index in 0..places {
+            let u = stratum(index, places, state);
+            let Some(place) = profile.sample([u, state.rng.uniform()]) else { break };
+            let p = ray.at(place.t);
             let scatterers = self.scatterers(p);
             if !scatterers.is_empty() {
                 state.work.gathers += 1;
-                let toward = -ray.direction;
-                sum += weight * lighting::in_medium(self.scene, p, toward, &scatterers, state);
+                let count = |light, choice| count(&place, light, choice);
+                let light = lighting::in_medium(self.scene, p, toward, &scatterers, count, state);
+                sum += place.weight * light;
             }
         }
-        sum / f64::from(PLACES)
+        for index in 0..PLACES_BESIDE {
+            for (lamp, distances) in lamps.pick(state.rng.uniform()) {
+                let t = distances.sample(stratum(index, PLACES_BESIDE, state));
+                let Some(place) = profile.place_at(t) else { continue };
+                let p = ray.at(t);
+                let (choice, scatterers) = (lights.pick_probability(p, *lamp), self.scatterers(p));
+                let sample = lights.lights[*lamp].sample(p, state.rng.uniform2());
+                if let Some(light) = sample.filter(|_| choice > 0.0 && !scatterers.is_empty()) {
+                    state.work.gathers += 1;
+                    let light =
+                        lighting::scattered(self.scene, p, toward, &scatterers, &light, state);
+                    sum += place.weight * light / (choice * count(&place, *lamp, choice));
+                }
+            }
+        }
+        sum
     }
 
     /// Light of the photons along `ray`.
@@ -193,4 +225,9 @@ impl<'a> Marcher<'a> {
         );
         direct + hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance) * irradiance
     }
+}
+
+/// A number for the stratum `index` of `count` of the unit interval.
+fn stratum(index: u32, count: u32, state: &mut State) -> f64 {
+    (f64::from(index) + state.rng.uniform()) / f64::from(count)
 }

@@ -4,6 +4,7 @@
 //! passed. The unbiased reference renders the same scene onto the same film.
 
 mod expose;
+mod lamps;
 mod lighting;
 mod march;
 mod progress;

@@ -2,9 +2,10 @@
 //!
 //! It shares nothing with the march but the scene: transmittance is estimated by ratio tracking
 //! over majorants, collisions by null-collision tracking (Novák et al. 2018, sections 4 and 5;
-//! coloured media by the history-aware probabilities of Kutz et al. 2017), and lights that a ray
-//! can find by chance are weighed between the two ways of finding them by the balance heuristic
-//! (Veach 1997).
+//! coloured media by the history-aware probabilities of Kutz et al. 2017). Light that can be found
+//! in two ways is weighed between them by the balance heuristic (Veach 1997): lights that a ray can
+//! meet by chance, and lamps, whose light scattered along a ray is found at collisions and at places
+//! dense near the lamp (Kulla and Fajardo 2012).
 
 use glam::DVec3;
 
@@ -15,6 +16,7 @@ use crate::scene::Scene;
 use crate::surface::{SurfaceHit, TransportMode};
 
 use super::expose::State;
+use super::lamps::Lamps;
 use super::lighting;
 
 /// Scatterings and reflections after which a path is ended and counted as capped.
@@ -130,6 +132,10 @@ impl<'a> PathTracer<'a> {
     /// Flies through the media as far as `end`.
     fn fly(&self, path: &mut Path, end: f64, state: &mut State) -> Flight {
         let media = &self.scene.media;
+        let lamps = self.lamps(&path.ray, end);
+        if path.scattered < self.max_scatter {
+            path.radiance += path.throughput * self.beside_lamps(&path.ray, &lamps, state);
+        }
         let mut flights = media.flights(&path.ray, Span::new(0.0, end), &mut state.rng);
         let mut at = 0.0;
         loop {
@@ -158,10 +164,13 @@ impl<'a> PathTracer<'a> {
                     return Flight::Ended;
                 }
                 let incoming = path.ray.direction;
-                let eval = |direction: DVec3| medium.phase.eval(incoming.dot(direction));
-                let lit = |light: &LightSample| {
-                    let value = eval(light.direction);
-                    (Rgb::splat(value), value)
+                let flux = self.flux(&path.ray, c.t, &lamps);
+                let lit = |index: usize, choice: f64, light: &LightSample| {
+                    let value = medium.phase.eval(incoming.dot(light.direction));
+                    let beside = lamps.pdf(index, c.t);
+                    let weight =
+                        if beside > 0.0 { choice * flux / (choice * flux + beside) } else { 1.0 };
+                    (Rgb::splat(value * weight), value)
                 };
                 path.radiance +=
                     path.throughput * self.next_event(p, |d| Ray::new(p, d), lit, state);
@@ -177,17 +186,66 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    /// Direct light at `at` from a sampled light; `scatter` gives the share that goes on along
-    /// the path and the density with which scattering would have chosen the direction.
+    /// The lamps along the part of `ray` before `end` that leads through media.
+    fn lamps(&self, ray: &Ray<World>, end: f64) -> Lamps {
+        let media = &self.scene.media;
+        let all = Span::new(0.0, end);
+        let span = if media.is_endless() { all } else { media.bounds().clip(ray).intersect(all) };
+        Lamps::beside(&self.scene.lights, ray, span)
+    }
+
+    /// About the density of collisions at the distance `t` along `ray`, 1/m, which weighs the two
+    /// ways of finding the light of `lamps`.
+    fn flux(&self, ray: &Ray<World>, t: f64, lamps: &Lamps) -> f64 {
+        if lamps.is_empty() {
+            return 0.0;
+        }
+        let media = &self.scene.media;
+        let transmittance = media.transmittance(ray, Span::new(0.0, t));
+        (transmittance * media.sigma_t_at(ray.at(t))).element_sum() / 3.0
+    }
+
+    /// Light of `lamps` that is scattered once along `ray` to its origin, found at places dense
+    /// near them.
+    fn beside_lamps(&self, ray: &Ray<World>, lamps: &Lamps, state: &mut State) -> Rgb {
+        let (media, lights) = (&self.scene.media, &self.scene.lights);
+        let mut sum = Rgb::ZERO;
+        for (index, distances) in lamps.pick(state.rng.uniform()) {
+            let t = distances.sample(state.rng.uniform());
+            let p = ray.at(t);
+            let Some(light) = lights.lights[*index].sample(p, state.rng.uniform2()) else {
+                continue;
+            };
+            let direction = light.direction;
+            let scattering = |(medium, sigma_s): &(usize, Rgb)| {
+                *sigma_s * media.get(*medium).phase.eval(ray.direction.dot(direction))
+            };
+            let scattering: Rgb = media.mixture_at(p).iter().map(scattering).sum();
+            let shadow = Ray::new(p, direction);
+            if scattering == Rgb::ZERO || !lighting::is_visible(self.scene, &shadow, &light, state)
+            {
+                continue;
+            }
+            let through = self.transmittance(ray, t, state)
+                * self.transmittance(&shadow, light.distance, state);
+            let at_collisions = lights.pick_probability(p, *index) * self.flux(ray, t, lamps);
+            sum += light.radiance * through * scattering / (at_collisions + lamps.pdf(*index, t));
+        }
+        sum
+    }
+
+    /// Direct light at `at` from a sampled light; `scatter` gives, for the light's index, the
+    /// probability of picking it and its sample, the share that goes on along the path and the
+    /// density with which scattering would have chosen the direction.
     fn next_event(
         &self,
         at: WorldPoint,
         leave: impl Fn(DVec3) -> Ray<World>,
-        scatter: impl Fn(&LightSample) -> (Rgb, f64),
+        scatter: impl Fn(usize, f64, &LightSample) -> (Rgb, f64),
         state: &mut State,
     ) -> Rgb {
-        lighting::each_light(self.scene, at, state, |_, light, own, state| {
-            let (share, scatter_pdf) = scatter(light);
+        lighting::each_light(self.scene, at, state, |index, light, choice, state| {
+            let (own, (share, scatter_pdf)) = (choice * light.pdf, scatter(index, choice, light));
             let ray = leave(light.direction);
             if share == Rgb::ZERO || !lighting::is_visible(self.scene, &ray, light, state) {
                 return Rgb::ZERO;
@@ -202,7 +260,7 @@ impl<'a> PathTracer<'a> {
     fn bounce(&self, path: &mut Path, hit: &SurfaceHit<'_>, state: &mut State) -> bool {
         let incoming = path.ray.direction;
         if !hit.material.is_specular() {
-            let lit = |light: &LightSample| {
+            let lit = |_, _, light: &LightSample| {
                 let cosine = light.direction.dot(hit.shading_normal).abs();
                 let share =
                     hit.material.eval(incoming, light.direction, hit, TransportMode::Radiance)
