@@ -229,7 +229,7 @@ impl Profile {
         let opacity = self.opacity();
         if self.grey {
             let pdf = flux.x / opacity.x;
-            return pdf.is_normal().then(|| Place { t, pdf, weight: opacity });
+            return pdf.is_normal().then_some(Place { t, pdf, weight: opacity });
         }
         let share = |c: usize| if opacity[c] > 0.0 { flux[c] / opacity[c] } else { 0.0 };
         let pdf = (0..3).map(share).sum::<f64>() / 3.0;

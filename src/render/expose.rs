@@ -6,6 +6,7 @@ use crate::image::{Accumulator, Film, FilmPixel, Sample};
 use crate::math::{Ray, Stage, Stream, World};
 use crate::medium::Profile;
 use crate::scene::Scene;
+use crate::scene::lighting::Draws;
 use crate::work::Work;
 
 use super::Progress;
@@ -30,10 +31,8 @@ pub struct Budget {
 /// What an estimator needs at hand for one ray: random numbers, counters, memory to reuse.
 #[derive(Debug)]
 pub struct State {
-    /// Random numbers of this ray.
-    pub rng: Stream,
-    /// Work done so far.
-    pub work: Work,
+    /// Random numbers of this ray and the work done so far.
+    pub draws: Draws,
     /// Memory for the march.
     pub profile: Profile,
     /// What light that varies little within a pixel counts along this ray: 0 where another ray of
@@ -61,14 +60,14 @@ pub fn expose(
         let index = u64::from(y) * u64::from(width) + u64::from(x);
         let mut samples = Accumulator::default();
         for sample in 0..budget.rays {
-            state.rng = Stream::new(seed, stage, index, u64::from(sample));
+            state.draws.rng = Stream::new(seed, stage, index, u64::from(sample));
             let [u, v, a, b] = pattern(seed, index, sample);
             let ray = scene.camera.ray(f64::from(x) + u, f64::from(y) + v, [a, b]);
-            state.work.rays += 1;
+            state.draws.work.rays += 1;
             state.shared = shared(sample, budget.rays);
             samples.add(estimate(ray, &budget, state));
         }
-        state.work.dropped_samples += samples.dropped();
+        state.draws.work.dropped_samples += samples.dropped();
         let (radius, step) = (budget.radius, budget.step);
         // Without a director every pixel matters alike.
         FilmPixel { saliency: 1.0, xs: 1.0, radius, step, ..FilmPixel::from(&samples) }
@@ -79,15 +78,14 @@ pub fn expose(
             let (left, top) = corner(tile, across);
             let (right, bottom) = ((left + TILE).min(width), (top + TILE).min(height));
             let mut state = State {
-                rng: Stream::new(seed, stage, 0, 0),
-                work: Work::default(),
+                draws: Draws { rng: Stream::new(seed, stage, 0, 0), work: Work::default() },
                 profile: Profile::default(),
                 shared: 1.0,
             };
             let places = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
             let pixels: Vec<_> = places.map(|(x, y)| pixel(x, y, &mut state)).collect();
             progress.advance(pixels.len() as u64);
-            (pixels, state.work)
+            (pixels, state.draws.work)
         })
         .collect();
     progress.finish();

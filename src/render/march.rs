@@ -6,12 +6,11 @@ use crate::image::Sample;
 use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
 use crate::medium::{Phase, Place, Profile};
 use crate::photon::PhotonMaps;
-use crate::scene::Scene;
+use crate::scene::{Scene, lighting};
 use crate::surface::{SurfaceHit, TransportMode};
 
 use super::expose::{Budget, State};
 use super::lamps::Lamps;
-use super::lighting;
 
 /// Mirrors and panes of glass that a camera ray follows at most.
 const MAX_SPECULAR: u32 = 64;
@@ -73,7 +72,7 @@ impl<'a> Marcher<'a> {
                 sample.radiance += throughput * self.reflected(&ray, &hit, state);
                 break;
             }
-            let u = std::array::from_fn(|_| state.rng.uniform());
+            let u = std::array::from_fn(|_| state.draws.rng.uniform());
             let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
             let Some(scattered) = scattered else { break };
             throughput *= scattered.weight;
@@ -87,7 +86,7 @@ impl<'a> Marcher<'a> {
         if self.scene.surfaces.is_empty() {
             return None;
         }
-        state.work.intersections += 1;
+        state.draws.work.intersections += 1;
         self.scene.surfaces.intersect(ray, Span::AHEAD)
     }
 
@@ -100,10 +99,10 @@ impl<'a> Marcher<'a> {
         state: &mut State,
     ) -> (Rgb, Rgb) {
         let end = hit.map_or(f64::INFINITY, |h| h.t);
-        let jitter = state.rng.uniform();
+        let jitter = state.draws.rng.uniform();
         let mut profile = std::mem::take(&mut state.profile);
         profile.trace(&self.scene.media, ray, Span::new(0.0, end), budget.step, jitter);
-        state.work.marches += 1;
+        state.draws.work.marches += 1;
         let mut light = profile.emitted();
         if self.scatters {
             light += self.direct(ray, &profile, state);
@@ -133,27 +132,40 @@ impl<'a> Marcher<'a> {
         let mut sum = Rgb::ZERO;
         for index in 0..places {
             let u = stratum(index, places, state);
-            let Some(place) = profile.sample([u, state.rng.uniform()]) else { break };
+            let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
             let p = ray.at(place.t);
             let scatterers = self.scatterers(p);
             if !scatterers.is_empty() {
-                state.work.gathers += 1;
+                state.draws.work.gathers += 1;
                 let count = |light, choice| count(&place, light, choice);
-                let light = lighting::in_medium(self.scene, p, toward, &scatterers, count, state);
+                let light = lighting::in_medium(
+                    self.scene,
+                    p,
+                    toward,
+                    &scatterers,
+                    count,
+                    &mut state.draws,
+                );
                 sum += place.weight * light;
             }
         }
         for index in 0..PLACES_BESIDE {
-            for (lamp, distances) in lamps.pick(state.rng.uniform()) {
+            for (lamp, distances) in lamps.pick(state.draws.rng.uniform()) {
                 let t = distances.sample(stratum(index, PLACES_BESIDE, state));
                 let Some(place) = profile.place_at(t) else { continue };
                 let p = ray.at(t);
                 let (choice, scatterers) = (lights.pick_probability(p, *lamp), self.scatterers(p));
-                let sample = lights.lights[*lamp].sample(p, state.rng.uniform2());
+                let sample = lights.lights[*lamp].sample(p, state.draws.rng.uniform2());
                 if let Some(light) = sample.filter(|_| choice > 0.0 && !scatterers.is_empty()) {
-                    state.work.gathers += 1;
-                    let light =
-                        lighting::scattered(self.scene, p, toward, &scatterers, &light, state);
+                    state.draws.work.gathers += 1;
+                    let light = lighting::scattered(
+                        self.scene,
+                        p,
+                        toward,
+                        &scatterers,
+                        &light,
+                        &mut state.draws,
+                    );
                     sum += place.weight * light / (choice * count(&place, *lamp, choice));
                 }
             }
@@ -180,9 +192,9 @@ impl<'a> Marcher<'a> {
             let cosine = ray.direction.dot(h.normal).abs().min(1.0);
             radius * ((1.0 - cosine * cosine).sqrt() / cosine).min(MOST_BEYOND)
         });
-        state.work.gathers += 1;
+        state.draws.work.gathers += 1;
         let span = Span::new(0.0, end + beyond);
-        self.maps.along(ray, span, radius, &mut state.work.gathered, |t| {
+        self.maps.along(ray, span, radius, &mut state.draws.work.gathered, |t| {
             let t = t.min(end);
             let Some((transmittance, sigma_t)) = profile.at(t) else {
                 return Scatterers::new();
@@ -212,7 +224,13 @@ impl<'a> Marcher<'a> {
 
     /// Light that a diffuse surface reflects along `ray` back to its origin.
     fn reflected(&self, ray: &Ray<World>, hit: &SurfaceHit<'_>, state: &mut State) -> Rgb {
-        let direct = lighting::on_surface(self.scene, ray.direction, hit, state);
+        let direct = lighting::on_surface(
+            self.scene,
+            &self.scene.media,
+            ray.direction,
+            hit,
+            &mut state.draws,
+        );
         if self.maps.surface.is_empty() {
             return direct;
         }
@@ -221,7 +239,7 @@ impl<'a> Marcher<'a> {
             hit.point,
             facing,
             self.maps.surface_radius,
-            &mut state.work.gathered,
+            &mut state.draws.work.gathered,
         );
         direct + hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance) * irradiance
     }
@@ -229,5 +247,5 @@ impl<'a> Marcher<'a> {
 
 /// A number for the stratum `index` of `count` of the unit interval.
 fn stratum(index: u32, count: u32, state: &mut State) -> f64 {
-    (f64::from(index) + state.rng.uniform()) / f64::from(count)
+    (f64::from(index) + state.draws.rng.uniform()) / f64::from(count)
 }

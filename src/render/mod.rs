@@ -5,7 +5,6 @@
 
 mod expose;
 mod lamps;
-mod lighting;
 mod march;
 mod progress;
 mod reference;
@@ -93,7 +92,7 @@ pub fn render_reference(
         settings.seed,
         Stage::Reference,
         |_, _| budget,
-        |ray, _, state| tracer.radiance(ray, state),
+        |ray, _, state| tracer.radiance(ray, &mut state.draws),
         progress,
     );
     Rendered { film, work, timings: vec![("reference", start.elapsed())], radius: None }

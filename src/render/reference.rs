@@ -13,11 +13,10 @@ use crate::image::Sample;
 use crate::light::LightSample;
 use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
 use crate::scene::Scene;
+use crate::scene::lighting::{self, Draws};
 use crate::surface::{SurfaceHit, TransportMode};
 
-use super::expose::State;
 use super::lamps::Lamps;
-use super::lighting;
 
 /// Scatterings and reflections after which a path is ended and counted as capped.
 const MAX_EVENTS: u32 = 100_000;
@@ -53,9 +52,9 @@ impl<'a> PathTracer<'a> {
     }
 
     /// An estimate of the light that arrives along `ray` (unit direction) at its origin.
-    pub fn radiance(&self, ray: Ray<World>, state: &mut State) -> Sample {
-        let first = self.intersect(&ray, state).map(|h| h.t);
-        let transmittance = self.transmittance(&ray, first.unwrap_or(f64::INFINITY), state);
+    pub fn radiance(&self, ray: Ray<World>, draws: &mut Draws) -> Sample {
+        let first = self.intersect(&ray, draws).map(|h| h.t);
+        let transmittance = self.transmittance(&ray, first.unwrap_or(f64::INFINITY), draws);
         let mut path = Path {
             ray,
             throughput: Rgb::ONE,
@@ -65,10 +64,10 @@ impl<'a> PathTracer<'a> {
             inside: 0,
         };
         let ended = (0..MAX_EVENTS).any(|event| {
-            let goes_on = self.step(&mut path, state);
-            !goes_on || (event >= SURE_EVENTS && !survives(&mut path, state))
+            let goes_on = self.step(&mut path, draws);
+            !goes_on || (event >= SURE_EVENTS && !survives(&mut path, draws))
         });
-        state.work.capped_paths += u64::from(!ended);
+        draws.work.capped_paths += u64::from(!ended);
         Sample {
             radiance: path.radiance,
             alpha: if first.is_some() { 1.0 } else { 1.0 - luminance(transmittance) },
@@ -77,25 +76,25 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    fn intersect(&self, ray: &Ray<World>, state: &mut State) -> Option<SurfaceHit<'a>> {
+    fn intersect(&self, ray: &Ray<World>, draws: &mut Draws) -> Option<SurfaceHit<'a>> {
         if self.scene.surfaces.is_empty() {
             return None;
         }
-        state.work.intersections += 1;
+        draws.work.intersections += 1;
         self.scene.surfaces.intersect(ray, Span::AHEAD)
     }
 
-    fn transmittance(&self, ray: &Ray<World>, end: f64, state: &mut State) -> Rgb {
-        let collisions = &mut state.work.collisions;
-        self.scene.media.ratio_tracking(ray, Span::new(0.0, end), &mut state.rng, collisions)
+    fn transmittance(&self, ray: &Ray<World>, end: f64, draws: &mut Draws) -> Rgb {
+        let collisions = &mut draws.work.collisions;
+        self.scene.media.ratio_tracking(ray, Span::new(0.0, end), &mut draws.rng, collisions)
     }
 
     /// Flies to the next scattering or surface and through it; whether the path goes on.
-    fn step(&self, path: &mut Path, state: &mut State) -> bool {
-        let hit = self.intersect(&path.ray, state);
+    fn step(&self, path: &mut Path, draws: &mut Draws) -> bool {
+        let hit = self.intersect(&path.ray, draws);
         let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
         if path.inside == 0 {
-            match self.fly(path, end, state) {
+            match self.fly(path, end, draws) {
                 Flight::Through => (),
                 Flight::Scattered => return true,
                 Flight::Ended => return false,
@@ -106,7 +105,7 @@ impl<'a> PathTracer<'a> {
             return false;
         };
         self.find(path, Some(&hit));
-        self.bounce(path, &hit, state)
+        self.bounce(path, &hit, draws)
     }
 
     /// Adds the light of what the path's ray found: an emitter or the surroundings.
@@ -130,22 +129,22 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Flies through the media as far as `end`.
-    fn fly(&self, path: &mut Path, end: f64, state: &mut State) -> Flight {
+    fn fly(&self, path: &mut Path, end: f64, draws: &mut Draws) -> Flight {
         let media = &self.scene.media;
         let lamps = self.lamps(&path.ray, end);
         if path.scattered < self.max_scatter {
-            path.radiance += path.throughput * self.beside_lamps(&path.ray, &lamps, state);
+            path.radiance += path.throughput * self.beside_lamps(&path.ray, &lamps, draws);
         }
-        let mut flights = media.flights(&path.ray, Span::new(0.0, end), &mut state.rng);
+        let mut flights = media.flights(&path.ray, Span::new(0.0, end), &mut draws.rng);
         let mut at = 0.0;
         loop {
-            let next = flights.next(&mut state.rng);
+            let next = flights.next(&mut draws.rng);
             let flown = Span::new(at, next.map_or(end, |c| c.t));
             for medium in media.iter() {
                 path.radiance += path.throughput * medium.emission_apart(&path.ray, flown);
             }
             let Some(c) = next else { return Flight::Through };
-            state.work.collisions += 1;
+            draws.work.collisions += 1;
             at = c.t;
             let p = path.ray.at(c.t);
             let medium = media.get(c.medium);
@@ -156,7 +155,7 @@ impl<'a> PathTracer<'a> {
             let null = path.throughput * null.max(Rgb::ZERO);
             let rate = path.throughput.element_sum() * c.majorant;
             let (p_scatter, p_null) = (scattering.element_sum() / rate, null.element_sum() / rate);
-            let u = state.rng.uniform();
+            let u = draws.rng.uniform();
             if u < p_scatter {
                 path.throughput = scattering / (c.majorant * p_scatter);
                 path.scattered += 1;
@@ -173,8 +172,8 @@ impl<'a> PathTracer<'a> {
                     (Rgb::splat(value * weight), value)
                 };
                 path.radiance +=
-                    path.throughput * self.next_event(p, |d| Ray::new(p, d), lit, state);
-                let (direction, pdf) = medium.phase.sample(incoming, state.rng.uniform2());
+                    path.throughput * self.next_event(p, |d| Ray::new(p, d), lit, draws);
+                let (direction, pdf) = medium.phase.sample(incoming, draws.rng.uniform2());
                 path.scatter_pdf = Some((pdf, p));
                 path.ray = Ray::new(p, direction);
                 return Flight::Scattered;
@@ -207,13 +206,13 @@ impl<'a> PathTracer<'a> {
 
     /// Light of `lamps` that is scattered once along `ray` to its origin, found at places dense
     /// near them.
-    fn beside_lamps(&self, ray: &Ray<World>, lamps: &Lamps, state: &mut State) -> Rgb {
+    fn beside_lamps(&self, ray: &Ray<World>, lamps: &Lamps, draws: &mut Draws) -> Rgb {
         let (media, lights) = (&self.scene.media, &self.scene.lights);
         let mut sum = Rgb::ZERO;
-        for (index, distances) in lamps.pick(state.rng.uniform()) {
-            let t = distances.sample(state.rng.uniform());
+        for (index, distances) in lamps.pick(draws.rng.uniform()) {
+            let t = distances.sample(draws.rng.uniform());
             let p = ray.at(t);
-            let Some(light) = lights.lights[*index].sample(p, state.rng.uniform2()) else {
+            let Some(light) = lights.lights[*index].sample(p, draws.rng.uniform2()) else {
                 continue;
             };
             let direction = light.direction;
@@ -222,12 +221,12 @@ impl<'a> PathTracer<'a> {
             };
             let scattering: Rgb = media.mixture_at(p).iter().map(scattering).sum();
             let shadow = Ray::new(p, direction);
-            if scattering == Rgb::ZERO || !lighting::is_visible(self.scene, &shadow, &light, state)
+            if scattering == Rgb::ZERO || !lighting::is_visible(self.scene, &shadow, &light, draws)
             {
                 continue;
             }
-            let through = self.transmittance(ray, t, state)
-                * self.transmittance(&shadow, light.distance, state);
+            let through = self.transmittance(ray, t, draws)
+                * self.transmittance(&shadow, light.distance, draws);
             let at_collisions = lights.pick_probability(p, *index) * self.flux(ray, t, lamps);
             sum += light.radiance * through * scattering / (at_collisions + lamps.pdf(*index, t));
         }
@@ -242,22 +241,22 @@ impl<'a> PathTracer<'a> {
         at: WorldPoint,
         leave: impl Fn(DVec3) -> Ray<World>,
         scatter: impl Fn(usize, f64, &LightSample) -> (Rgb, f64),
-        state: &mut State,
+        draws: &mut Draws,
     ) -> Rgb {
-        lighting::each_light(self.scene, at, state, |index, light, choice, state| {
+        lighting::each_light(self.scene, at, draws, |index, light, choice, draws| {
             let (own, (share, scatter_pdf)) = (choice * light.pdf, scatter(index, choice, light));
             let ray = leave(light.direction);
-            if share == Rgb::ZERO || !lighting::is_visible(self.scene, &ray, light, state) {
+            if share == Rgb::ZERO || !lighting::is_visible(self.scene, &ray, light, draws) {
                 return Rgb::ZERO;
             }
-            let transmittance = self.transmittance(&ray, light.distance, state);
+            let transmittance = self.transmittance(&ray, light.distance, draws);
             let pdf = if light.delta { own } else { own + scatter_pdf };
             light.radiance * transmittance * share / pdf
         })
     }
 
     /// Scatters the path at a surface; whether it goes on.
-    fn bounce(&self, path: &mut Path, hit: &SurfaceHit<'_>, state: &mut State) -> bool {
+    fn bounce(&self, path: &mut Path, hit: &SurfaceHit<'_>, draws: &mut Draws) -> bool {
         let incoming = path.ray.direction;
         if !hit.material.is_specular() {
             let lit = |_, _, light: &LightSample| {
@@ -268,9 +267,9 @@ impl<'a> PathTracer<'a> {
                 (share, hit.material.pdf(incoming, light.direction, hit))
             };
             path.radiance +=
-                path.throughput * self.next_event(hit.point, |d| hit.leave(d), lit, state);
+                path.throughput * self.next_event(hit.point, |d| hit.leave(d), lit, draws);
         }
-        let u = std::array::from_fn(|_| state.rng.uniform());
+        let u = std::array::from_fn(|_| draws.rng.uniform());
         let scattered = hit.material.scatter(incoming, hit, u, TransportMode::Radiance);
         let Some(scattered) = scattered else { return false };
         path.throughput *= scattered.weight;
@@ -282,9 +281,9 @@ impl<'a> PathTracer<'a> {
 }
 
 /// Russian roulette on the throughput.
-fn survives(path: &mut Path, state: &mut State) -> bool {
+fn survives(path: &mut Path, draws: &mut Draws) -> bool {
     let survival = path.throughput.max_element().min(1.0);
-    if state.rng.uniform() >= survival {
+    if draws.rng.uniform() >= survival {
         return false;
     }
     path.throughput /= survival;

@@ -7,6 +7,7 @@ mod bare;
 pub mod camera;
 pub mod file;
 mod hash;
+pub mod lighting;
 mod load;
 mod reader;
 mod settings;

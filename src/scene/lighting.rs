@@ -1,17 +1,26 @@
-//! Direct light at a place in a medium or on a surface.
+//! Direct light at a place in a medium or on a surface of a scene.
 
 use glam::DVec3;
 
 use crate::light::{EmitterHit, Light, LightSample};
-use crate::math::{Ray, Rgb, Span, World, WorldPoint};
-use crate::medium::Phase;
-use crate::scene::Scene;
+use crate::math::{Ray, Rgb, Span, Stream, World, WorldPoint};
+use crate::medium::{Media, Phase};
 use crate::surface::{SurfaceHit, TransportMode};
+use crate::work::Work;
 
-use super::expose::State;
+use super::Scene;
 
 /// Shadow rays end this share short of a light that is a surface itself.
 const SHORT_OF_LIGHT: f64 = 1.0 - 1e-7;
+
+/// Random numbers to draw from, and a count of the work done with them.
+#[derive(Debug, Clone)]
+pub struct Draws {
+    /// Random numbers of one ray.
+    pub rng: Stream,
+    /// Work done so far.
+    pub work: Work,
+}
 
 /// A phase function at a place with its weight there.
 pub type Scatterer<'a> = (&'a Phase, Rgb);
@@ -33,25 +42,25 @@ pub fn emitter(hit: &SurfaceHit<'_>) -> EmitterHit {
 pub fn each_light(
     scene: &Scene,
     at: WorldPoint,
-    state: &mut State,
-    mut contribution: impl FnMut(usize, &LightSample, f64, &mut State) -> Rgb,
+    draws: &mut Draws,
+    mut contribution: impl FnMut(usize, &LightSample, f64, &mut Draws) -> Rgb,
 ) -> Rgb {
     let mut sum = Rgb::ZERO;
-    for (index, probability) in scene.lights.pick(at, state.rng.uniform()) {
-        let sample = scene.lights.lights[index].sample(at, state.rng.uniform2());
+    for (index, probability) in scene.lights.pick(at, draws.rng.uniform()) {
+        let sample = scene.lights.lights[index].sample(at, draws.rng.uniform2());
         if let Some(light) = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO) {
-            sum += contribution(index, &light, probability, state);
+            sum += contribution(index, &light, probability, draws);
         }
     }
     sum
 }
 
 /// Whether no surface stands on `ray` before a sampled light.
-pub fn is_visible(scene: &Scene, ray: &Ray<World>, light: &LightSample, state: &mut State) -> bool {
+pub fn is_visible(scene: &Scene, ray: &Ray<World>, light: &LightSample, draws: &mut Draws) -> bool {
     if scene.surfaces.is_empty() {
         return true;
     }
-    state.work.shadow_rays += 1;
+    draws.work.shadow_rays += 1;
     let span = Span::new(0.0, light.distance * SHORT_OF_LIGHT);
     !scene.surfaces.occluded(ray, span)
 }
@@ -69,30 +78,30 @@ pub fn in_medium(
     toward: DVec3,
     scatterers: &[Scatterer<'_>],
     count: impl Fn(usize, f64) -> f64,
-    state: &mut State,
+    draws: &mut Draws,
 ) -> Rgb {
     // The phase function is symmetric, so light towards the eye is sampled from the eye.
     let rival = match scatterers {
         [(phase, _)] if !phase.is_isotropic() && scene.lights.has_extended() => Some(*phase),
         _ => None,
     };
-    if let Some(phase) = rival.filter(|_| state.rng.uniform() >= 0.5) {
-        let (direction, pdf) = phase.sample(-toward, state.rng.uniform2());
+    if let Some(phase) = rival.filter(|_| draws.rng.uniform() >= 0.5) {
+        let (direction, pdf) = phase.sample(-toward, draws.rng.uniform2());
         if pdf <= 0.0 {
             return Rgb::ZERO;
         }
         let ray = Ray::new(p, direction);
         let share = |index, choice, own| 2.0 / (choice * own + pdf) / count(index, choice);
-        return found(scene, &ray, share, state) * scatterers[0].1 * pdf;
+        return found(scene, &ray, share, draws) * scatterers[0].1 * pdf;
     }
-    each_light(scene, p, state, |index, light, choice, state| {
+    each_light(scene, p, draws, |index, light, choice, draws| {
         let own = choice * light.pdf;
         let pdf = match rival {
             None => own,
             Some(_) if light.delta => 0.5 * own,
             Some(phase) => 0.5 * own + 0.5 * phase.eval(-light.direction.dot(toward)),
         };
-        scattered(scene, p, toward, scatterers, light, state) / (pdf * count(index, choice))
+        scattered(scene, p, toward, scatterers, light, draws) / (pdf * count(index, choice))
     })
 }
 
@@ -104,15 +113,15 @@ pub fn scattered(
     toward: DVec3,
     scatterers: &[Scatterer<'_>],
     light: &LightSample,
-    state: &mut State,
+    draws: &mut Draws,
 ) -> Rgb {
     let cosine = -light.direction.dot(toward);
     let spread: Rgb = scatterers.iter().map(|(phase, weight)| *weight * phase.eval(cosine)).sum();
     let ray = Ray::new(p, light.direction);
-    if spread == Rgb::ZERO || !is_visible(scene, &ray, light, state) {
+    if spread == Rgb::ZERO || !is_visible(scene, &ray, light, draws) {
         return Rgb::ZERO;
     }
-    state.work.marches += 1;
+    draws.work.marches += 1;
     light.radiance * spread * scene.media.transmittance(&ray, Span::new(0.0, light.distance))
 }
 
@@ -122,9 +131,9 @@ fn found(
     scene: &Scene,
     ray: &Ray<World>,
     share: impl Fn(usize, f64, f64) -> f64,
-    state: &mut State,
+    draws: &mut Draws,
 ) -> Rgb {
-    state.work.shadow_rays += 1;
+    draws.work.shadow_rays += 1;
     let hit = scene.surfaces.intersect(ray, Span::AHEAD);
     let at = hit.as_ref().map(emitter);
     let lights = &scene.lights;
@@ -145,57 +154,64 @@ fn found(
     if radiance == Rgb::ZERO {
         return radiance;
     }
-    state.work.marches += 1;
+    draws.work.marches += 1;
     let end = hit.map_or(f64::INFINITY, |h| h.t);
     radiance * scene.media.transmittance(ray, Span::new(0.0, end))
 }
 
-/// Direct light that the diffuse surface at `hit` reflects back along the unit `incoming`,
-/// W/(m² sr). An environment is found by sampling it and the surface in turn, weighed by the
+/// Direct light that the diffuse surface at `hit` reflects back along the unit `incoming`, seen
+/// through `media` (those of the scene, or none), W/(m² sr). An environment is found by sampling it and the surface in turn, weighed by the
 /// balance heuristic for one sample, other lights by sampling them.
-pub fn on_surface(scene: &Scene, incoming: DVec3, hit: &SurfaceHit<'_>, state: &mut State) -> Rgb {
+pub fn on_surface(
+    scene: &Scene,
+    media: &Media,
+    incoming: DVec3,
+    hit: &SurfaceHit<'_>,
+    draws: &mut Draws,
+) -> Rgb {
     let material = hit.material;
     let reflected = |direction: DVec3| {
         material.eval(incoming, direction, hit, TransportMode::Radiance)
             * direction.dot(hit.shading_normal).abs()
     };
-    each_light(scene, hit.point, state, |index, light, picked, state| {
+    each_light(scene, hit.point, draws, |index, light, picked, draws| {
         let own = picked * light.pdf;
         let kind = &scene.lights.lights[index];
         let Light::Environment(sky) = kind else {
-            return arriving(scene, hit, light, reflected(light.direction) / own, state);
+            return arriving(scene, media, hit, light, reflected(light.direction) / own, draws);
         };
-        if state.rng.uniform() < 0.5 {
+        if draws.rng.uniform() < 0.5 {
             let other = material.pdf(incoming, light.direction, hit);
             let share = reflected(light.direction) / (0.5 * (own + other));
-            return arriving(scene, hit, light, share, state);
+            return arriving(scene, media, hit, light, share, draws);
         }
-        let u = std::array::from_fn(|_| state.rng.uniform());
+        let u = std::array::from_fn(|_| draws.rng.uniform());
         let scattered = material.scatter(incoming, hit, u, TransportMode::Radiance);
         let Some(scattered) = scattered else { return Rgb::ZERO };
         let direction = scattered.direction;
         let found = LightSample { direction, radiance: sky.radiance(direction), ..*light };
         let other = picked * kind.pdf(direction, None);
         let share = scattered.weight * scattered.pdf / (0.5 * (other + scattered.pdf));
-        arriving(scene, hit, &found, share, state)
+        arriving(scene, media, hit, &found, share, draws)
     })
 }
 
 /// `share` of a sampled light's radiance, as far as it arrives at `hit`.
 fn arriving(
     scene: &Scene,
+    media: &Media,
     hit: &SurfaceHit<'_>,
     light: &LightSample,
     share: Rgb,
-    state: &mut State,
+    draws: &mut Draws,
 ) -> Rgb {
     let ray = hit.leave(light.direction);
-    if share == Rgb::ZERO || !is_visible(scene, &ray, light, state) {
+    if share == Rgb::ZERO || !is_visible(scene, &ray, light, draws) {
         return Rgb::ZERO;
     }
-    if scene.media.is_empty() {
+    if media.is_empty() {
         return light.radiance * share;
     }
-    state.work.marches += 1;
-    light.radiance * share * scene.media.transmittance(&ray, Span::new(0.0, light.distance))
+    draws.work.marches += 1;
+    light.radiance * share * media.transmittance(&ray, Span::new(0.0, light.distance))
 }
