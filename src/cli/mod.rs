@@ -4,6 +4,7 @@
 //! (misuse).
 
 mod console;
+mod directing;
 mod info;
 mod make;
 mod output;

@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::builder::TypedValueParser;
 
+use super::directing::DirectingArgs;
 use crate::image::ViewTransform;
 use crate::scene::{
-    Director, MAX_MAGNITUDE, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
+    MAX_MAGNITUDE, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
 };
 
 /// Settings that every rendering command takes; each stands over the scene file's.
@@ -30,9 +31,8 @@ pub(super) struct SettingArgs {
     /// March step in metres.
     #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = length)]
     step: Option<f64>,
-    /// Who decides how many rays a pixel gets.
-    #[arg(long, value_parser = PossibleValuesParser::new(["fixed"]).map(|_| Director::Fixed))]
-    director: Option<Director>,
+    #[command(flatten)]
+    directing: DirectingArgs,
     /// Seed of every random stream.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -59,7 +59,8 @@ impl SettingArgs {
             photons: self.photons,
             radius: self.radius,
             step: self.step,
-            director: self.director,
+            director: self.directing.director,
+            directing: self.directing.overrides(),
             seed: self.seed,
             max_scatter: self.max_scatter,
         }

@@ -8,12 +8,17 @@ use crate::medium::Phase;
 use super::kernel::DiskKernel;
 use super::{BeamMap, PhotonMap};
 
+/// How many times fewer photons each level of the volume photons has.
+pub(super) const THINNING: usize = 8;
+
 /// The photons of one render.
 #[derive(Debug)]
 pub struct PhotonMaps {
     /// Photons in media: light that has been scattered, reflected or refracted before, and all
     /// light of emissive media. Light that comes straight from a light is not among them.
-    pub volume: BeamMap,
+    /// Level l holds every 8^l-th of them, with radii 2^l times as wide: a wider gather takes fewer
+    /// photons, not more.
+    pub volume: Vec<BeamMap>,
     /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
     /// its own.
     pub volume_radius: f64,
@@ -28,7 +33,8 @@ impl PhotonMaps {
     /// over the photons near the ray of power · phase · sigma_s · transmittance · kernel (Jarosz,
     /// Zwicker and Jensen 2008, equation 12, with photons that carry fluence in place of
     /// collisions). Each photon has its own radius, of which `radius` metres take the share that
-    /// they are of [`volume_radius`](Self::volume_radius), at most all. `respond` is called with the distance along the ray
+    /// they are of [`volume_radius`](Self::volume_radius), at most all, in the level whose radii
+    /// are nearest. `respond` is called with the distance along the ray
     /// and returns, for each phase function there, sigma_s times transmittance. `gathered` counts
     /// the photons.
     pub fn along<'p, R: AsRef<[(&'p Phase, Rgb)]>>(
@@ -39,9 +45,11 @@ impl PhotonMaps {
         gathered: &mut u64,
         respond: impl Fn(f64) -> R,
     ) -> Rgb {
-        let scale = (radius / self.volume_radius).min(1.0);
+        let ratio = radius / self.volume_radius;
+        let level = (ratio.max(1.0).log2().round() as usize).min(self.volume.len() - 1);
+        let scale = (ratio / f64::from(1_u32 << level)).min(1.0);
         let (mut sum, mut count) = (Rgb::ZERO, 0);
-        self.volume.along(ray, span, scale, |beside| {
+        self.volume[level].along(ray, span, scale, |beside| {
             count += 1;
             let mut spread = Rgb::ZERO;
             for (phase, weight) in respond(beside.t).as_ref() {
@@ -52,7 +60,7 @@ impl PhotonMaps {
             sum += beside.photon.power() * spread * kernel.at(beside.distance2);
         });
         *gathered += count;
-        sum
+        sum * THINNING.pow(level as u32) as f64
     }
 
     /// The photons' irradiance at `p` on the side of the unit `normal`, W/m², from the surface

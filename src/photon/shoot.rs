@@ -9,6 +9,7 @@ use crate::scene::Scene;
 use crate::work::Work;
 
 use super::emitters::Emitters;
+use super::estimate::THINNING;
 use super::path::{Deposits, Paths};
 use super::radius::{Radii, around};
 use super::visible::Visible;
@@ -38,6 +39,9 @@ pub struct Shooting {
     pub max_scatter: Option<u32>,
     /// Gather radius in metres, where it is given.
     pub radius: Option<f64>,
+    /// Levels of thinned volume photons beside the full one, for gathers up to 2^levels times as
+    /// wide.
+    pub levels: u32,
 }
 
 /// Shoots photons into `scene` and builds the maps. `advance` is told how many paths are done.
@@ -96,7 +100,15 @@ pub fn shoot(
         .radius
         .or_else(|| around(&surface, &visible.surfaces))
         .unwrap_or_else(|| 0.02 * extent(everything, media));
-    let volume = BeamMap::new(origin, &volume, &radii.each);
+    let volume = (0..=shooting.levels)
+        .map(|level| {
+            let stride = THINNING.pow(level);
+            let thin: Vec<Placed> = volume.iter().step_by(stride).copied().collect();
+            let wider = (1_u32 << level) as f32;
+            let radii: Vec<f32> = radii.each.iter().step_by(stride).map(|r| r * wider).collect();
+            BeamMap::new(origin, &thin, &radii)
+        })
+        .collect();
     Ok((PhotonMaps { volume, volume_radius: radii.typical, surface, surface_radius }, work))
 }
 

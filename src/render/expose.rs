@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
+use crate::director::Budget;
 use crate::image::{Accumulator, Film, FilmPixel, Sample};
-use crate::math::{Ray, Stage, Stream, World};
+use crate::math::{Ray, Stage, Stream, World, luminance};
 use crate::medium::Profile;
-use crate::scene::Scene;
 use crate::scene::lighting::Draws;
 use crate::work::Work;
 
@@ -14,18 +14,22 @@ use super::Progress;
 /// Edge of the square of pixels that is one piece of work.
 const TILE: u32 = 16;
 
-/// Rays of a pixel along which light that varies little within it is gathered.
-const SHARED: u32 = 4;
+/// What the director says of a pixel.
+#[derive(Debug, Clone, Copy)]
+pub struct Direction {
+    /// What it may spend.
+    pub budget: Budget,
+    /// How much it catches the eye, 0 to 1.
+    pub saliency: f64,
+    /// Its importance, 0 to 1.
+    pub xs: f64,
+}
 
-/// What a pixel may spend: plain numbers, fixed before its samples are drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Budget {
-    /// Camera rays.
-    pub rays: u32,
-    /// Gather radius in media, in metres.
-    pub radius: f64,
-    /// March step, in metres; grids are integrated exactly where it is at most a voxel.
-    pub step: f64,
+impl Direction {
+    /// What holds for all pixels without a director: all matter alike.
+    pub const fn fixed(budget: Budget) -> Self {
+        Self { budget, saliency: 1.0, xs: 1.0 }
+    }
 }
 
 /// What an estimator needs at hand for one ray: random numbers, counters, memory to reuse.
@@ -40,37 +44,39 @@ pub struct State {
     pub shared: f64,
 }
 
-/// Exposes the whole film: `budget` says what the pixel (x, y) may spend, `estimate` what one ray
-/// brings. Pixels are sampled with an Owen-scrambled Sobol sequence (Burley 2020) over a box
+/// Exposes a film of this width and height: `camera` aims a ray through a place on it and on the
+/// lens, `direct` says what the pixel (x, y) may spend, `estimate` what one ray brings. Pixels are sampled with an Owen-scrambled Sobol sequence (Burley 2020) over a box
 /// filter; the samples of a pixel depend on nothing but the seed, the pixel and their number.
 pub fn expose(
-    scene: &Scene,
+    [width, height]: [u32; 2],
     seed: u64,
     stage: Stage,
-    budget: impl Fn(u32, u32) -> Budget + Sync,
+    camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
+    direct: impl Fn(u32, u32) -> Direction + Sync,
     estimate: impl Fn(Ray<World>, &Budget, &mut State) -> Sample + Sync,
     progress: &dyn Progress,
 ) -> (Film, Work) {
-    let [width, height] = scene.film.size;
     let across = width.div_ceil(TILE);
     let tiles = u64::from(across) * u64::from(height.div_ceil(TILE));
     progress.stage("rays", u64::from(width) * u64::from(height));
     let pixel = |x: u32, y: u32, state: &mut State| {
-        let budget = budget(x, y);
+        let Direction { budget, saliency, xs } = direct(x, y);
         let index = u64::from(y) * u64::from(width) + u64::from(x);
         let mut samples = Accumulator::default();
         for sample in 0..budget.rays {
+            if sample >= budget.least && is_settled(&samples, budget.tolerance) {
+                break;
+            }
             state.draws.rng = Stream::new(seed, stage, index, u64::from(sample));
             let [u, v, a, b] = pattern(seed, index, sample);
-            let ray = scene.camera.ray(f64::from(x) + u, f64::from(y) + v, [a, b]);
+            let ray = camera(f64::from(x) + u, f64::from(y) + v, [a, b]);
             state.draws.work.rays += 1;
-            state.shared = shared(sample, budget.rays);
+            state.shared = shared(sample, budget.rays, budget.gathers);
             samples.add(estimate(ray, &budget, state));
         }
         state.draws.work.dropped_samples += samples.dropped();
         let (radius, step) = (budget.radius, budget.step);
-        // Without a director every pixel matters alike.
-        FilmPixel { saliency: 1.0, xs: 1.0, radius, step, ..FilmPixel::from(&samples) }
+        FilmPixel { saliency, xs, radius, step, ..FilmPixel::from(&samples) }
     };
     let done: Vec<(Vec<FilmPixel>, Work)> = (0..tiles)
         .into_par_iter()
@@ -100,18 +106,25 @@ pub fn expose(
     (film, work)
 }
 
-/// What light that varies little counts along a ray of a pixel, so that [`SHARED`] rays, spread
+/// What light that varies little counts along a ray of a pixel, so that `gathers` rays, spread
 /// evenly, stand in for all.
-fn shared(sample: u32, rays: u32) -> f64 {
-    if rays <= SHARED {
+fn shared(sample: u32, rays: u32, gathers: u32) -> f64 {
+    if rays <= gathers {
         return 1.0;
     }
-    let group = |i: u32| u64::from(i) * u64::from(SHARED) / u64::from(rays);
+    let group = |i: u32| u64::from(i) * u64::from(gathers) / u64::from(rays);
     if sample == 0 || group(sample) != group(sample - 1) {
-        f64::from(rays) / f64::from(SHARED)
+        f64::from(rays) / f64::from(gathers)
     } else {
         0.0
     }
+}
+
+/// Whether the standard error of a pixel is at most `tolerance` of its mean. A pixel without light
+/// is not: a rare path may still bring some.
+fn is_settled(samples: &Accumulator, tolerance: f64) -> bool {
+    let mean = luminance(samples.mean());
+    mean > 0.0 && samples.luminance_variance().sqrt() <= tolerance * mean
 }
 
 /// Upper left pixel of a tile.

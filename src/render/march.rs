@@ -2,6 +2,7 @@
 
 use smallvec::SmallVec;
 
+use crate::director::Budget;
 use crate::image::Sample;
 use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
 use crate::medium::{Phase, Place, Profile};
@@ -9,7 +10,7 @@ use crate::photon::PhotonMaps;
 use crate::scene::{Scene, lighting};
 use crate::surface::{SurfaceHit, TransportMode};
 
-use super::expose::{Budget, State};
+use super::expose::State;
 use super::lamps::Lamps;
 
 /// Mirrors and panes of glass that a camera ray follows at most.
@@ -182,7 +183,7 @@ impl<'a> Marcher<'a> {
         radius: f64,
         state: &mut State,
     ) -> Rgb {
-        if self.maps.volume.is_empty() || profile.pieces().is_empty() {
+        if self.maps.volume[0].is_empty() || profile.pieces().is_empty() {
             return Rgb::ZERO;
         }
         // Where the ray meets a surface at a slant, the disk round its end lies partly behind the

@@ -4,22 +4,26 @@
 //! passed. The unbiased reference renders the same scene onto the same film.
 
 mod expose;
+mod guide;
 mod lamps;
 mod march;
 mod progress;
 mod reference;
 
-pub use expose::Budget;
-pub use progress::{Progress, Silent};
+pub use guide::{Extent, Maps, maps};
+pub use progress::{Progress, Silent, Stages};
 
 use std::time::{Duration, Instant};
 
+use crate::director::Budget;
 use crate::error::Result;
 use crate::image::Film;
 use crate::math::Stage;
-use crate::photon::{self, Shooting};
-use crate::scene::{RenderSettings, Scene};
+use crate::photon;
+use crate::scene::{Director, RenderSettings, Scene};
 use crate::work::Work;
+
+use expose::Direction;
 
 /// A finished picture and what it took.
 #[derive(Debug)]
@@ -34,47 +38,55 @@ pub struct Rendered {
     pub radius: Option<f64>,
 }
 
-/// Renders `scene` with a photon map and a march: the same picture on any number of threads of
-/// the rayon pool it is called in.
+/// Renders `scene` with a photon map and a march, directed as `settings` say: the same picture on
+/// any number of threads of the rayon pool it is called in.
 ///
 /// # Errors
-/// Where a light cannot be sampled.
+/// Where an emitter cannot be sampled.
 pub fn render(
     scene: &Scene,
     settings: &RenderSettings,
     progress: &dyn Progress,
 ) -> Result<Rendered> {
-    let mut timings = Vec::new();
-    let shooting = Shooting {
-        photons: settings.photons,
-        seed: settings.seed,
-        max_scatter: settings.max_scatter,
-        radius: settings.radius,
+    let mut stages = Stages::default();
+    let (maps, mut work) = match settings.director {
+        Director::Fixed | Director::Variance => (Maps::default(), Work::default()),
+        Director::X | Director::S | Director::Xs => {
+            guide::maps(scene, settings, None, Extent::Needed, &mut stages)?
+        }
     };
     let start = Instant::now();
-    progress.stage("photons", settings.photons);
-    let (maps, mut work) = photon::shoot(scene, &shooting, &|n| progress.advance(n))?;
+    let shooting = maps.shooting(settings);
+    progress.stage("photons", shooting.photons);
+    let (photons, shot) = photon::shoot(scene, &shooting, &|n| progress.advance(n))?;
     progress.finish();
-    timings.push(("photons", start.elapsed()));
+    work += shot;
+    stages.done("photons", start);
 
     let start = Instant::now();
-    let budget = Budget {
-        rays: settings.rays,
-        radius: maps.volume_radius,
-        step: settings.step.unwrap_or_else(|| finest_step(scene)),
-    };
-    let marcher = march::Marcher::new(scene, &maps, settings.max_scatter);
+    let step = settings.step.unwrap_or_else(|| finest_step(scene));
+    let mut gold = Budget::fixed(settings.rays, photons.volume_radius, step);
+    if settings.director == Director::Variance {
+        gold = gold.until(settings.directing.tolerance, settings.directing.floor);
+    }
+    let directions = maps.directions(scene, settings, gold);
+    let width = scene.film.size[0] as usize;
+    let marcher = march::Marcher::new(scene, &photons, settings.max_scatter);
     let (film, marching) = expose::expose(
-        scene,
+        scene.film.size,
         settings.seed,
         Stage::March,
-        |_, _| budget,
+        |x, y, lens| scene.camera.ray(x, y, lens),
+        |x, y| {
+            let index = y as usize * width + x as usize;
+            directions.get(index).copied().unwrap_or(Direction::fixed(gold))
+        },
         |ray, budget, state| marcher.radiance(ray, budget, state),
         progress,
     );
     work += marching;
-    timings.push(("march", start.elapsed()));
-    Ok(Rendered { film, work, timings, radius: Some(maps.volume_radius) })
+    stages.done("march", start);
+    Ok(Rendered { film, work, timings: stages.timings, radius: Some(photons.volume_radius) })
 }
 
 /// Renders `scene` without bias by null-collision path tracing with next-event estimation: the
@@ -84,18 +96,21 @@ pub fn render_reference(
     settings: &RenderSettings,
     progress: &dyn Progress,
 ) -> Rendered {
+    let mut stages = Stages::default();
     let start = Instant::now();
     let tracer = reference::PathTracer::new(scene, settings.max_scatter);
-    let budget = Budget { rays: settings.rays, radius: 0.0, step: 0.0 };
+    let budget = Budget::fixed(settings.rays, 0.0, 0.0);
     let (film, work) = expose::expose(
-        scene,
+        scene.film.size,
         settings.seed,
         Stage::Reference,
-        |_, _| budget,
+        |x, y, lens| scene.camera.ray(x, y, lens),
+        |_, _| Direction::fixed(budget),
         |ray, _, state| tracer.radiance(ray, &mut state.draws),
         progress,
     );
-    Rendered { film, work, timings: vec![("reference", start.elapsed())], radius: None }
+    stages.done("reference", start);
+    Rendered { film, work, timings: stages.timings, radius: None }
 }
 
 /// The step where none is given, in metres: the shortest voxel edge of all media, at which cells

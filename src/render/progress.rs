@@ -1,4 +1,6 @@
-//! How a render tells how far it is.
+//! How a render tells how far it is, and what it took.
+
+use std::time::{Duration, Instant};
 
 /// Is told of stages and of work done in them, from any thread.
 pub trait Progress: Sync {
@@ -18,4 +20,18 @@ impl Progress for Silent {
     fn stage(&self, _: &str, _: u64) {}
     fn advance(&self, _: u64) {}
     fn finish(&self) {}
+}
+
+/// The stages of a run with the time that each took.
+#[derive(Debug, Clone, Default)]
+pub struct Stages {
+    /// In the order in which they ran.
+    pub timings: Vec<(&'static str, Duration)>,
+}
+
+impl Stages {
+    /// The stage that began at `start` is over.
+    pub fn done(&mut self, name: &'static str, start: Instant) {
+        self.timings.push((name, start.elapsed()));
+    }
 }

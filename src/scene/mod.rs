@@ -5,6 +5,7 @@
 
 mod bare;
 pub mod camera;
+mod directing;
 pub mod file;
 mod hash;
 pub mod lighting;
@@ -19,10 +20,13 @@ use crate::medium::Media;
 use crate::surface::Surfaces;
 
 pub use camera::Camera;
+pub use directing::{
+    Directed, Directing, DirectingOverrides, Director, Importance, MAX_COARSENING, Operator,
+};
 pub use load::LoadOptions;
 pub use reader::{FileReference, MAX_MAGNITUDE, Place};
 pub use settings::{
-    Director, FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
+    FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
     RenderSettings,
 };
 

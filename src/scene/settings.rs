@@ -1,5 +1,6 @@
 //! Film and render settings, their defaults, and what the command line puts over them.
 
+use super::directing::{Directing, DirectingOverrides, Director};
 use crate::image::ViewTransform;
 
 /// Largest width and height of a film, in pixels.
@@ -30,23 +31,6 @@ impl Default for FilmSettings {
     }
 }
 
-/// Who decides how many rays a pixel gets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Director {
-    /// Every pixel gets the same.
-    #[default]
-    Fixed,
-}
-
-impl Director {
-    /// Its name in scene files and on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Fixed => "fixed",
-        }
-    }
-}
-
 /// How the picture is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderSettings {
@@ -58,8 +42,10 @@ pub struct RenderSettings {
     pub radius: Option<f64>,
     /// March step in metres; by default from the voxel size.
     pub step: Option<f64>,
-    /// Who decides how many rays a pixel gets.
+    /// Who decides what a pixel may spend.
     pub director: Director,
+    /// How it is asked to.
+    pub directing: Directing,
     /// Seed of every random stream.
     pub seed: u64,
     /// Highest order of volume scattering, 1 being single scattering; no limit by default.
@@ -74,6 +60,7 @@ impl Default for RenderSettings {
             radius: None,
             step: None,
             director: Director::Fixed,
+            directing: Directing::default(),
             seed: 0,
             max_scatter: None,
         }
@@ -100,6 +87,8 @@ pub struct Overrides {
     pub step: Option<f64>,
     /// See [`RenderSettings::director`].
     pub director: Option<Director>,
+    /// See [`RenderSettings::directing`].
+    pub directing: DirectingOverrides,
     /// See [`RenderSettings::seed`].
     pub seed: Option<u64>,
     /// See [`RenderSettings::max_scatter`].
@@ -126,6 +115,7 @@ impl RenderSettings {
             radius: over.radius.or(self.radius),
             step: over.step.or(self.step),
             director: over.director.unwrap_or(self.director),
+            directing: self.directing.overridden(&over.directing),
             seed: over.seed.unwrap_or(self.seed),
             max_scatter: over.max_scatter.or(self.max_scatter),
         }

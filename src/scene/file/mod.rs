@@ -74,6 +74,7 @@
 //! ```
 
 mod camera;
+mod director;
 mod light;
 mod medium;
 mod surface;
@@ -83,10 +84,10 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DQuat, DVec3, EulerRot};
 use toml::de::DeTable;
 
+use super::directing::Director;
 use super::reader::{FileReference, Range, Section, Source, Value, one_line};
 use super::settings::{
-    Director, FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE,
-    RenderSettings,
+    FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, RenderSettings,
 };
 use crate::error::{Error, Result};
 use crate::image::ViewTransform;
@@ -160,7 +161,7 @@ pub fn parse(path: &Path, text: &str) -> Result<SceneFile> {
         source.place(offset, "TOML").error(one_line(e.message()))
     })?;
     let root = Section::root(&source, &document);
-    root.only("a scene", &["camera", "film", "render", "medium", "surface", "light"])?;
+    root.only("a scene", &["camera", "film", "render", "director", "medium", "surface", "light"])?;
     let film = film(&root)?;
     let camera = root.require("camera", "a table [camera] with position and target")?;
     Ok(SceneFile {
@@ -220,8 +221,8 @@ fn render(root: &Section<'_>) -> Result<RenderSettings> {
         photons: whole("photons", default.photons, MAX_PHOTONS)?,
         radius: section.maybe("radius", |v| v.number(Range::POSITIVE))?,
         step: section.maybe("step", |v| v.number(Range::POSITIVE))?,
-        director: section
-            .or("director", default.director, |v| v.word(&[("fixed", Director::Fixed)]))?,
+        director: section.or("director", default.director, |v| v.word(Director::ALL))?,
+        directing: director::read(root)?,
         seed: whole("seed", default.seed, i64::MAX as u64)?,
         max_scatter: section
             .maybe("max_scatter", |v| v.integer(0, u64::from(MAX_SCATTER)))?

@@ -1,0 +1,86 @@
+//! What the camera sees were there no medium: first-hit distances and the snapshot.
+
+use rayon::prelude::*;
+
+use crate::image::Image;
+use crate::math::{Ray, Rgb, Span, Stage, Stream, World};
+use crate::medium::Media;
+use crate::scene::Scene;
+use crate::scene::lighting::{self, Draws};
+use crate::surface::TransportMode;
+use crate::work::Work;
+
+/// Mirrors and panes of glass that the snapshot's rays follow at most.
+const MAX_SPECULAR: u32 = 16;
+
+/// First-hit distances and direct light without the medium, one ray through the middle of each
+/// pixel. It depends on camera, surfaces and lights alone, so a changed medium leaves it as it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sight {
+    /// Distance to the first surface in metres, row by row; infinite where there is none.
+    pub depth: Vec<f64>,
+    /// Direct light on the surfaces, W/(m² sr), and the environment where there is none.
+    pub snapshot: Image,
+}
+
+impl Sight {
+    /// Looks at `scene`, at the size of its film; the same on any number of threads.
+    pub fn look(scene: &Scene, seed: u64) -> (Self, Work) {
+        let [width, height] = scene.film.size.map(|side| side as usize);
+        let pixel = |index: usize, draws: &mut Draws| {
+            draws.rng = Stream::new(seed, Stage::Director, index as u64, 1);
+            see(scene, middle(scene, index), draws)
+        };
+        let rows: Vec<(Vec<(f64, Rgb)>, Work)> = (0..height)
+            .into_par_iter()
+            .map(|y| {
+                let rng = Stream::new(seed, Stage::Director, 0, 1);
+                let mut draws = Draws { rng, work: Work::default() };
+                let row = (0..width).map(|x| pixel(y * width + x, &mut draws)).collect();
+                (row, draws.work)
+            })
+            .collect();
+        let work = rows.iter().map(|(_, work)| *work).sum();
+        let pixels = || rows.iter().flat_map(|(row, _)| row);
+        let depth = pixels().map(|(depth, _)| *depth).collect();
+        let stored =
+            |light: &Rgb| light.to_array().map(|v| v.clamp(0.0, f64::from(f32::MAX)) as f32);
+        let light = pixels().map(|(_, light)| stored(light)).collect();
+        (Self { depth, snapshot: Image::new(width, height, light) }, work)
+    }
+}
+
+/// The ray through the middle of the pixel `index` and of the lens.
+pub(super) fn middle(scene: &Scene, index: usize) -> Ray<World> {
+    let width = scene.film.size[0] as usize;
+    let (x, y) = ((index % width) as f64, (index / width) as f64);
+    scene.camera.ray(x + 0.5, y + 0.5, [0.5, 0.5])
+}
+
+/// Distance to the first surface along `ray`, and the direct light seen there, through mirrors and
+/// glass.
+fn see(scene: &Scene, mut ray: Ray<World>, draws: &mut Draws) -> (f64, Rgb) {
+    let (mut first, mut light, mut throughput) = (f64::INFINITY, Rgb::ZERO, Rgb::ONE);
+    for bounce in 0..MAX_SPECULAR {
+        draws.work.intersections += u64::from(!scene.surfaces.is_empty());
+        let Some(hit) = scene.surfaces.intersect(&ray, Span::AHEAD) else {
+            light += throughput * scene.lights.environment_radiance(ray.direction);
+            break;
+        };
+        if bounce == 0 {
+            first = hit.t;
+        }
+        light += throughput * lighting::emitted(scene, &ray, &hit);
+        if !hit.material.is_specular() {
+            let nothing = Media::default();
+            light += throughput * lighting::on_surface(scene, &nothing, ray.direction, &hit, draws);
+            break;
+        }
+        let u = std::array::from_fn(|_| draws.rng.uniform());
+        let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
+        let Some(scattered) = scattered else { break };
+        throughput *= scattered.weight;
+        ray = hit.leave(scattered.direction);
+    }
+    (first, if light.is_finite() { light } else { Rgb::ZERO })
+}

@@ -1,0 +1,210 @@
+//! Pass 0 of a render: the director's maps, and what they hand out.
+
+use std::time::Instant;
+
+use crate::director::saliency::Saliency;
+use crate::director::{Budget, Sight, contrast, false_medium, radius_level, x_map, xs_map};
+use crate::error::Result;
+use crate::image::Image;
+use crate::math::Stage;
+use crate::photon::{self, Shooting};
+use crate::scene::{Director, Importance, RenderSettings, Scene};
+use crate::work::Work;
+
+use super::expose::{Direction, expose};
+use super::march::Marcher;
+use super::{Silent, Stages};
+
+/// Share of the photons with which the light is first looked at.
+const PILOT_PHOTONS: u64 = 64;
+
+/// Pixels along each side that share a ray of that look.
+const PILOT_PIXELS: u32 = 2;
+
+/// Least share of the photons that is shot, however little matters.
+const LEAST_PHOTONS: f64 = 1.0 / 16.0;
+
+/// The director's maps, one value a pixel, row by row from the top. What was not asked for is
+/// empty.
+#[derive(Debug, Default)]
+pub struct Maps {
+    /// First-hit distances and the snapshot.
+    pub sight: Option<Sight>,
+    /// Transmittance to the first surface.
+    pub transmittance: Vec<f32>,
+    /// A coarse look at the picture, light scattered by media included.
+    pub pilot: Option<Image>,
+    /// What X says: one of the two above, as asked.
+    pub x: Vec<f32>,
+    /// The snapshot seen through X with the inverted X over it.
+    pub false_medium: Option<Image>,
+    /// What catches the eye in it.
+    pub saliency: Option<Saliency>,
+    /// X and S in one.
+    pub xs: Vec<f32>,
+}
+
+/// Which maps are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extent {
+    /// Those that the XS-map needs.
+    Needed,
+    /// All.
+    All,
+}
+
+/// Makes the maps that `settings` ask for, those of the director `xs` where it asks for none.
+/// `sight` is one kept from a look with the same camera, surfaces and lights.
+///
+/// # Errors
+/// Where an emitter cannot be sampled.
+pub fn maps(
+    scene: &Scene,
+    settings: &RenderSettings,
+    sight: Option<Sight>,
+    extent: Extent,
+    stages: &mut Stages,
+) -> Result<(Maps, Work)> {
+    let asked = &settings.directing;
+    let weights = match settings.director {
+        Director::X => [1.0, 0.0],
+        Director::S => [0.0, 1.0],
+        Director::Fixed | Director::Xs | Director::Variance => asked.weights,
+    };
+    let all = extent == Extent::All;
+    let needs_saliency = all || weights[1] > 0.0;
+    let looks = all || (weights[0] > 0.0 && asked.x == Importance::Scattering);
+    let (mut maps, mut work) = (Maps::default(), Work::default());
+    let needs_transmittance = needs_saliency || !looks;
+    if needs_transmittance {
+        let start = Instant::now();
+        let (sight, looking) =
+            sight.map_or_else(|| Sight::look(scene, settings.seed), |kept| (kept, Work::default()));
+        stages.done("snapshot", start);
+        let start = Instant::now();
+        let (transmittance, marching) = x_map(scene, &sight);
+        stages.done("x", start);
+        work += looking;
+        work += marching;
+        maps.x.clone_from(&transmittance);
+        if needs_saliency {
+            let start = Instant::now();
+            let veiled = false_medium(&sight.snapshot, &transmittance);
+            maps.saliency = Some(Saliency::of(&veiled));
+            maps.false_medium = Some(veiled);
+            stages.done("saliency", start);
+        }
+        maps.transmittance = transmittance;
+        maps.sight = Some(sight);
+    }
+    if looks {
+        let start = Instant::now();
+        let (pilot, looking) = pilot(scene, settings)?;
+        work += looking;
+        if asked.x == Importance::Scattering {
+            let [width, height] = scene.film.size;
+            maps.x = enlarged(&contrast(&pilot), pilot.width(), [width, height]);
+        }
+        maps.pilot = Some(pilot);
+        stages.done("pilot", start);
+    }
+    let saliency = maps.saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
+    maps.xs = xs_map(&maps.x, saliency, weights, asked.operator);
+    Ok((maps, work))
+}
+
+/// A coarse look at the picture: few photons in wide gathers, and a ray for several pixels.
+fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Image, Work)> {
+    let shooting = Shooting {
+        photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
+        levels: 0,
+        ..shooting(settings)
+    };
+    let (photons, mut work) = photon::shoot(scene, &shooting, &|_| ())?;
+    let voxel = scene.media.detail();
+    let asked = &settings.directing;
+    let step = voxel.map_or(0.0, |voxel| voxel * asked.coarsest_step);
+    let budget = Budget::fixed(1, photons.volume_radius, step);
+    let marcher = Marcher::new(scene, &photons, settings.max_scatter);
+    let size = scene.film.size.map(|side| side.div_ceil(PILOT_PIXELS));
+    let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
+    let (film, marching) = expose(
+        size,
+        settings.seed,
+        Stage::Director,
+        |x, y, lens| scene.camera.ray(x * scale[0], y * scale[1], lens),
+        |_, _| Direction::fixed(budget),
+        |ray, budget, state| marcher.radiance(ray, budget, state),
+        &Silent,
+    );
+    work += marching;
+    Ok((film.image(), work))
+}
+
+/// A map enlarged to `size`, mixed between the places of its values.
+fn enlarged(map: &[f32], width: usize, size: [u32; 2]) -> Vec<f32> {
+    let height = map.len() / width;
+    let along = |i: u32, to: u32, from: usize| {
+        let at = (f64::from(i) + 0.5) * from as f64 / f64::from(to) - 0.5;
+        let at = at.clamp(0.0, (from - 1) as f64);
+        let low = at.floor() as usize;
+        (low, (low + 1).min(from - 1), (at - at.floor()) as f32)
+    };
+    let mut large = Vec::with_capacity(size[0] as usize * size[1] as usize);
+    for y in 0..size[1] {
+        let (top, bottom, down) = along(y, size[1], height);
+        for x in 0..size[0] {
+            let (left, right, across) = along(x, size[0], width);
+            let row = |y: usize| {
+                let (a, b) = (map[y * width + left], map[y * width + right]);
+                a + (b - a) * across
+            };
+            large.push(row(top) + (row(bottom) - row(top)) * down);
+        }
+    }
+    large
+}
+
+/// Photons shot where nothing thins them.
+pub(super) fn shooting(settings: &RenderSettings) -> Shooting {
+    Shooting {
+        photons: settings.photons,
+        seed: settings.seed,
+        max_scatter: settings.max_scatter,
+        radius: settings.radius,
+        levels: 0,
+    }
+}
+
+impl Maps {
+    /// How photons are shot for a picture of this importance. Where the gather radius is handed
+    /// out and not given, photons are shot in proportion to the mean importance.
+    pub(super) fn shooting(&self, settings: &RenderSettings) -> Shooting {
+        let asked = &settings.directing;
+        let all = shooting(settings);
+        if !asked.directed.radius || self.xs.is_empty() {
+            return all;
+        }
+        let levels = self.xs.iter().map(|xs| radius_level(asked, *xs)).max().unwrap_or(0);
+        let mean = self.xs.iter().map(|v| f64::from(*v)).sum::<f64>() / self.xs.len() as f64;
+        let share = if all.radius.is_some() { 1.0 } else { mean.clamp(LEAST_PHOTONS, 1.0) };
+        Shooting { photons: (all.photons as f64 * share).round() as u64, levels, ..all }
+    }
+
+    /// What each pixel may spend out of `gold`, which all would have had.
+    pub(super) fn directions(
+        &self,
+        scene: &Scene,
+        settings: &RenderSettings,
+        gold: Budget,
+    ) -> Vec<Direction> {
+        let voxel = scene.media.detail();
+        let saliency = self.saliency.as_ref().map(|saliency| &saliency.map);
+        let direction = |(index, xs): (usize, &f32)| Direction {
+            budget: gold.for_importance(*xs, &settings.directing, voxel),
+            saliency: saliency.map_or(1.0, |map| f64::from(map[index])),
+            xs: f64::from(*xs),
+        };
+        self.xs.iter().enumerate().map(direction).collect()
+    }
+}

@@ -1,0 +1,191 @@
+//! How the director is asked to spend a picture's budget.
+
+/// Who decides what a pixel may spend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Director {
+    /// Every pixel gets the same.
+    #[default]
+    Fixed,
+    /// The X-map alone: how much light survives the medium.
+    X,
+    /// The saliency map alone: what catches the eye.
+    S,
+    /// Both, combined as [`Directing`] says.
+    Xs,
+    /// No map: each pixel is sampled until its own error estimate is small, as Cycles and Arnold
+    /// do. Stopping looks at the samples, so it is biased where those of the maps are not.
+    Variance,
+}
+
+/// Names in scene files and on the command line.
+const DIRECTORS: [(&str, Director); 5] = [
+    ("fixed", Director::Fixed),
+    ("x", Director::X),
+    ("s", Director::S),
+    ("xs", Director::Xs),
+    ("variance", Director::Variance),
+];
+
+impl Director {
+    /// Each by its name.
+    pub const ALL: &[(&str, Self)] = &DIRECTORS;
+
+    /// Its name in scene files and on the command line.
+    pub fn name(self) -> &'static str {
+        name_of(Self::ALL, self)
+    }
+}
+
+/// What the X-map says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Importance {
+    /// Transmittance to the first surface, as in Anson et al. 2006.
+    Transmittance,
+    /// Contrast of the light that will be seen, scattered light included, from a coarse look with
+    /// few photons.
+    #[default]
+    Scattering,
+}
+
+impl Importance {
+    /// Each by its name.
+    pub const ALL: &[(&str, Self)] =
+        &[("transmittance", Self::Transmittance), ("scattering", Self::Scattering)];
+
+    /// Its name in scene files and on the command line.
+    pub fn name(self) -> &'static str {
+        name_of(Self::ALL, self)
+    }
+}
+
+/// How X and S become one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Operator {
+    /// Weighed sum.
+    #[default]
+    Sum,
+    /// Product of powers: X^w_x S^w_s.
+    Product,
+}
+
+impl Operator {
+    /// Each by its sign.
+    pub const ALL: &[(&str, Self)] = &[("+", Self::Sum), ("*", Self::Product)];
+
+    /// Its sign in scene files and on the command line.
+    pub fn name(self) -> &'static str {
+        name_of(Self::ALL, self)
+    }
+}
+
+/// What is handed out by the XS-map; the rest is the same for all pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Directed {
+    /// Camera rays.
+    pub rays: bool,
+    /// Gather radius, and with it the number of photons.
+    pub radius: bool,
+    /// March step.
+    pub step: bool,
+}
+
+impl Directed {
+    /// From the words `rays`, `radius` and `step` with commas between, or `nothing`.
+    ///
+    /// # Errors
+    /// What would be right, where it is something else.
+    pub fn parse(words: &str) -> Result<Self, String> {
+        let mut directed = Self { rays: false, radius: false, step: false };
+        for word in words.split(',').map(str::trim).filter(|word| *word != "nothing") {
+            match word {
+                "rays" => directed.rays = true,
+                "radius" => directed.radius = true,
+                "step" => directed.step = true,
+                _ => return Err("some of rays, radius, step with commas between".into()),
+            }
+        }
+        Ok(directed)
+    }
+}
+
+impl std::fmt::Display for Directed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let all = [(self.rays, "rays"), (self.radius, "radius"), (self.step, "step")];
+        let words: Vec<&str> = all.iter().filter(|(on, _)| *on).map(|(_, word)| *word).collect();
+        f.write_str(if words.is_empty() { "nothing" } else { "" })?;
+        f.write_str(&words.join(","))
+    }
+}
+
+/// The most that gather radius and march step of unimportant pixels may be wider.
+pub const MAX_COARSENING: f64 = 256.0;
+
+/// How the director is asked to spend a picture's budget.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Directing {
+    /// What the X-map says.
+    pub x: Importance,
+    /// Weight of X and of S in [`Director::Xs`].
+    pub weights: [f64; 2],
+    /// How they become one.
+    pub operator: Operator,
+    /// What is handed out.
+    pub directed: Directed,
+    /// Rays of the least important pixel, at most the ceiling.
+    pub floor: u32,
+    /// Gather radius of the least important pixel over that of the most important one.
+    pub coarsest_radius: f64,
+    /// March step of the least important pixel, in voxels.
+    pub coarsest_step: f64,
+    /// Standard error of a pixel over its mean at which [`Director::Variance`] ends it.
+    pub tolerance: f64,
+}
+
+impl Default for Directing {
+    fn default() -> Self {
+        Self {
+            x: Importance::default(),
+            weights: [0.5, 0.5],
+            operator: Operator::default(),
+            directed: Directed { rays: true, radius: true, step: true },
+            floor: 1,
+            coarsest_radius: 4.0,
+            coarsest_step: 4.0,
+            tolerance: 0.05,
+        }
+    }
+}
+
+/// What stands over the scene file's [`Directing`]; see there.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[allow(missing_docs, reason = "the fields are those of Directing")]
+pub struct DirectingOverrides {
+    pub x: Option<Importance>,
+    pub weights: Option<[f64; 2]>,
+    pub operator: Option<Operator>,
+    pub directed: Option<Directed>,
+    pub floor: Option<u32>,
+    pub coarsest_radius: Option<f64>,
+    pub coarsest_step: Option<f64>,
+    pub tolerance: Option<f64>,
+}
+
+impl Directing {
+    /// These settings with `over` put over them.
+    pub fn overridden(self, over: &DirectingOverrides) -> Self {
+        Self {
+            x: over.x.unwrap_or(self.x),
+            weights: over.weights.unwrap_or(self.weights),
+            operator: over.operator.unwrap_or(self.operator),
+            directed: over.directed.unwrap_or(self.directed),
+            floor: over.floor.unwrap_or(self.floor),
+            coarsest_radius: over.coarsest_radius.unwrap_or(self.coarsest_radius),
+            coarsest_step: over.coarsest_step.unwrap_or(self.coarsest_step),
+            tolerance: over.tolerance.unwrap_or(self.tolerance),
+        }
+    }
+}
+
+fn name_of<T: PartialEq>(all: &[(&'static str, T)], one: T) -> &'static str {
+    all.iter().find(|(_, other)| *other == one).map_or("", |(name, _)| *name)
+}
