@@ -1,20 +1,11 @@
 //! Files: what is read of them, what is refused and with which words, what is written.
 
-#![allow(clippy::print_stderr)] // skipped tests say so
+#[path = "common/vdb.rs"]
+mod common;
 
-use std::path::{Path, PathBuf};
-
+use common::{shared, written};
 use fogbow::vdb::{Block, GridToWrite, ReadAs, Tile, ValueType, VdbFile, write};
 use glam::{DAffine3, DMat3, DQuat, DVec3, IVec3};
-
-fn shared(file: &str) -> Option<PathBuf> {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes")).join(file);
-    if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
-        return None;
-    }
-    Some(path)
-}
 
 fn block(value: impl Fn(usize) -> f32) -> Block {
     Block { origin: IVec3::ZERO, values: (0..512).map(value).collect(), active: None }
@@ -24,14 +15,6 @@ fn fog(name: &str) -> GridToWrite {
     let mut grid = GridToWrite::fog(name, 0.25, DVec3::new(1.0, 2.0, 3.0));
     grid.blocks.push(block(|i| i as f32));
     grid
-}
-
-fn written(grids: &[GridToWrite]) -> (tempfile::TempDir, VdbFile) {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("made.vdb");
-    write(&path, grids).unwrap();
-    let file = VdbFile::open(&path).unwrap();
-    (folder, file)
 }
 
 fn refusal(name: &str, bytes: &[u8]) -> String {
@@ -188,6 +171,41 @@ fn half_precision_and_transforms_come_back() {
     let grid = file.read_scalar(0, ReadAs::Density).unwrap();
     assert!(grid.transform().affine().abs_diff_eq(expected, 1e-12));
     assert_eq!(grid.max_value(), 511.0);
+}
+
+/// The file with the type of its only grid told to be another: the name gets longer, so the three
+/// offsets behind it grow.
+fn retyped(path: &std::path::Path, name: &str) {
+    let old = b"Tree_float_5_4_3";
+    let mut bytes = std::fs::read(path).unwrap();
+    let at = bytes.windows(old.len()).position(|w| w == old).unwrap();
+    let after = at + old.len();
+    let parent = u32::from_le_bytes(bytes[after..after + 4].try_into().unwrap()) as usize;
+    let grown = (name.len() - old.len()) as i64;
+    for i in 0..3 {
+        let place = after + 4 + parent + 8 * i;
+        let offset = i64::from_le_bytes(bytes[place..place + 8].try_into().unwrap());
+        bytes[place..place + 8].copy_from_slice(&(offset + grown).to_le_bytes());
+    }
+    bytes[at - 4..at].copy_from_slice(&(name.len() as u32).to_le_bytes());
+    bytes.splice(at..after, name.bytes());
+    std::fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn types_without_numbers_are_refused_by_name() {
+    for (tree, words) in [
+        ("Tree_ptdataidx32_5_4_3", "has the type ptdataidx32; scalar grids"),
+        ("Tree_unheard_of_5_4_3", "has the type Tree_unheard_of_5_4_3, which OpenVDB does not"),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("points.vdb");
+        write(&path, &[fog("density")]).unwrap();
+        retyped(&path, tree);
+        let file = VdbFile::open(&path).unwrap();
+        let message = file.read_scalar(0, ReadAs::Density).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+    }
 }
 
 #[test]

@@ -1,22 +1,15 @@
 //! Grids sampled and integrated, beside OpenVDB's own sampler and brute force.
 
-#![allow(clippy::print_stderr)] // skipped tests say so
+#[path = "common/vdb.rs"]
+mod common;
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use fogbow::math::{Index, IndexPoint, Ray, Span, Stage, Stream};
-use fogbow::vdb::{Block, Grid, GridToWrite, ReadAs, Tile, VdbFile, write};
-use glam::{DVec3, IVec3};
-
-fn volumes() -> Option<PathBuf> {
-    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes"));
-    if !folder.is_dir() {
-        eprintln!("skipped: {} is not there", folder.display());
-        return None;
-    }
-    Some(folder.to_path_buf())
-}
+use common::{shared, written};
+use fogbow::math::{Index, IndexPoint, Point, Ray, Span, Stage, Stream};
+use fogbow::vdb::{Block, Grid, GridToWrite, ReadAs, Tile, VdbFile};
+use glam::{DAffine3, DMat3, DQuat, DVec3, IVec3};
 
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
@@ -69,14 +62,13 @@ fn compare(file: &VdbFile, index: usize, grid: &Grid<f32>, n: u64) {
 
 #[test]
 fn every_asset_samples_as_box_sampler_does() {
-    let Some(folder) = volumes() else { return };
+    let Some(folder) = shared("") else { return };
     for path in files(&folder) {
         let file = VdbFile::open(&path).unwrap();
-        for (i, info) in file.grids().iter().enumerate().filter(|(_, g)| g.value_type == "float") {
+        // Not those of integers, which BoxSampler blends in whole numbers.
+        for i in (0..file.grids().len()).filter(|&i| file.grids()[i].value_type == "float") {
             let grid = file.read_scalar(i, ReadAs::Raw).unwrap();
-            let n =
-                if file.grids().len() > 4 && info.name != "density" { 20_000 } else { 1_000_000 };
-            compare(&file, i, &grid, n);
+            compare(&file, i, &grid, 1_000_000);
         }
     }
 }
@@ -111,14 +103,6 @@ fn made(background: f32, tiles: bool) -> GridToWrite {
     grid
 }
 
-fn written(grids: &[GridToWrite]) -> (tempfile::TempDir, VdbFile) {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("made.vdb");
-    write(&path, grids).unwrap();
-    let file = VdbFile::open(&path).unwrap();
-    (folder, file)
-}
-
 #[test]
 fn made_grids_sample_as_box_sampler_does() {
     let mut only_tiles = made(0.0, true);
@@ -140,6 +124,39 @@ fn made_grids_sample_as_box_sampler_does() {
         for (p, theirs) in points.iter().zip(file.box_sample(0, &points).unwrap()) {
             let ours = grid.value(IndexPoint::from_xyz(*p));
             assert!((ours - theirs).abs() <= 1e-6 * scale(&grid, *p), "{p}: {ours} {theirs}");
+        }
+    }
+}
+
+#[test]
+fn world_points_sample_as_box_sampler_does() {
+    let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -0.7, 1.1);
+    let scale = |x, y, z| DMat3::from_diagonal(DVec3::new(x, y, z));
+    let matrices = [
+        DMat3::from_quat(turn) * 0.1,
+        scale(-0.1, 0.1, 0.1),
+        scale(0.05, 0.2, 0.7),
+        DMat3::from_quat(turn) * scale(0.05, -0.2, 0.7) * DMat3::from_quat(turn),
+    ];
+    for (i, matrix3) in matrices.into_iter().enumerate() {
+        let mut grid = made([0.0, 0.3][i % 2], true);
+        let to_world = DAffine3 { matrix3, translation: DVec3::new(5.0, -6.0, 7.0) };
+        grid.transform = to_world;
+        let (_folder, file) = written(&[grid]);
+        let grid = file.read_scalar(0, ReadAs::Raw).unwrap();
+        let to_index = to_world.inverse(); // of what was written, not of what was read
+        let mut random = Stream::new(5, Stage::Test, i as u64, 0);
+        let world: Vec<DVec3> = (0..1_000_000)
+            .map(|_| DVec3::from_array(std::array::from_fn(|_| random.uniform() * 60.0 - 30.0)))
+            .map(|p| to_world.transform_point3(p))
+            .collect();
+        let index: Vec<DVec3> = world.iter().map(|&p| to_index.transform_point3(p)).collect();
+        for (p, theirs) in world.into_iter().zip(file.box_sample(0, &index).unwrap()) {
+            let local = grid.transform().point_to_local(Point::from_xyz(p));
+            let off = (grid.value(local) - theirs).abs();
+            if off > 1e-6 * theirs.abs() {
+                assert!(off <= 1e-6 * self::scale(&grid, local.xyz), "{p}: {off} of {theirs}");
+            }
         }
     }
 }

@@ -48,17 +48,19 @@ struct GridReport {
     /// Outer corners of the active voxels' samples in the world, in metres.
     world_bounds: Option<[[f64; 3]; 2]>,
     memory_bytes: Option<usize>,
+    /// Why it cannot be read; nothing where it can.
+    problem: Option<String>,
     /// What fogbow does with it.
     verdict: String,
 }
 
-/// Prints the report.
+/// Prints the report. A grid that cannot be read is listed with the reason.
 ///
 /// # Errors
-/// Where the file or one of its grids cannot be read.
+/// Where the file cannot be opened, or the report not be written.
 pub fn run(args: &Args) -> Result<()> {
     let file = VdbFile::open(&args.file)?;
-    let report = report(&file)?;
+    let report = report(&file);
     let text = if args.json {
         let json = serde_json::to_string_pretty(&report);
         json.map_err(|e| Error::file(&args.file, format!("cannot be told as JSON: {e}")))? + "\n"
@@ -73,24 +75,27 @@ pub fn run(args: &Args) -> Result<()> {
     }
 }
 
-fn report(file: &VdbFile) -> Result<Report> {
+fn report(file: &VdbFile) -> Report {
     let choice = file.default_density();
     let chosen = choice.as_ref().ok().copied();
-    let grids = (0..file.grids().len())
-        .map(|i| grid_report(file, i, chosen == Some(i)))
-        .collect::<Result<_>>()?;
-    Ok(Report {
+    let grids: Vec<_> =
+        (0..file.grids().len()).map(|i| grid_report(file, i, chosen == Some(i))).collect();
+    let unusable = chosen.and_then(|i| {
+        let problem = grids[i].problem.as_ref()?;
+        Some(Error::grid(file.path(), &grids[i].label, problem).to_string())
+    });
+    Report {
         file: file.path().to_path_buf(),
         format_version: file.version(),
         library_version: file.library_version().to_string(),
         reader_version: VdbFile::reader_version(),
+        density: chosen.filter(|_| unusable.is_none()).map(|i| grids[i].label.clone()),
+        problem: choice.err().map(|e| e.to_string()).or(unusable),
         grids,
-        density: chosen.map(|i| file.grids()[i].label()),
-        problem: choice.err().map(|e| e.to_string()),
-    })
+    }
 }
 
-fn grid_report(file: &VdbFile, index: usize, chosen: bool) -> Result<GridReport> {
+fn grid_report(file: &VdbFile, index: usize, chosen: bool) -> GridReport {
     let info = file.grids()[index].clone();
     let mut report = GridReport {
         label: info.label(),
@@ -101,25 +106,36 @@ fn grid_report(file: &VdbFile, index: usize, chosen: bool) -> Result<GridReport>
         statistics: None,
         world_bounds: None,
         memory_bytes: None,
-        verdict: verdict(&info, chosen),
+        problem: None,
+        verdict: String::new(),
         info,
     };
-    if report.info.unreadable().is_some() {
-        return Ok(report);
-    }
-    if report.info.is_scalar() {
-        let grid = file.read_scalar(index, ReadAs::Raw)?;
-        report.background = Some(vec![grid.background()]);
-        report.measure(&grid);
-    } else {
-        let grid = file.read_vector(index)?;
-        report.background = Some(grid.background().to_vec());
-        report.measure(&grid);
-    }
-    Ok(report)
+    report.problem = report.read(file, index).err().map(|e| match e {
+        Error::Grid { problem, .. } => problem, // the grid's name stands above it already
+        other => other.to_string(),
+    });
+    report.verdict = match &report.problem {
+        Some(problem) => format!("refused: {problem}"),
+        None => verdict(&report.info, chosen),
+    };
+    report
 }
 
 impl GridReport {
+    /// Reads the grid and fills in what only its voxels tell.
+    fn read(&mut self, file: &VdbFile, index: usize) -> Result<()> {
+        if self.info.is_vector() {
+            let grid = file.read_vector(index)?;
+            self.background = Some(grid.background().to_vec());
+            self.measure(&grid);
+        } else {
+            let grid = file.read_scalar(index, ReadAs::Raw)?;
+            self.background = Some(vec![grid.background()]);
+            self.measure(&grid);
+        }
+        Ok(())
+    }
+
     fn measure<V: Voxel>(&mut self, grid: &Grid<V>) {
         let statistics = *grid.statistics();
         let matrix = grid.transform().affine().matrix3;
@@ -144,9 +160,6 @@ fn world_bounds(transform: &Transform<Index>, bounds: [[i32; 3]; 2]) -> [[f64; 3
 }
 
 fn verdict(info: &GridInfo, chosen: bool) -> String {
-    if let Some(problem) = info.unreadable() {
-        return format!("refused: {problem}");
-    }
     let level_set = "refused as density: a level set; level_set = \"fog\" converts it";
     match (chosen, info.is_level_set(), info.is_vector()) {
         (true, true, _) => format!("the density where none is named, but {level_set}"),
@@ -195,7 +208,7 @@ fn describe(out: &mut String, grid: &GridReport) -> std::fmt::Result {
             ),
         )?;
         line("values", format!("{} to {}, mean {}, {} zeros", s.min, s.max, s.mean, s.zeros))?;
-        if s.bad.total() > 0 {
+        if s.bad.total() > 0 && !info.is_level_set() {
             let bad = s.bad;
             line(
                 "bad values",

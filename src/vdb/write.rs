@@ -1,7 +1,6 @@
 //! Writing grids.
 
 use std::fs;
-use std::hash::{DefaultHasher, Hasher};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
@@ -224,18 +223,16 @@ fn write_lowered(path: &Path, grids: &[bridge::WriteGrid]) -> Result<()> {
     pending.finish()
 }
 
-/// A UUID (RFC 9562, version 8) from everything but the random one.
+/// A UUID (RFC 9562, version 8): the first 16 bytes of the file's BLAKE3 hash, taken with zeros
+/// for the random identifier.
 fn identifier(bytes: &mut [u8]) -> String {
     if let Some(old) = bytes.get_mut(UUID_AT as usize..UUID_AT as usize + 36) {
         old.fill(b'0');
     }
-    let half = |salt: u8| {
-        let mut hasher = DefaultHasher::new();
-        hasher.write_u8(salt);
-        hasher.write(bytes);
-        hasher.finish()
-    };
-    let (a, b) = (half(0), half(1));
+    let hash = blake3::hash(bytes);
+    let (high, low) = hash.as_bytes()[..16].split_at(8);
+    let number = |half: &[u8]| half.iter().fold(0, |n: u64, &byte| n << 8 | u64::from(byte));
+    let (a, b) = (number(high), number(low));
     format!(
         "{:08x}-{:04x}-8{:03x}-{:04x}-{:012x}",
         a >> 32,
@@ -244,4 +241,26 @@ fn identifier(bytes: &mut [u8]) -> String {
         b >> 48 & 0x3fff | 0x8000,
         b & 0xffff_ffff_ffff
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vdb::{ReadAs, VdbFile};
+
+    #[test]
+    fn frustum_transforms_are_refused_by_name() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("frustum.vdb");
+        let mut grid = GridToWrite::fog("density", 0.1, DVec3::ZERO).lower();
+        grid.frustum = true;
+        write_lowered(&path, &[grid]).expect("written");
+        let file = VdbFile::open(&path).expect("opened");
+        assert_eq!(file.grids()[0].matrix, None);
+        let message = file.read_scalar(0, ReadAs::Density).expect_err("refused").to_string();
+        assert!(
+            message.contains("grid \"density\": has a frustum transform (Nonlinear"),
+            "{message}"
+        );
+    }
 }

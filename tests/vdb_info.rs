@@ -1,0 +1,64 @@
+//! `fogbow info`: every field of the report, and a damaged grid beside a sound one.
+
+use assert_cmd::Command;
+use fogbow::vdb::{Block, GridToWrite, write};
+use glam::{DVec3, IVec3};
+use serde_json::Value;
+
+fn grid(name: &str) -> GridToWrite {
+    let mut grid = GridToWrite::fog(name, 0.1, DVec3::ZERO);
+    // Values without any pattern, which compression cannot shrink.
+    let values = (0..512u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 8) as f32).collect();
+    grid.blocks.push(Block { origin: IVec3::ZERO, values, active: None });
+    grid
+}
+
+#[test]
+fn the_grids_beside_a_damaged_one_are_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("two.vdb");
+    write(&path, &[grid("density"), grid("soot")]).unwrap();
+    let mut bytes = std::fs::read(&path).unwrap();
+    let end = bytes.len();
+    bytes[end - 1000..].fill(0xa5); // inside the voxels of the last grid
+    std::fs::write(&path, bytes).unwrap();
+
+    let info = |more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fogbow"));
+        let output = command.arg("info").arg(&path).args(more).assert().success();
+        String::from_utf8(output.get_output().stdout.clone()).unwrap()
+    };
+    let report: Value = serde_json::from_str(&info(&["--json"])).unwrap();
+    let [sound, damaged] = &report["grids"].as_array().unwrap()[..] else { panic!("{report}") };
+    assert_eq!(report["format_version"], 224);
+    assert_eq!(report["density"], "density");
+    for (pointer, value) in [
+        ("/label", Value::from("density")),
+        ("/value_type", "float".into()),
+        ("/class", "fog volume".into()),
+        ("/map", "UniformScaleMap".into()),
+        ("/compression", "active mask + blosc".into()),
+        ("/matrix/0", vec![0.1, 0.0, 0.0, 0.0].into()),
+        ("/statistics/active", 511.into()),
+        ("/statistics/leaves", 1.into()),
+        ("/statistics/active_tiles", 0.into()),
+        ("/statistics/tile_voxels", 0.into()),
+        ("/statistics/bad/nan", 0.into()),
+        ("/statistics/bounds/1", vec![7, 7, 7].into()),
+        ("/problem", Value::Null),
+        ("/verdict", "the density where none is named".into()),
+    ] {
+        assert_eq!(sound.pointer(pointer), Some(&value), "{pointer}: {sound}");
+    }
+    for key in ["/statistics/min", "/statistics/max", "/statistics/mean", "/memory_bytes"] {
+        assert!(sound.pointer(key).is_some_and(Value::is_number), "{key}: {sound}");
+    }
+    assert!(sound["world_bounds"].is_array());
+
+    assert_eq!(damaged["label"], "soot");
+    let problem = damaged["problem"].as_str().unwrap();
+    assert_eq!(damaged["verdict"], format!("refused: {problem}"));
+    assert!(damaged["statistics"].is_null());
+    let text = info(&[]);
+    assert!(text.contains(problem) && text.contains("\"density\": float"), "{text}");
+}
