@@ -4,6 +4,7 @@
 //! marched through it, and a film is written out.
 
 pub mod cli;
+pub mod director;
 pub mod error;
 pub mod file;
 pub mod image;

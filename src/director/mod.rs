@@ -1,0 +1,3 @@
+//! Where it pays to be accurate: maps over the picture that are made before it is rendered.
+
+pub mod saliency;
