@@ -1,3 +1,5 @@
 //! Where it pays to be accurate: maps over the picture that are made before it is rendered.
 
-pub mod saliency;
+mod saliency;
+
+pub use saliency::Saliency;

@@ -52,7 +52,7 @@ impl Scales {
     /// Itti et al. 1998, equations 1 to 4, with four departures that make one odd thing stand out
     /// wherever it is:
     /// - Where the centre exceeds its surround and where it falls short go through N apart (Frintrop
-    ///   2006, "VOCUS", section 4.2). In the modulus, one red bar among green ones on black is
+    ///   2006, "VOCUS"). In the modulus, one red bar among green ones on black is
     ///   one of many.
     /// - The range that N scales to 1 is that of the whole feature, not of a map: a pair of levels
     ///   or an angle at which there is next to nothing to see stays next to nothing.
