@@ -27,6 +27,8 @@ struct Search {
     /// Where in the grid the odd one is, 0 to 1 from the upper left.
     odd: [f64; 2],
     background: f32,
+    /// Every value is off by up to this part of it.
+    noise: f32,
     seed: u64,
 }
 
@@ -64,7 +66,7 @@ impl Search {
         let [width, height] = self.size;
         let length = self.shape[0] * self.cell();
         let extent = [length, length * self.shape[1]];
-        let image = draw(self.size, self.background, bars, extent);
+        let image = noisy(&draw(self.size, self.background, bars, extent), self.noise);
         let saliency = Saliency::of(&image);
         let most = (0..width * height)
             .max_by(|&a, &b| saliency.map[a].total_cmp(&saliency.map[b]))
@@ -121,6 +123,13 @@ fn draw(size: [usize; 2], background: f32, bars: &[Bar], [length, width]: [f64; 
     Image::new(size[0], size[1], pixels)
 }
 
+fn noisy(image: &Image, noise: f32) -> Image {
+    let factor = |i: usize| 1.0 + noise * (2.0 * unit(i as u64) as f32 - 1.0);
+    let off = |(i, p): (usize, &[f32; 3])| [0, 1, 2].map(|c| p[c] * factor(3 * i + c));
+    let pixels = image.pixels().iter().enumerate().map(off).collect();
+    Image::new(image.width(), image.height(), pixels)
+}
+
 fn searches() -> impl Strategy<Value = Search> {
     let size = prop::sample::select(vec![
         [128, 128],
@@ -130,15 +139,17 @@ fn searches() -> impl Strategy<Value = Search> {
         [333, 257],
         [400, 400],
     ]);
-    let background = prop::sample::select(vec![0.0_f32, 0.05, 0.3]);
+    let light =
+        prop::sample::select(vec![(0.0_f32, 0.0_f32), (0.05, 0.0), (0.3, 0.0), (0.05, 0.05)]);
     let place = prop::array::uniform2(0.0..1.0);
-    (size, 4_usize..8, 0.45..0.7, 0.25..0.33, place, background, 0_u64..1 << 32).prop_map(
-        |(size, rows, length, width, odd, background, seed)| Search {
+    (size, 4_usize..8, 0.45..0.7, 0.25..0.33, place, light, 0_u64..1 << 32).prop_map(
+        |(size, rows, length, width, odd, (background, noise), seed)| Search {
             size,
             rows,
             shape: [length, width],
             odd,
             background,
+            noise,
             seed,
         },
     )
@@ -193,6 +204,7 @@ fn example(scale: f32) -> Image {
         shape: [0.6, 0.3],
         odd: [0.7, 0.3],
         background: 0.05,
+        noise: 0.0,
         seed: 1,
     };
     let image =
