@@ -9,11 +9,12 @@ mod budget;
 mod contrast;
 mod extinction;
 mod importance;
-pub mod saliency;
+mod saliency;
 mod sight;
 
 pub use budget::{Budget, radius_level};
 pub use contrast::contrast;
 pub use extinction::{false_medium, x_map};
 pub use importance::xs_map;
+pub use saliency::Saliency;
 pub use sight::Sight;

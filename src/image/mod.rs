@@ -1,4 +1,5 @@
-//! Pictures: pixel buffers and textures, the film with mean and variance, EXR and PNG.
+//! Pictures: pixel buffers and textures, the film with mean and variance, EXR and PNG, maps in
+//! false colours.
 //!
 //! Pixels are linear Rec.709 everywhere; row 0 is the top row. Bulk data are f32, arithmetic is f64.
 
@@ -8,8 +9,11 @@ mod exr_header;
 mod exr_read;
 mod exr_write;
 mod film;
+mod palette;
+mod picture;
 mod pixels;
 mod png;
+mod scalar;
 mod srgb;
 mod texture;
 mod view;
@@ -18,8 +22,11 @@ pub use accumulator::{Accumulator, Sample};
 pub use exr_read::{EXR_DECODER, Layers, read_exr, read_layers};
 pub use exr_write::{write_exr, write_exr_layers};
 pub use film::{FAR, Film, FilmPixel};
+pub use palette::{NOT_FINITE, viridis};
+pub use picture::Picture;
 pub use pixels::{Image, MAX_PIXELS};
-pub use png::{png_path_beside, write_png};
+pub use png::{png_path_beside, write_picture, write_png};
+pub use scalar::{ScalarMap, contact_sheet, titled};
 pub use srgb::{decode as srgb_decode, encode as srgb_encode};
 pub use texture::{decode_texture, read_texture};
 pub use view::{View, ViewTransform};

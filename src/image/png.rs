@@ -3,10 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{Image, View};
+use super::{Image, Picture, View};
 use crate::error::{Error, Result};
 use crate::file;
-use crate::math::Rgb;
 
 /// The PNG beside an EXR: the same path with the ending `.png`.
 pub fn png_path_beside(exr: &Path) -> PathBuf {
@@ -17,23 +16,26 @@ pub fn png_path_beside(exr: &Path) -> PathBuf {
 /// partly covered stands before black.
 ///
 /// # Errors
-/// Where the file cannot be written; an earlier one is intact then.
+/// As [`write_picture`].
 pub fn write_png(path: &Path, image: &Image, view: &View) -> Result<()> {
+    write_picture(path, &Picture::developed(image, view))
+}
+
+/// Writes `picture` as an 8-bit RGB PNG marked as sRGB.
+///
+/// # Errors
+/// Where the file cannot be written; an earlier one is intact then.
+pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
     let too_large = || Error::file(path, "is wider or higher than a PNG can be");
-    let width = u32::try_from(image.width()).map_err(|_| too_large())?;
-    let height = u32::try_from(image.height()).map_err(|_| too_large())?;
-    let bytes: Vec<u8> = image
-        .pixels()
-        .iter()
-        .flat_map(|pixel| view.develop(Rgb::from_array(pixel.map(f64::from))))
-        .collect();
+    let width = u32::try_from(picture.width()).map_err(|_| too_large())?;
+    let height = u32::try_from(picture.height()).map_err(|_| too_large())?;
     file::write(path, |out| {
         let mut encoder = ::png::Encoder::new(out, width, height);
         encoder.set_color(::png::ColorType::Rgb);
         encoder.set_depth(::png::BitDepth::Eight);
         encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
         let mut writer = encoder.write_header().map_err(io::Error::from)?;
-        writer.write_image_data(&bytes).map_err(io::Error::from)?;
+        writer.write_image_data(picture.bytes()).map_err(io::Error::from)?;
         writer.finish().map_err(io::Error::from)
     })
 }

@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use crate::director::saliency::Saliency;
 use crate::director::{Budget, Sight, contrast, false_medium, radius_level, x_map, xs_map};
 use crate::error::Result;
 use crate::image::Image;

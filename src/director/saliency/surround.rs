@@ -8,8 +8,10 @@ use super::plane::Plane;
 /// Levels of the pyramid at most: reductions by 1 to 256.
 const LEVELS: usize = 9;
 
-/// Half a step of an 8-bit display: a feature that differs from its surround by no more holds nothing to see.
-const VISIBLE: f32 = 0.5 / 255.0;
+/// A feature that differs from its surround by no more, at any scale, holds nothing to see: a fiftieth
+/// of the display's range, about the Weber fraction of brightness. N would blow rounding or the
+/// noise of a grey picture's hue up to the strength of the other features.
+const VISIBLE: f32 = 0.02;
 
 /// Which levels of a dyadic pyramid are made and compared.
 #[derive(Debug, Clone)]
@@ -51,9 +53,8 @@ impl Scales {
     ///
     /// Itti et al. 1998, equations 1 to 4, with four departures that make one odd thing stand out
     /// wherever it is:
-    /// - Where the centre exceeds its surround and where it falls short go through N apart (Frintrop
-    ///   2006, "VOCUS", section 4.2). In the modulus, one red bar among green ones on black is
-    ///   one of many.
+    /// - Where the centre exceeds its surround and where it falls short go through N apart, as in
+    ///   Frintrop 2006, "VOCUS". In the modulus one red bar among green ones on black is one of many.
     /// - The range that N scales to 1 is that of the whole feature, not of a map: a pair of levels
     ///   or an angle at which there is next to nothing to see stays next to nothing.
     /// - Maps are added at the finest centre instead of level 4, so that the greatest value falls on
@@ -61,24 +62,25 @@ impl Scales {
     /// - A double opponency is (R - G)(c) - (R - G)(s). Equation 2 swaps R and G in the surround,
     ///   which read by the letter lets a red centre in a green surround cancel.
     pub fn contrasts(&self, channels: &[Vec<Plane>]) -> Vec<Plane> {
-        let differences: Vec<Vec<Plane>> = channels
-            .iter()
-            .map(|levels| self.pairs.iter().map(|&(c, s)| difference(&levels[c], &levels[s])))
-            .map(Iterator::collect)
-            .collect();
+        let difference_maps = |levels: &Vec<Plane>| {
+            self.pairs.iter().map(|&(c, s)| difference(&levels[c], &levels[s])).collect()
+        };
+        let differences: Vec<Vec<Plane>> = channels.iter().map(difference_maps).collect();
         let range = differences.iter().flatten().map(Plane::greatest_modulus).fold(0.0, f32::max);
-        let sum = |(levels, maps): (&Vec<Plane>, &Vec<Plane>)| {
-            let finest = &levels[0];
-            let mut sum = Plane::zero(finest.width, finest.height);
-            for map in maps.iter().filter(|_| range > VISIBLE) {
+        let finest = &channels[0][0];
+        let mut sums = vec![Plane::zero(finest.width, finest.height); channels.len()];
+        if range <= VISIBLE {
+            return sums;
+        }
+        for (sum, maps) in sums.iter_mut().zip(&differences) {
+            for map in maps {
                 for sign in [1.0, -1.0] {
                     let part = normalized(map.map(|v| (sign * v).max(0.0)), range);
                     sum.add(&part.enlarged(finest.width, finest.height));
                 }
             }
-            sum
-        };
-        channels.iter().zip(&differences).map(sum).collect()
+        }
+        sums
     }
 }
 
