@@ -2,7 +2,9 @@
 
 use std::time::Instant;
 
-use crate::director::{Budget, Sight, contrast, false_medium, radius_level, x_map, xs_map};
+use crate::director::{
+    Budget, Saliency, Sight, contrast, false_medium, radius_level, x_map, xs_map,
+};
 use crate::error::Result;
 use crate::image::Image;
 use crate::math::Stage;

@@ -232,7 +232,7 @@ impl<'a> Marcher<'a> {
             hit,
             &mut state.draws,
         );
-        if self.maps.surface.is_empty() {
+        if self.maps.surface.is_empty() || state.shared == 0.0 {
             return direct;
         }
         let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
@@ -242,7 +242,8 @@ impl<'a> Marcher<'a> {
             self.maps.surface_radius,
             &mut state.draws.work.gathered,
         );
-        direct + hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance) * irradiance
+        let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
+        direct + state.shared * reflectance * irradiance
     }
 }
 
