@@ -71,7 +71,7 @@ fn json_holds_figures_and_settings() {
     assert_eq!(report["size"], serde_json::json!([32, 24]));
     assert_eq!(report["errors"]["epsilon"], 0.25);
     assert_eq!(report["settings"]["display"]["distance"], 1.2);
-    assert!(report["errors"]["colorvideovdp_jod"].as_f64().unwrap() < 10.0);
+    assert!(report["errors"]["colorvideovdp_jod"].is_number());
 }
 
 #[test]
