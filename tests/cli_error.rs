@@ -91,7 +91,7 @@ fn pictures_that_cannot_be_compared_end_in_one_line() {
         (
             ["a.exr", "small.exr"].as_slice(),
             1,
-            "small.exr: has 31 x 24 pixels; the reference a.exr",
+            "small.exr: has 31 x 24 pixels and a.exr has 32 x 24",
         ),
         (&["a.exr", "nan.exr"], 1, "nan.exr: pixel 3, 4 is [NaN, NaN, NaN]; every value must be"),
         (&["nan.exr", "a.exr"], 1, "nan.exr: pixel 3, 4"),

@@ -89,7 +89,8 @@ fn ssim_of_flat_pictures_is_that_of_luminance() {
 fn flip_of_black_and_white_is_nearly_its_worst() {
     let [black, white] = [0.0, 1.0].map(|v| grey(8, &[v; 64]));
     let map = flip_ldr_map(&black, &white, 0.0, 67.02).unwrap();
-    assert!((map.mean() - 0.966_764).abs() < 1e-4, "{}", map.mean());
+    // flip-evaluator 1.7 has 0.967388.
+    assert!((map.mean() - 0.967_388).abs() < 1e-5, "{}", map.mean());
     assert_eq!(flip_hdr_map(&black, &white, 67.02).unwrap(), None);
     assert!(flip_hdr_map(&white, &black, 67.02).unwrap().unwrap().mean() > 0.5);
     assert_eq!(flip_ldr_map(&white, &white, 0.0, 67.02).unwrap().mean(), 0.0);
@@ -139,7 +140,7 @@ fn pictures_that_cannot_be_compared_are_refused() {
     let sizes = message(&r, &grey(1, &[0.5, 0.5, 0.5]));
     assert_eq!(
         sizes,
-        "test: has 1 x 3 pixels; the reference reference has 2 x 2, and both must have the same size"
+        "test: has 1 x 3 pixels and reference has 2 x 2; both must have the same size"
     );
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let broken = grey(2, &[0.5, 0.5, 0.5, bad]);
@@ -164,7 +165,7 @@ fn options_out_of_range_are_refused() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..Default::default() })]
 
     /// Whatever is finite gives figures that are finite and in range.
     #[test]

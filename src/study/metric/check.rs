@@ -20,8 +20,8 @@ pub fn check_pair(reference: (&Image, &Path), test: (&Image, &Path)) -> Result<(
         return Err(Error::file(
             test.1,
             format!(
-                "has {across} x {down} pixels; the reference {} has {width} x {height}, and both \
-                 must have the same size",
+                "has {across} x {down} pixels and {} has {width} x {height}; both must have the \
+                 same size",
                 reference.1.display()
             ),
         ));

@@ -1,5 +1,4 @@
-//! The pixel errors of Anson et al. 2006, "Efficient Selective Rendering of Participating Media",
-//! Table 1.
+//! The pixel errors of Anson et al. 2006, "Efficient Selective Rendering of Participating Media".
 //!
 //! The paper doesn't say what it counts. Here both figures are of the pictures as a display gets
 //! them: 8-bit sRGB codes of the exposed radiance, clipped, rounded to nearest, without dither.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 use crate::math::{Rgb, luminance};
 
-/// A flat display with square pixels, seen from the front.
+/// A flat display with square pixels, seen from the front. A picture's pixels are shown one to one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Display {

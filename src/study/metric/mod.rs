@@ -10,9 +10,10 @@
 //! | HDR-FLIP | linear radiance |
 //! | VDP ([`vdp_map`]) | luminance on the display |
 //!
-//! All but the first row and HDR-FLIP depend on the exposure. The table shows why several are
-//! needed: a VDP, which tells whether noise is visible, barely sees a global shift of brightness,
-//! which the bias tells at once.
+//! All but the first row and HDR-FLIP depend on the exposure. No row does without the others: a
+//! VDP, which tells whether noise is visible, barely sees a global shift of brightness, and
+//! ColorVideoVDP little more. A glow made brighter by a tenth has a mean ratio of 1.1, 0.02 % of VDP
+//! and 9.9996 JOD.
 
 mod check;
 mod codes;
@@ -92,12 +93,12 @@ pub struct Errors {
     pub relative_mse: Option<f64>,
     /// The same without its worst 0.1 % of pixels, [`TRIM`].
     pub relative_mse_trimmed: Option<f64>,
-    /// Average MSE error in % of the full range, as in Table 1 of Anson et al. 2006:
+    /// Average MSE error in % of the full range, after Anson et al. 2006:
     /// [`CodeErrors::mse`].
     pub code_mse_percent: f64,
     /// Pixels in error in %: [`CodeErrors::share`].
     pub code_pixels_percent: f64,
-    /// Average of [`vdp_map`] in %, as in Table 2 of Anson et al. 2006.
+    /// Average of [`vdp_map`] in %, after Anson et al. 2006.
     pub vdp_mean_percent: f64,
     /// Pixels with P > 0.75 in [`vdp_map`], in %.
     pub vdp_visible_percent: f64,

@@ -39,7 +39,7 @@ impl Band {
 
     /// What the band lets through of a frequency, 0 to 1.
     pub(super) fn gain(self, fx: f64, fy: f64) -> f64 {
-        let rho = fx.hypot(fy);
+        let rho = (fx * fx + fy * fy).sqrt();
         match self {
             Self::Base => base(rho),
             Self::Oriented { level, fan: index } => match dom(rho, level) {
@@ -72,8 +72,11 @@ fn dom(rho: f64, level: i32) -> f64 {
 fn mesa(rho: f64, level: i32) -> f64 {
     let half = 0.5_f64.powi(level);
     let width = 2.0 / 3.0 * half;
-    let fall = ((rho - half) / width + 0.5).clamp(0.0, 1.0);
-    0.5 * (1.0 + (PI * fall).cos())
+    match (rho - half) / width + 0.5 {
+        ..=0.0 => 1.0, // most frequencies are spared the cosine
+        1.0.. => 0.0,
+        fall => 0.5 * (1.0 + (PI * fall).cos()),
+    }
 }
 
 /// The base band: a Gaussian cut at three standard deviations.

@@ -1,7 +1,8 @@
 //! The visible differences predictor: Daly 1993, "The Visible Differences Predictor: An Algorithm
 //! for the Assessment of Image Fidelity", in Watson (ed.), *Digital Images and Human Vision*.
 //!
-//! It gives, for every pixel, the probability that a viewer sees a difference there:
+//! It gives, for every pixel, the probability that a viewer sees a difference of luminance there;
+//! colour does not enter:
 //!
 //! 1. luminance on the display, and the retina's response to it (`retina`);
 //! 2. the contrast sensitivity function, as a filter (`csf`);
@@ -40,8 +41,7 @@ use self::spectrum::Spectrum;
 use super::{Display, Map, shown};
 use crate::image::Image;
 
-/// The probability above which a difference counts as seen: the bound of Anson et al. 2006, Table
-/// 2.
+/// The probability above which a difference counts as seen, the bound of Anson et al. 2006.
 pub const VISIBLE: f32 = 0.75;
 
 /// The probability, 0 to 1, that the difference is seen, for every pixel: radiance is exposed by
