@@ -6,7 +6,7 @@
 //! | --- | --- |
 //! | MSE, RMSE, MAE, relative MSE, bias | linear radiance, as stored |
 //! | error of codes ([`code_errors`]) | 8-bit sRGB codes |
-//! | [`ssim`], LDR-FLIP, ColorVideoVDP | sRGB codes, not rounded |
+//! | [`ssim()`], LDR-FLIP, ColorVideoVDP | sRGB codes, not rounded |
 //! | HDR-FLIP | linear radiance |
 //! | VDP ([`vdp_map`]) | luminance on the display |
 //!
@@ -102,7 +102,7 @@ pub struct Errors {
     pub vdp_mean_percent: f64,
     /// Pixels with P > 0.75 in [`vdp_map`], in %.
     pub vdp_visible_percent: f64,
-    /// [`ssim`], 1 for the same picture. `None` below 11 x 11 pixels.
+    /// [`ssim()`], 1 for the same picture. `None` below 11 x 11 pixels.
     pub ssim: Option<f64>,
     /// Mean LDR-FLIP, 0 to 1.
     pub flip_ldr: f64,

@@ -20,8 +20,9 @@
 //!   the mean of the base band. The threshold of a grating on a grey field is then the reciprocal of
 //!   the contrast sensitivity for it, at any luminance, and one figure serves both pictures.
 //! - The adaptation level, for that and for the sensitivity, is the reference's mean luminance.
-//! - A contrast at threshold is seen with probability 1/2. A grating between two bands is halved by
-//!   either of them, and its threshold is up to 1.6 times as high for it.
+//! - A contrast at threshold is seen with probability 1/2. That holds in the middle of a band: a
+//!   grating between two is halved by either, and its threshold is 1.6 times as high for it; between
+//!   four it is 2.7 times as high.
 //! - Phase uncertainty, which the chapter leaves out, is left out.
 
 mod cortex;
