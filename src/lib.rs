@@ -16,6 +16,7 @@ pub mod photon;
 pub mod render;
 pub mod scene;
 pub mod shape;
+pub mod study;
 pub mod surface;
 pub mod vdb;
 pub mod work;

@@ -5,6 +5,7 @@
 
 mod console;
 mod directing;
+mod error;
 mod info;
 mod make;
 mod output;
@@ -30,6 +31,8 @@ struct Cli {
 enum Command {
     /// Render a scene, or a VDB file alone, to an EXR with layers and a PNG beside it.
     Render(render::Args),
+    /// Tell how far a picture is from its reference, by every metric.
+    Error(error::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
     Info(info::Args),
     /// Make procedural smoke, a cloud, fog or fire as a VDB file.
@@ -42,6 +45,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Error(args) => error::run(args),
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),
     };

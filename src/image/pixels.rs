@@ -1,7 +1,10 @@
 //! The pixel buffer.
 
+use std::path::Path;
+
 use glam::DVec2;
 
+use crate::error::{Error, Result};
 use crate::math::Rgb;
 
 /// The most pixels that a picture may have: 2^27, as many as a 16384 x 8192 environment map. A file
@@ -49,6 +52,19 @@ impl Image {
     pub fn get(&self, x: usize, y: usize) -> Rgb {
         assert!(x < self.width, "column {x} of {}", self.width);
         Rgb::from_array(self.pixels[y * self.width + x].map(f64::from))
+    }
+
+    /// Checks that no value is NaN or infinite; `path` names the picture in the message.
+    ///
+    /// # Errors
+    /// Where one is.
+    pub fn check_finite(&self, path: &Path) -> Result<()> {
+        let Some(index) = self.pixels.iter().position(|p| p.iter().any(|v| !v.is_finite())) else {
+            return Ok(());
+        };
+        let (x, y) = (index % self.width, index / self.width);
+        let value = self.pixels[index];
+        Err(Error::file(path, format!("pixel {x}, {y} is {value:?}; every value must be finite")))
     }
 
     /// The pixel whose area holds `uv`. u grows to the right and v up, (0, 0) is the lower left

@@ -117,7 +117,8 @@ fn load(name: &str) -> fogbow::Result<Scene> {
 }
 
 fn maps(scene: &Scene) -> PhotonMaps {
-    let shooting = Shooting { photons: PHOTONS, seed: 0, max_scatter: None, radius: None };
+    let shooting =
+        Shooting { photons: PHOTONS, seed: 0, max_scatter: None, radius: None, levels: 0 };
     shoot(scene, &shooting, &|_| {}).expect("a shipped scene can be shot").0
 }
 
@@ -131,7 +132,7 @@ fn camera_rays(scene: &Scene) -> Vec<Ray<World>> {
 /// Gathers along a ray; returns how many photons it met.
 fn beside(maps: &PhotonMaps, ray: &Ray<World>) -> u64 {
     let mut found = 0;
-    maps.volume.along(ray, Span::AHEAD, 1.0, |_| found += 1);
+    maps.volume[0].along(ray, Span::AHEAD, 1.0, |_| found += 1);
     found
 }
 
