@@ -80,7 +80,8 @@ fn matching_functions(wavelength: f64) -> Rgb {
 }
 
 /// [`blackbody_radiance`] from a table, for use per sample: within 1e-3 of the brightest channel
-/// between 300 and 20000 K, computed directly outside.
+/// between 300 and 20000 K, computed directly above. What is colder glows below 1e-18 W/(m² sr) and
+/// counts as dark.
 #[derive(Debug, Clone)]
 pub struct Blackbody {
     nodes: Vec<Node>,
@@ -115,7 +116,10 @@ impl Blackbody {
     pub fn radiance(&self, kelvin: f64) -> Rgb {
         let place = (kelvin / Self::COLDEST).ln() / (Self::HOTTEST / Self::COLDEST).ln()
             * f64::from(Self::INTERVALS);
-        if !(place >= 0.0 && place < f64::from(Self::INTERVALS)) {
+        if place < 0.0 {
+            return Rgb::ZERO;
+        }
+        if place.is_nan() || place >= f64::from(Self::INTERVALS) {
             return blackbody_radiance(kelvin);
         }
         let below = place as usize;

@@ -87,7 +87,9 @@ pub fn shoot(
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
-    let surface = PhotonMap::new(origin, &surface);
+    let levels = 0..=shooting.levels;
+    let surface: Vec<PhotonMap> =
+        levels.clone().map(|level| PhotonMap::new(origin, &thinned(&surface, level))).collect();
     let radii = match shooting.radius {
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
@@ -98,18 +100,21 @@ pub fn shoot(
     };
     let surface_radius = shooting
         .radius
-        .or_else(|| around(&surface, &visible.surfaces))
+        .or_else(|| around(&surface[0], &visible.surfaces))
         .unwrap_or_else(|| 0.02 * extent(everything, media));
-    let volume = (0..=shooting.levels)
+    let volume = levels
         .map(|level| {
-            let stride = THINNING.pow(level);
-            let thin: Vec<Placed> = volume.iter().step_by(stride).copied().collect();
             let wider = (1_u32 << level) as f32;
-            let radii: Vec<f32> = radii.each.iter().step_by(stride).map(|r| r * wider).collect();
-            BeamMap::new(origin, &thin, &radii)
+            let radii: Vec<f32> = thinned(&radii.each, level).iter().map(|r| r * wider).collect();
+            BeamMap::new(origin, &thinned(&volume, level), &radii)
         })
         .collect();
     Ok((PhotonMaps { volume, volume_radius: radii.typical, surface, surface_radius }, work))
+}
+
+/// What is left of `all` in a level.
+fn thinned<T: Copy>(all: &[T], level: u32) -> Vec<T> {
+    all.iter().step_by(THINNING.pow(level)).copied().collect()
 }
 
 /// How much more a photon's light scatters toward the camera than if it were spread evenly, by the
