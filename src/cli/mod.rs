@@ -7,7 +7,9 @@ mod console;
 mod directing;
 mod error;
 mod info;
+mod load;
 mod make;
+mod maps;
 mod output;
 mod progress;
 mod render;
@@ -31,6 +33,8 @@ struct Cli {
 enum Command {
     /// Render a scene, or a VDB file alone, to an EXR with layers and a PNG beside it.
     Render(render::Args),
+    /// Make the director's maps: where in the picture it pays to be accurate.
+    Maps(maps::Args),
     /// Tell how far a picture is from its reference, by every metric.
     Error(error::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
@@ -45,6 +49,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Maps(args) => maps::run(args),
         Command::Error(args) => error::run(args),
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),

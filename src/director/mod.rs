@@ -9,6 +9,7 @@ mod budget;
 mod contrast;
 mod extinction;
 mod importance;
+mod kept;
 mod saliency;
 mod sight;
 

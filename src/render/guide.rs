@@ -33,9 +33,15 @@ pub struct Maps {
     pub sight: Option<Sight>,
     /// Transmittance to the first surface.
     pub transmittance: Vec<f32>,
+    /// Work done for those, without that of the pilot.
+    pub work: Work,
     /// A coarse look at the picture, light scattered by media included.
     pub pilot: Option<Image>,
-    /// What X says: one of the two above, as asked.
+    /// Work done for it, few photons among it.
+    pub pilot_work: Work,
+    /// Contrast of the light seen in it.
+    pub contrast: Vec<f32>,
+    /// What X says: transmittance or contrast, as asked.
     pub x: Vec<f32>,
     /// The snapshot seen through X with the inverted X over it.
     pub false_medium: Option<Image>,
@@ -65,7 +71,7 @@ pub fn maps(
     sight: Option<Sight>,
     extent: Extent,
     stages: &mut Stages,
-) -> Result<(Maps, Work)> {
+) -> Result<Maps> {
     let asked = &settings.directing;
     let weights = match settings.director {
         Director::X => [1.0, 0.0],
@@ -75,7 +81,7 @@ pub fn maps(
     let all = extent == Extent::All;
     let needs_saliency = all || weights[1] > 0.0;
     let looks = all || (weights[0] > 0.0 && asked.x == Importance::Scattering);
-    let (mut maps, mut work) = (Maps::default(), Work::default());
+    let mut maps = Maps::default();
     let needs_transmittance = needs_saliency || !looks;
     if needs_transmittance {
         let start = Instant::now();
@@ -85,8 +91,8 @@ pub fn maps(
         let start = Instant::now();
         let (transmittance, marching) = x_map(scene, &sight);
         stages.done("x", start);
-        work += looking;
-        work += marching;
+        maps.work += looking;
+        maps.work += marching;
         maps.x.clone_from(&transmittance);
         if needs_saliency {
             let start = Instant::now();
@@ -100,18 +106,18 @@ pub fn maps(
     }
     if looks {
         let start = Instant::now();
-        let (pilot, looking) = pilot(scene, settings)?;
-        work += looking;
+        let (pilot, work) = pilot(scene, settings)?;
+        maps.pilot_work = work;
+        maps.contrast = enlarged(&contrast(&pilot), pilot.width(), scene.film.size);
         if asked.x == Importance::Scattering {
-            let [width, height] = scene.film.size;
-            maps.x = enlarged(&contrast(&pilot), pilot.width(), [width, height]);
+            maps.x.clone_from(&maps.contrast);
         }
         maps.pilot = Some(pilot);
         stages.done("pilot", start);
     }
     let saliency = maps.saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
     maps.xs = xs_map(&maps.x, saliency, weights, asked.operator);
-    Ok((maps, work))
+    Ok(maps)
 }
 
 /// A coarse look at the picture: few photons in wide gathers, and a ray for several pixels.
