@@ -56,7 +56,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (scene, pool, _) = load::scene(&args.scene, &args.settings, false, &args.run)?;
     let kept = args.z.as_ref().map(|path| Sight::read(path, &scene)).transpose()?;
     let mut stages = Stages::default();
-    let (maps, work) =
+    let maps =
         pool.install(|| render::maps(&scene, &scene.render, kept, Extent::All, &mut stages))?;
     let outputs = write(&args.output, &scene, &maps)?;
     if args.run.json {
@@ -69,7 +69,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let outputs: Vec<String> = outputs.iter().map(|p| p.display().to_string()).collect();
         let report = json!({
             "scene": scene.hash, "size": scene.film.size, "mean_xs": mean,
-            "seconds": seconds, "work": work, "outputs": outputs,
+            "seconds": seconds, "work": maps.work, "pilot_work": maps.pilot_work, "outputs": outputs,
         });
         console::result(&report.to_string());
     } else {
