@@ -145,7 +145,7 @@ fn shown<'a>(maps: &'a Maps, distances: &'a [f32]) -> Vec<Shown<'a>> {
     if let Some(pilot) = &maps.pilot {
         all.push(Shown { name: "pilot", title: "coarse look", content: Content::Light(pilot) });
     }
-    all.push(unit("x_scattering", "X: contrast of visible light", &maps.contrast));
+    all.push(unit("x_scattering", "X: uncertainty of visible light", &maps.uncertainty));
     all.push(unit("xs", "XS", &maps.xs));
     all
 }

@@ -57,7 +57,7 @@ pub fn shoot(
     let everything = media.union(scene.surfaces.bounds());
     let visible = Visible::look(scene, shooting.seed);
     let margin = shooting.radius.unwrap_or_else(|| 0.02 * extent(media, everything));
-    let origin = visible.sphere().map_or(everything.center(), |(center, _)| center);
+    let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
     let mut paths = Paths {
         scene,
         emitters: Emitters::new(scene, reach(scene, &visible, everything.grown(margin))?)?,
@@ -129,7 +129,7 @@ fn toward_camera(scene: &Scene, p: WorldPoint, photon: &Photon) -> f64 {
 /// and finite surfaces, with the ground about them where a plane is infinite; everything where a
 /// medium is endless.
 fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach> {
-    let (center, seen) = visible.sphere().unwrap_or((bounds.center(), f64::INFINITY));
+    let (center, seen) = visible.sphere().unwrap_or((middle(bounds), f64::INFINITY));
     let mut all = bounds.corners().iter().fold(seen, |r, c| r.max((*c - center).length()));
     if scene.surfaces.surfaces().iter().any(|s| s.shape().bounds().is_none()) {
         all *= GROUND;
@@ -138,6 +138,11 @@ fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach>
         return Reach::new(center, ENDLESS).map_err(Error::Usage);
     }
     Reach::with_ground(center, seen.clamp(1e-3 * all, all), all).map_err(Error::Usage)
+}
+
+/// The centre of `bounds`, or the world's origin where they are empty: a scene of infinite planes.
+fn middle(bounds: Aabb<World>) -> WorldPoint {
+    if bounds.is_empty() { WorldPoint::new(0.0, 0.0, 0.0) } else { bounds.center() }
 }
 
 /// The diagonal of `first`, or of `second` where that is empty, or 1 m.

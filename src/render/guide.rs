@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use crate::director::{
-    Budget, Saliency, Sight, contrast, false_medium, radius_level, x_map, xs_map,
+    Budget, Saliency, Sight, false_medium, radius_level, uncertainty, x_map, xs_map,
 };
 use crate::error::Result;
-use crate::image::Image;
+use crate::image::{Film, Image};
 use crate::math::Stage;
 use crate::photon::{self, Shooting};
 use crate::scene::{Director, Importance, RenderSettings, Scene};
@@ -19,11 +19,14 @@ use super::{Silent, Stages};
 /// Share of the photons with which the light is first looked at.
 const PILOT_PHOTONS: u64 = 64;
 
-/// Pixels along each side that share a ray of that look.
-const PILOT_PIXELS: u32 = 2;
+/// Pixels along each side of the squares of which that look takes one.
+const PILOT_PIXELS: u32 = 4;
+
+/// Rays through each of those pixels.
+const PILOT_RAYS: u32 = 4;
 
 /// Least share of the photons that is shot, however little matters.
-const LEAST_PHOTONS: f64 = 1.0 / 16.0;
+const LEAST_PHOTONS: f64 = 1.0 / 8.0;
 
 /// The director's maps, one value a pixel, row by row from the top. What was not asked for is
 /// empty.
@@ -39,9 +42,9 @@ pub struct Maps {
     pub pilot: Option<Image>,
     /// Work done for it, few photons among it.
     pub pilot_work: Work,
-    /// Contrast of the light seen in it.
-    pub contrast: Vec<f32>,
-    /// What X says: transmittance or contrast, as asked.
+    /// How uncertain the light in it is.
+    pub uncertainty: Vec<f32>,
+    /// What X says: transmittance or uncertainty, as asked.
     pub x: Vec<f32>,
     /// The snapshot seen through X with the inverted X over it.
     pub false_medium: Option<Image>,
@@ -108,11 +111,11 @@ pub fn maps(
         let start = Instant::now();
         let (pilot, work) = pilot(scene, settings)?;
         maps.pilot_work = work;
-        maps.contrast = enlarged(&contrast(&pilot), pilot.width(), scene.film.size);
+        maps.uncertainty = enlarged(&uncertainty(&pilot), pilot.width(), scene.film.size);
         if asked.x == Importance::Scattering {
-            maps.x.clone_from(&maps.contrast);
+            maps.x.clone_from(&maps.uncertainty);
         }
-        maps.pilot = Some(pilot);
+        maps.pilot = Some(pilot.image());
         stages.done("pilot", start);
     }
     let saliency = maps.saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
@@ -120,8 +123,8 @@ pub fn maps(
     Ok(maps)
 }
 
-/// A coarse look at the picture: few photons in wide gathers, and a ray for several pixels.
-fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Image, Work)> {
+/// A coarse look at the picture: few photons in wide gathers, and rays for few pixels.
+fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
     let shooting = Shooting {
         photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
         levels: 0,
@@ -131,21 +134,23 @@ fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Image, Work)> {
     let voxel = scene.media.detail();
     let asked = &settings.directing;
     let step = voxel.map_or(0.0, |voxel| voxel * asked.coarsest_step);
-    let budget = Budget::fixed(1, photons.volume_radius, step);
+    let budget = Budget::fixed(PILOT_RAYS, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, settings.max_scatter);
     let size = scene.film.size.map(|side| side.div_ceil(PILOT_PIXELS));
     let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
+    // All rays of one place lead through the same pixel, the middle one of its square.
+    let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
     let (film, marching) = expose(
         size,
         settings.seed,
         Stage::Director,
-        |x, y, lens| scene.camera.ray(x * scale[0], y * scale[1], lens),
+        |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
         |_, _| Direction::fixed(budget),
         |ray, budget, state| marcher.radiance(ray, budget, state),
         &Silent,
     );
     work += marching;
-    Ok((film.image(), work))
+    Ok((film, work))
 }
 
 /// A map enlarged to `size`, mixed between the places of its values.
@@ -185,7 +190,7 @@ pub(super) fn shooting(settings: &RenderSettings) -> Shooting {
 
 impl Maps {
     /// How photons are shot for a picture of this importance. Where the gather radius is handed
-    /// out and not given, photons are shot in proportion to the mean importance.
+    /// out and not given, photons are shot in proportion to the root of the mean importance.
     pub(super) fn shooting(&self, settings: &RenderSettings) -> Shooting {
         let asked = &settings.directing;
         let all = shooting(settings);
@@ -194,7 +199,7 @@ impl Maps {
         }
         let levels = self.xs.iter().map(|xs| radius_level(asked, *xs)).max().unwrap_or(0);
         let mean = self.xs.iter().map(|v| f64::from(*v)).sum::<f64>() / self.xs.len() as f64;
-        let share = if all.radius.is_some() { 1.0 } else { mean.clamp(LEAST_PHOTONS, 1.0) };
+        let share = if all.radius.is_some() { 1.0 } else { mean.sqrt().clamp(LEAST_PHOTONS, 1.0) };
         Shooting { photons: (all.photons as f64 * share).round() as u64, levels, ..all }
     }
 
