@@ -92,7 +92,10 @@ fn misuse_exits_with_2() {
         (&["render", "s.toml", "-o", "a.exr", "--rays", "0"], "1..="),
         (&["render", "s.toml", "-o", "a.exr", "--radius", "-1"], "--radius"),
         (&["render", "s.toml", "-o", "a.exr", "--radius", "nan"], "above 0"),
-        (&["render", "s.toml", "-o", "a.exr", "--director", "x"], "fixed"),
+        (&["render", "s.toml", "-o", "a.exr", "--director", "z"], "fixed"),
+        (&["render", "s.toml", "-o", "a.exr", "--weights", "1"], "0.5,0.5"),
+        (&["render", "s.toml", "-o", "a.exr", "--directs", "light"], "rays, radius, step"),
+        (&["render", "s.toml", "-o", "a.exr", "--coarsest-step", "0.5"], "from 1 to 256"),
         (&["render", "s.toml", "-o", "a.exr", "--threads", "0"], "1..="),
         (&["render", "s.toml", "-o", "a.exr", "--level-set", "fog"], "level_set"),
     ];

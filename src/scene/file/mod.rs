@@ -22,12 +22,22 @@
 //!
 //! [render]                     # all overridden by the command line
 //! rays = 16                    # camera rays a pixel; default
-//! photons = 1_000_000          # in the map; default
+//! photons = 4_000_000          # in the map; default
 //! radius = 0.05                # gather radius, m; default from photons and voxel size
 //! step = 0.05                  # march step, m; default from the voxel size
-//! director = "fixed"           # default
+//! director = "fixed"           # default; "x", "s", "xs": by its maps; "variance"
 //! seed = 0                     # default
 //! max_scatter = 8              # highest order of volume scattering; default no limit
+//!
+//! [director]                   # how the maps are made and what they hand out; defaults
+//! x = "scattering"             # or "transmittance", as in Anson et al. 2006
+//! weights = [0.5, 0.5]         # of X and S in "xs"
+//! op = "+"                     # or "*": X^w_x S^w_s
+//! directs = "rays,radius,step" # some of these, or "nothing"
+//! floor = 1                    # rays of the least important pixel
+//! radius = 2.0                 # its gather radius over the most important one's
+//! step = 4.0                   # its march step, voxels
+//! tolerance = 0.05             # relative error at which "variance" ends a pixel
 //!
 //! [[medium]]                   # any number; where they overlap, coefficients add
 //! name = "smoke"               # in messages; default medium[i]
