@@ -22,8 +22,9 @@ pub struct PhotonMaps {
     /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
     /// its own.
     pub volume_radius: f64,
-    /// Photons on diffuse surfaces, of the same light, in levels likewise.
-    pub surface: Vec<PhotonMap>,
+    /// Photons on diffuse surfaces, of the same light. They are not thinned: light on surfaces has
+    /// edges, which a wide gather would smear.
+    pub surface: PhotonMap,
     /// Gather radius that suits the surface photons, in metres.
     pub surface_radius: f64,
 }
@@ -63,21 +64,18 @@ impl PhotonMaps {
     }
 
     /// The photons' irradiance at `p` on the side of the unit `normal`, W/m², from the surface
-    /// photons nearby that arrived on that side (Jensen 1996), in the level in which volume photons
-    /// are gathered within `radius` metres. `gathered` counts them.
-    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, radius: f64, gathered: &mut u64) -> Rgb {
-        let level = self.level(radius);
-        let radius = self.surface_radius * f64::from(1_u32 << level);
-        let kernel = DiskKernel::new(radius);
+    /// photons nearby that arrived on that side (Jensen 1996). `gathered` counts them.
+    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, gathered: &mut u64) -> Rgb {
+        let kernel = DiskKernel::new(self.surface_radius);
         let (mut sum, mut count) = (Rgb::ZERO, 0);
-        self.surface[level].within(p, radius, |photon, distance2| {
+        self.surface.within(p, self.surface_radius, |photon, distance2| {
             if photon.direction().dot(normal) < 0.0 {
                 count += 1;
                 sum += photon.power() * kernel.at(distance2);
             }
         });
         *gathered += count;
-        sum * THINNING.pow(level as u32) as f64
+        sum
     }
 
     /// The level whose radii are nearest to `radius` metres.

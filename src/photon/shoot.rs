@@ -87,9 +87,7 @@ pub fn shoot(
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
-    let levels = 0..=shooting.levels;
-    let surface: Vec<PhotonMap> =
-        levels.clone().map(|level| PhotonMap::new(origin, &thinned(&surface, level))).collect();
+    let surface = PhotonMap::new(origin, &surface);
     let radii = match shooting.radius {
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
@@ -100,9 +98,9 @@ pub fn shoot(
     };
     let surface_radius = shooting
         .radius
-        .or_else(|| around(&surface[0], &visible.surfaces))
+        .or_else(|| around(&surface, &visible.surfaces))
         .unwrap_or_else(|| 0.02 * extent(everything, media));
-    let volume = levels
+    let volume = (0..=shooting.levels)
         .map(|level| {
             let wider = (1_u32 << level) as f32;
             let radii: Vec<f32> = thinned(&radii.each, level).iter().map(|r| r * wider).collect();

@@ -25,9 +25,6 @@ const PILOT_PIXELS: u32 = 4;
 /// Rays through each of those pixels.
 const PILOT_RAYS: u32 = 4;
 
-/// Least share of the photons that is shot, however little matters.
-const LEAST_PHOTONS: f64 = 1.0 / 8.0;
-
 /// The director's maps, one value a pixel, row by row from the top. What was not asked for is
 /// empty.
 #[derive(Debug, Default)]
@@ -189,18 +186,11 @@ pub(super) fn shooting(settings: &RenderSettings) -> Shooting {
 }
 
 impl Maps {
-    /// How photons are shot for a picture of this importance. Where the gather radius is handed
-    /// out and not given, photons are shot in proportion to the root of the mean importance.
+    /// How photons are shot: with the levels that the widest gathers need.
     pub(super) fn shooting(&self, settings: &RenderSettings) -> Shooting {
         let asked = &settings.directing;
-        let all = shooting(settings);
-        if !asked.directed.radius || self.xs.is_empty() {
-            return all;
-        }
-        let levels = self.xs.iter().map(|xs| radius_level(asked, *xs)).max().unwrap_or(0);
-        let mean = self.xs.iter().map(|v| f64::from(*v)).sum::<f64>() / self.xs.len() as f64;
-        let share = if all.radius.is_some() { 1.0 } else { mean.sqrt().clamp(LEAST_PHOTONS, 1.0) };
-        Shooting { photons: (all.photons as f64 * share).round() as u64, levels, ..all }
+        let level = |xs: &f32| if asked.directed.radius { radius_level(asked, *xs) } else { 0 };
+        Shooting { levels: self.xs.iter().map(level).max().unwrap_or(0), ..shooting(settings) }
     }
 
     /// What each pixel may spend out of `gold`, which all would have had.

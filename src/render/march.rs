@@ -70,7 +70,7 @@ impl<'a> Marcher<'a> {
             };
             sample.radiance += throughput * lighting::emitted(self.scene, &ray, &hit);
             if !hit.material.is_specular() {
-                sample.radiance += throughput * self.reflected(&ray, &hit, budget.radius, state);
+                sample.radiance += throughput * self.reflected(&ray, &hit, state);
                 break;
             }
             let u = std::array::from_fn(|_| state.draws.rng.uniform());
@@ -223,15 +223,8 @@ impl<'a> Marcher<'a> {
         mixture.iter().map(|(m, sigma_s)| (&media.get(*m).phase, share(*sigma_s))).collect()
     }
 
-    /// Light that a diffuse surface reflects along `ray` back to its origin; that of photons is
-    /// gathered as in media within `radius` metres.
-    fn reflected(
-        &self,
-        ray: &Ray<World>,
-        hit: &SurfaceHit<'_>,
-        radius: f64,
-        state: &mut State,
-    ) -> Rgb {
+    /// Light that a diffuse surface reflects along `ray` back to its origin.
+    fn reflected(&self, ray: &Ray<World>, hit: &SurfaceHit<'_>, state: &mut State) -> Rgb {
         let direct = lighting::on_surface(
             self.scene,
             &self.scene.media,
@@ -239,12 +232,11 @@ impl<'a> Marcher<'a> {
             hit,
             &mut state.draws,
         );
-        if self.maps.surface[0].is_empty() || state.shared == 0.0 {
+        if self.maps.surface.is_empty() || state.shared == 0.0 {
             return direct;
         }
         let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
-        let irradiance =
-            self.maps.irradiance(hit.point, facing, radius, &mut state.draws.work.gathered);
+        let irradiance = self.maps.irradiance(hit.point, facing, &mut state.draws.work.gathered);
         let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
         direct + state.shared * reflectance * irradiance
     }

@@ -83,7 +83,7 @@ impl Operator {
 pub struct Directed {
     /// Camera rays.
     pub rays: bool,
-    /// Gather radius, and with it the number of photons.
+    /// Gather radius of volume photons.
     pub radius: bool,
     /// March step.
     pub step: bool,
