@@ -32,7 +32,7 @@ enum Command {
     Render(render::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
     Info(info::Args),
-    /// Make procedural smoke, a cloud, fog or fire as a VDB file.
+    /// Make procedural smoke, a cloud, fog or fire as a VDB file, or a statue as a mesh.
     Make(make::Args),
 }
 
