@@ -30,6 +30,7 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
+#[allow(clippy::large_enum_variant, reason = "there is one a process")]
 enum Command {
     /// Render a scene, or a VDB file alone, to an EXR with layers and a PNG beside it.
     Render(render::Args),
@@ -39,7 +40,7 @@ enum Command {
     Error(error::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
     Info(info::Args),
-    /// Make procedural smoke, a cloud, fog or fire as a VDB file.
+    /// Make procedural smoke, a cloud, fog or fire as a VDB file, or a statue as a mesh.
     Make(make::Args),
 }
 
