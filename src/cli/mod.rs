@@ -12,6 +12,7 @@ mod output;
 mod progress;
 mod render;
 mod settings;
+mod study;
 
 use std::process::ExitCode;
 
@@ -33,6 +34,8 @@ enum Command {
     Render(render::Args),
     /// Tell how far a picture is from its reference, by every metric.
     Error(error::Args),
+    /// Tell what each way of rendering a scene costs in error and saves in time.
+    Study(study::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
     Info(info::Args),
     /// Make procedural smoke, a cloud, fog or fire as a VDB file.
@@ -46,6 +49,7 @@ pub fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
         Command::Error(args) => error::run(args),
+        Command::Study(args) => study::run(args),
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),
     };

@@ -78,7 +78,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool> {
+/// Threads to work with.
+pub(super) fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from)) // 0 is one a core
         .build()
