@@ -157,7 +157,8 @@ fn time_to(points: &[PointResult], question: Question<'_>, name: &str, error: f6
 /// Of MSE against rays shot, where the target allows it.
 fn slope_of(points: &[PointResult], question: Question<'_>, name: &str) -> Option<f64> {
     let question = Question { metric: Metric::Mse, ..question };
-    let rays = |result: &TrialResult| result.trial.work.get("rays").and_then(|v| v.as_f64());
+    let rays =
+        |result: &TrialResult| result.trial.work.get("rays").and_then(serde_json::Value::as_f64);
     let results = points.iter().filter(|p| p.candidate == name).flat_map(|p| &p.trials);
     let pairs: Vec<(f64, f64)> = results
         .filter_map(|r| Some((rays(r)?, question.error(r)?)))

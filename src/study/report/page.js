@@ -161,7 +161,8 @@ for (const id of ["a", "b"]) {
   VIEWS.forEach((view, index) => $(id).add(new Option(view.name, index)));
   $(id).addEventListener("change", develop);
 }
-$("b").value = String(Math.min(VIEWS.length - 1, 2));
+const first = VIEWS.findIndex((view) => view.name.startsWith("xs"));
+$("b").value = String(first < 0 ? VIEWS.length - 1 : first);
 $("exposure").addEventListener("input", develop);
 $("false").addEventListener("change", develop);
 $("flip").addEventListener("click", () => {

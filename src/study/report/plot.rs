@@ -1,7 +1,6 @@
 //! Error against run time, as SVG.
 
 use plotters::prelude::*;
-use plotters::style::Palette;
 use serde::Serialize;
 
 use super::super::candidate::GOLD;
@@ -40,10 +39,9 @@ pub(super) fn error_against_time(
     }
     let own = metric.of(&results.target().own).filter(|own| *own > 0.0);
     let places = || series.iter().flat_map(|(_, places)| places);
-    let errors = places().flat_map(|p| ends(&p.error)).chain(own);
-    let (Some(times), Some(errors)) =
-        (around(places().flat_map(|p| ends(&p.time))), around(errors))
-    else {
+    let errors = places().map(|p| p.error.estimate).chain(own);
+    let times = around(places().map(|p| p.time.estimate), 1.5);
+    let (Some(times), Some(errors)) = (times, around(errors, 2.0)) else {
         return Ok(None);
     };
     let mut svg = String::new();
@@ -78,18 +76,20 @@ fn draw(
         .y_desc(format!("{} against {}", metric.title(), results.target().name))
         .x_label_formatter(&label)
         .y_label_formatter(&label)
+        .x_labels(6)
+        .y_labels(6)
         .label_style(("sans-serif", 14))
         .draw()?;
     for (index, (name, places)) in series.iter().enumerate() {
-        let color = if name == GOLD { BLACK.to_rgba() } else { Palette99::pick(index).to_rgba() };
+        let color = if name == GOLD { BLACK.to_rgba() } else { color_of(index, series.len()) };
         for Place { time, error } in places {
             let (x, y) = (time.estimate, error.estimate);
             let lines = [
-                time.range.map(|[low, high]| vec![(low, y), (high, y)]),
-                error.range.map(|[low, high]| vec![(x, low), (x, high)]),
+                time.range.map(|range| within(range, times)).map(|(a, b)| vec![(a, y), (b, y)]),
+                error.range.map(|range| within(range, errors)).map(|(a, b)| vec![(x, a), (x, b)]),
             ];
             let lines = lines.into_iter().flatten();
-            chart.draw_series(lines.map(|ends| PathElement::new(ends, color.mix(0.6))))?;
+            chart.draw_series(lines.map(|ends| PathElement::new(ends, color.mix(0.35))))?;
         }
         let dots: Vec<(f64, f64)> =
             places.iter().map(|p| (p.time.estimate, p.error.estimate)).collect();
@@ -124,6 +124,12 @@ fn draw(
     Ok(())
 }
 
+/// Colours evenly round the wheel, every other one darker, so that neighbours differ.
+fn color_of(index: usize, of: usize) -> RGBAColor {
+    let lightness = if index.is_multiple_of(2) { 0.55 } else { 0.35 };
+    HSLColor(index as f64 / of as f64, 0.75, lightness).to_rgba()
+}
+
 fn place(results: &Results, point: &PointResult, metric: Metric) -> Option<Place> {
     let target = results.target();
     // Gold against itself shows its noise, not its error.
@@ -135,17 +141,18 @@ fn place(results: &Results, point: &PointResult, metric: Metric) -> Option<Place
     (error.estimate > 0.0).then(|| Place { time: point.seconds.clone(), error })
 }
 
-/// Estimate and interval, as far as they are above 0.
-fn ends(interval: &Interval) -> impl Iterator<Item = f64> {
-    let range = interval.range.into_iter().flatten();
-    range.chain([interval.estimate]).filter(|v| *v > 0.0 && v.is_finite())
+/// What of an interval lies between the `ends` of an axis.
+fn within(range: [f64; 2], ends: Ends) -> (f64, f64) {
+    let [low, high] = range.map(|v| v.clamp(ends.0, ends.1));
+    (low, high)
 }
 
-/// Ends of an axis that has all `values` on it.
-fn around(values: impl Iterator<Item = f64>) -> Option<Ends> {
+/// Ends of an axis that has all `values` on it, and a `margin` as a factor on both sides. Wider
+/// intervals are cut off there: those of two seeds can span many decades.
+fn around(values: impl Iterator<Item = f64>, margin: f64) -> Option<Ends> {
     let ends = values.fold(None, |ends: Option<Ends>, v| {
         let (low, high) = ends.unwrap_or((v, v));
         Some((low.min(v), high.max(v)))
     });
-    ends.map(|(low, high)| (low / 1.3, high * 1.3))
+    ends.map(|(low, high)| (low / margin, high * margin))
 }
