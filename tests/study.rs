@@ -22,7 +22,7 @@ rays = 8
 photons = 400
 
 [[medium]]
-region = { shape = \"sphere\", center = [0, 0, 0], radius = 1 }
+region = { sphere = { center = [0, 0, 0], radius = 1 } }
 sigma_t = 2
 albedo = 0.8
 
@@ -85,7 +85,7 @@ fn a_killed_study_goes_on_as_if_it_had_not_been() {
     assert_eq!(again.lines().take(4).collect::<Vec<_>>(), kept, "done trials are not done again");
 
     // All is there: nothing is rendered, and every figure is the same.
-    assert_eq!(study(&scene, &killed, true), resumed);
+    assert!(study(&scene, &killed, true) == resumed, "every figure is the same");
     assert_eq!(std::fs::read_to_string(&log).unwrap(), again);
 }
 
@@ -120,7 +120,7 @@ fn results_and_page_have_what_they_must() {
     write_report(&results, &out).unwrap();
 
     let text = std::fs::read_to_string(out.join("results.json")).unwrap();
-    assert_eq!(serde_json::from_str::<Results>(&text).unwrap(), results);
+    assert!(serde_json::from_str::<Results>(&text).unwrap() == results, "JSON keeps every bit");
     assert_eq!(results.verdict.len(), 2);
     assert_eq!(results.targets.len(), 2);
     assert!(results.target().name == "reference" && results.target().rays == 64);

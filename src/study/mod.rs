@@ -37,7 +37,7 @@
 //! # render = { rays = 8, photons = 200 }
 //! # camera = { position = [0, 0, 4], target = [0, 0, 0] }
 //! # [[medium]]
-//! # region = { shape = \"sphere\", center = [0, 0, 0], radius = 1 }
+//! # region = { sphere = { center = [0, 0, 0], radius = 1 } }
 //! # sigma_t = 1
 //! # albedo = 0.5
 //! # [[light]]

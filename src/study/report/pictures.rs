@@ -75,7 +75,9 @@ pub(super) fn gallery(results: &Results, folder: &Path) -> Result<Gallery> {
     let mut cards = Vec::new();
     for ((point, layers, image), error) in shown.iter().zip(&errors) {
         views.push(viewed(format!("{}, {}", point.candidate, point.label), image)?);
-        cards.push(card(point, layers, image, error, worst)?);
+        let view = View { exposure: results.metrics.exposure, transform: ViewTransform::Agx };
+        let picture = Picture::developed(&reduced(image), &view);
+        cards.push(card(point, layers, &picture, error, worst)?);
     }
     Ok(Gallery { cards, views })
 }
@@ -83,13 +85,11 @@ pub(super) fn gallery(results: &Results, folder: &Path) -> Result<Gallery> {
 fn card(
     point: &PointResult,
     layers: &Layers,
-    image: &Image,
+    picture: &Picture,
     error: &[f32],
     worst: f32,
 ) -> Result<Card> {
-    let view = View { exposure: 0.0, transform: ViewTransform::Agx };
-    let mut panels =
-        vec![("picture".to_owned(), embedded(&Picture::developed(&reduced(image), &view))?)];
+    let mut panels = vec![("picture".to_owned(), embedded(picture)?)];
     let width = layers.width;
     let panel = |name: &str, values: &[f32], range: Option<[f32; 2]>| {
         let (width, values) = reduced_map(width, values);
