@@ -14,6 +14,7 @@ mod output;
 mod progress;
 mod render;
 mod settings;
+mod study;
 
 use std::process::ExitCode;
 
@@ -38,6 +39,8 @@ enum Command {
     Maps(maps::Args),
     /// Tell how far a picture is from its reference, by every metric.
     Error(error::Args),
+    /// Tell what each way of rendering a scene costs in error and saves in time.
+    Study(study::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
     Info(info::Args),
     /// Make procedural smoke, a cloud, fog or fire as a VDB file, or a statue as a mesh.
@@ -52,6 +55,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::Maps(args) => maps::run(args),
         Command::Error(args) => error::run(args),
+        Command::Study(args) => study::run(args),
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),
     };
