@@ -25,6 +25,9 @@ const GROUND: f64 = 4.0;
 /// Volume photons, about, kept of one path.
 const KEPT: f64 = 4.0;
 
+/// Volume photons after which enough is known of how many a path leaves.
+const PROBED: usize = 1_000_000;
+
 /// Paths that are traced as one piece of work.
 const CHUNK: u64 = 2048;
 
@@ -67,10 +70,15 @@ pub fn shoot(
         keep: 1.0,
     };
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
-    // A first chunk tells how many photons a path leaves, so that about one of them is kept.
-    if count > CHUNK {
-        let left = paths.trace(0..CHUNK).volume.len();
-        paths.keep = (KEPT * CHUNK as f64 / left.max(1) as f64).min(1.0);
+    // The first paths tell how many photons one leaves, so that few of them are kept. Where a path
+    // leaves very many, as at a spike of density, few paths tell.
+    let (mut traced, mut left) = (0, 0);
+    while traced < CHUNK.min(count) && left < PROBED {
+        left += paths.trace(traced..traced + 1).volume.len();
+        traced += 1;
+    }
+    if count > CHUNK || left >= PROBED {
+        paths.keep = (KEPT * traced as f64 / left.max(1) as f64).min(1.0);
     }
     let chunks: Vec<Deposits> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
