@@ -169,8 +169,10 @@ mod tests {
         for kelvin in [f64::NEG_INFINITY, -1.0, -0.0, 0.0, 1e-300, 1.0, 30.0, f64::NAN] {
             let rgb = blackbody_radiance(kelvin);
             assert!(rgb.is_finite() && rgb.max_element() < 1e-100, "{kelvin} K: {rgb}");
-            assert_eq!(Blackbody::new().radiance(kelvin), rgb, "{kelvin} K");
+            assert_eq!(Blackbody::new().radiance(kelvin), Rgb::ZERO, "{kelvin} K");
         }
+        let coldest = blackbody_radiance(300.0);
+        assert!(coldest.max_element() < 1e-18, "all below may count as dark: {coldest}");
         for kelvin in [1000.0, 1e5, 1e30, f64::INFINITY] {
             let rgb = blackbody_radiance(kelvin);
             assert!(rgb.is_finite() && rgb.min_element() >= 0.0, "{kelvin} K: {rgb}");

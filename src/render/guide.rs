@@ -22,6 +22,10 @@ const PILOT_PHOTONS: u64 = 64;
 /// Pixels along each side of the squares of which that look takes one.
 const PILOT_PIXELS: u32 = 4;
 
+/// Distinguishes the photons of that look from those of the picture, so that what they happen to
+/// show has no part in both.
+const PILOT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
+
 /// Rays through each of those pixels.
 const PILOT_RAYS: u32 = 4;
 
@@ -124,6 +128,7 @@ pub fn maps(
 fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
     let shooting = Shooting {
         photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
+        seed: settings.seed ^ PILOT_SEED,
         levels: 0,
         ..shooting(settings)
     };
@@ -139,7 +144,7 @@ fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
     let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
     let (film, marching) = expose(
         size,
-        settings.seed,
+        settings.seed ^ PILOT_SEED,
         Stage::Director,
         |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
         |_, _| Direction::fixed(budget),
