@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3};
 use super::noise::{Turbulence, smoothstep};
 
 /// Half of the box round the statue, across and from front to back, in units of its height.
-pub(super) const HALF_WIDTH: f64 = 0.3;
-pub(super) const HALF_DEPTH: f64 = 0.2;
+pub(super) const HALF_WIDTH: f64 = 0.5;
+pub(super) const HALF_DEPTH: f64 = 0.22;
 
 /// The top of the pedestal, on which the robe ends.
 const FLOOR: f64 = 0.13;

@@ -177,7 +177,7 @@ pub fn parse(path: &Path, text: &str) -> Result<SceneFile> {
     Ok(SceneFile {
         camera: camera::read(&camera.table("a table [camera]")?)?,
         film,
-        render: render(&root)?,
+        render: RenderSettings { directing: director::read(&root)?, ..render(&root)? },
         media: each(&root, "medium", medium::read)?,
         surfaces: each(&root, "surface", surface::read)?,
         lights: each(&root, "light", light::read)?,
@@ -232,7 +232,7 @@ fn render(root: &Section<'_>) -> Result<RenderSettings> {
         radius: section.maybe("radius", |v| v.number(Range::POSITIVE))?,
         step: section.maybe("step", |v| v.number(Range::POSITIVE))?,
         director: section.or("director", default.director, |v| v.word(Director::ALL))?,
-        directing: director::read(root)?,
+        directing: default.directing,
         seed: whole("seed", default.seed, i64::MAX as u64)?,
         max_scatter: section
             .maybe("max_scatter", |v| v.integer(0, u64::from(MAX_SCATTER)))?
