@@ -10,8 +10,8 @@ use super::settings::{RunArgs, SettingArgs};
 use crate::director::Sight;
 use crate::error::{Error, Result};
 use crate::image::{
-    Image, Picture, ScalarMap, View, ViewTransform, contact_sheet, titled, write_exr_layers,
-    write_picture,
+    Image, Picture, ScalarMap, View, ViewTransform, contact_sheet, titled, write_exr_image,
+    write_exr_layers, write_picture,
 };
 use crate::render::{self, Extent, Maps, Stages};
 use crate::scene::Scene;
@@ -47,6 +47,8 @@ struct Shown<'a> {
 enum Content<'a> {
     Values(&'a [f32], [f32; 2]),
     Light(&'a Image),
+    /// What is written beside its picture in another way.
+    Distances(&'a [f32]),
 }
 
 /// Makes the director's maps and writes them as EXR and PNG, with a contact sheet.
@@ -92,19 +94,17 @@ fn write(folder: &Path, scene: &Scene, maps: &Maps) -> Result<Vec<PathBuf>> {
         let exr = folder.join(format!("{}.exr", shown.name));
         let panel = match shown.content {
             Content::Values(values, range) => {
-                if shown.name != "z" {
-                    let height = values.len() / width;
-                    write_exr_layers(&exr, width, height, &[("Y", values)], &[])?;
-                    outputs.push(exr);
-                }
+                write_exr_layers(&exr, width, values.len() / width, &[("Y", values)], &[])?;
+                outputs.push(exr);
                 ScalarMap { name: shown.title, width, values, range }.panel()
             }
             Content::Light(image) => {
-                write_light(&exr, image)?;
+                write_exr_image(&exr, image)?;
                 outputs.push(exr);
                 let view = View { exposure: scene.film.exposure, transform: ViewTransform::Srgb };
                 titled(shown.title, &Picture::developed(image, &view))
             }
+            Content::Distances(values) => ScalarMap::fitted(shown.title, width, values).panel(),
         };
         let png = folder.join(format!("{}.png", shown.name));
         write_picture(&png, &panel)?;
@@ -123,10 +123,9 @@ fn shown<'a>(maps: &'a Maps, distances: &'a [f32]) -> Vec<Shown<'a>> {
         let content = Content::Values(values, [0.0, 1.0]);
         Shown { name, title, content }
     };
-    let range = ScalarMap::fitted("", 1, distances).range;
     let mut all = vec![
         unit("x", "X: transmittance", &maps.transmittance),
-        Shown { name: "z", title: "Z: distance, m", content: Content::Values(distances, range) },
+        Shown { name: "z", title: "Z: distance, m", content: Content::Distances(distances) },
     ];
     if let Some(sight) = &maps.sight {
         let content = Content::Light(&sight.snapshot);
@@ -148,11 +147,4 @@ fn shown<'a>(maps: &'a Maps, distances: &'a [f32]) -> Vec<Shown<'a>> {
     all.push(unit("x_scattering", "X: uncertainty of visible light", &maps.uncertainty));
     all.push(unit("xs", "XS", &maps.xs));
     all
-}
-
-fn write_light(path: &Path, image: &Image) -> Result<()> {
-    let channel = |c: usize| image.pixels().iter().map(|p| p[c]).collect::<Vec<f32>>();
-    let [r, g, b] = [channel(0), channel(1), channel(2)];
-    let layers = [("R", &r[..]), ("G", &g[..]), ("B", &b[..])];
-    write_exr_layers(path, image.width(), image.height(), &layers, &[])
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::Sight;
 use crate::error::{Error, Result};
-use crate::image::{FAR, Image, read_layers, write_exr_layers};
+use crate::image::{FAR, read_layers, write_exr_layers};
 use crate::scene::Scene;
 
 /// The attribute that says what was looked at.
@@ -16,8 +16,7 @@ impl Sight {
     /// # Errors
     /// Where the file cannot be written.
     pub fn write(&self, path: &Path, scene: &Scene) -> Result<()> {
-        let channel = |c: usize| self.snapshot.pixels().iter().map(|p| p[c]).collect::<Vec<f32>>();
-        let [r, g, b] = [channel(0), channel(1), channel(2)];
+        let [r, g, b] = self.snapshot.channels();
         let z: Vec<f32> = self.depth.iter().map(|z| z.min(FAR) as f32).collect();
         let layers = [("R", &r[..]), ("G", &g[..]), ("B", &b[..]), ("Z", &z[..])];
         let (width, height) = (self.snapshot.width(), self.snapshot.height());
@@ -40,14 +39,11 @@ impl Sight {
             let problem = "was written for another size, camera, set of surfaces or lights";
             return Err(Error::file(path, format!("{problem}; {right}")));
         }
-        let [z, r, g, b] = ["Z", "R", "G", "B"].map(|name| layers.get(name));
-        let (Some(z), Some(r), Some(g), Some(b)) = (z, r, g, b) else {
+        let (Some(z), Some(snapshot)) = (layers.get("Z"), layers.image()) else {
             return Err(Error::file(path, format!("lacks a layer of Z, R, G, B; {right}")));
         };
-        let light = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
         let far = |z: &f32| if f64::from(*z) >= FAR { f64::INFINITY } else { f64::from(*z) };
-        let depth = z.iter().map(far).collect();
-        Ok(Self { depth, snapshot: Image::new(layers.width, layers.height, light) })
+        Ok(Self { depth: z.iter().map(far).collect(), snapshot })
     }
 }
 

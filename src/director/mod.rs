@@ -10,6 +10,7 @@ mod extinction;
 mod importance;
 mod kept;
 mod noise;
+mod quantile;
 mod saliency;
 mod sight;
 

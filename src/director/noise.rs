@@ -1,5 +1,6 @@
 //! The scattering-aware X-map: how uncertain the light is that will be seen.
 
+use super::quantile::quantile;
 use crate::image::{Film, srgb_encode};
 use crate::math::{Rgb, luminance};
 
@@ -24,10 +25,9 @@ pub fn uncertainty(pilot: &Film) -> Vec<f32> {
     let light = |pixel: &[f32; 3]| luminance(Rgb::from(pixel.map(f64::from)));
     let lights: Vec<f64> = image.pixels().iter().map(light).collect();
     let layer = |name: &str| pilot.layer(name).unwrap_or_default().iter().map(|v| f64::from(*v));
-    let white = quantile(lights.iter().copied(), WHITE);
-    if white <= 0.0 {
+    let Some(white) = quantile(lights.iter().copied(), WHITE) else {
         return vec![0.0; lights.len()];
-    }
+    };
     // The layer holds the variance of the mean of a pixel's rays.
     let deviations: Vec<f64> = layer("variance")
         .zip(layer("rays"))
@@ -49,14 +49,7 @@ pub fn uncertainty(pilot: &Film) -> Vec<f32> {
     let full = quantile(map.iter().copied(), FULL);
     let importance = |(deviation, light): (&f64, &f64)| {
         let seen = if *light > 0.0 { SEEN } else { 0.0 };
-        if full > 0.0 { ((deviation / full) as f32).clamp(seen, 1.0) } else { seen }
+        full.map_or(seen, |full| ((deviation / full) as f32).clamp(seen, 1.0))
     };
     map.iter().zip(&lights).map(importance).collect()
-}
-
-/// The value that `share` of those above 0 stay below; 0 where there is none.
-fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
-    let mut values: Vec<f64> = values.filter(|v| *v > 0.0).collect();
-    let rank = (values.len().saturating_sub(1) as f64 * share) as usize;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(rank, f64::total_cmp).1 }
 }

@@ -108,19 +108,20 @@ pub fn shoot(
         .radius
         .or_else(|| around(&surface, &visible.surfaces))
         .unwrap_or_else(|| 0.02 * extent(everything, media));
-    let volume = (0..=shooting.levels)
-        .map(|level| {
-            let wider = (1_u32 << level) as f32;
-            let radii: Vec<f32> = thinned(&radii.each, level).iter().map(|r| r * wider).collect();
-            BeamMap::new(origin, &thinned(&volume, level), &radii)
-        })
-        .collect();
+    let thinner = |level: u32| {
+        let wider = (1_u32 << level) as f32;
+        let radii: Vec<f32> = thinned(&radii.each, level).map(|r| r * wider).collect();
+        BeamMap::new(origin, &thinned(&volume, level).copied().collect::<Vec<_>>(), &radii)
+    };
+    let mut levels = vec![BeamMap::new(origin, &volume, &radii.each)];
+    levels.extend((1..=shooting.levels).map(thinner));
+    let volume = levels;
     Ok((PhotonMaps { volume, volume_radius: radii.typical, surface, surface_radius }, work))
 }
 
 /// What is left of `all` in a level.
-fn thinned<T: Copy>(all: &[T], level: u32) -> Vec<T> {
-    all.iter().step_by(THINNING.pow(level)).copied().collect()
+fn thinned<T>(all: &[T], level: u32) -> impl Iterator<Item = &T> {
+    all.iter().step_by(THINNING.pow(level))
 }
 
 /// How much more a photon's light scatters toward the camera than if it were spread evenly, by the

@@ -50,6 +50,7 @@
 mod answer;
 mod candidate;
 mod curve;
+mod figure;
 mod machine;
 pub mod metric;
 mod plan;
@@ -65,6 +66,7 @@ mod verdict;
 
 pub use candidate::{CANDIDATES, Candidate, Point, Settings};
 pub use curve::{Curve, Reach};
+pub use figure::significant;
 pub use machine::Machine;
 pub use plan::Plan;
 pub use report::write_report;

@@ -18,7 +18,7 @@ use super::target::{Pictures, Target, mean};
 use super::trial::Trial;
 use super::verdict::verdict;
 use crate::error::{Error, Result};
-use crate::image::{Image, read_exr, write_exr_layers};
+use crate::image::{Image, read_exr, write_exr_image};
 use crate::render::{Progress, Silent, render_reference};
 use crate::scene::{RenderSettings, Scene};
 
@@ -192,14 +192,10 @@ impl<'a> Study<'a> {
         options: &mut Options,
     ) -> Result<(Target, Pictures)> {
         let folder = self.store.folder();
-        let (pictures, mut own) = Pictures::of(folder, renders, options)?;
-        if options.epsilon.is_none() {
-            options.epsilon = default_epsilon(&pictures.mean);
-        } else {
-            (_, own) = Pictures::of(folder, renders, options)?;
-        }
+        let (pictures, own) = Pictures::of(folder, renders, options)?;
+        options.epsilon = options.epsilon.or_else(|| default_epsilon(&pictures.mean));
         let exr = format!("exr/{name}-mean.exr");
-        write_picture(&folder.join(&exr), &pictures.mean)?;
+        write_exr_image(&folder.join(&exr), &pictures.mean)?;
         let pixels = u64::from(self.store.header.size[0]) * u64::from(self.store.header.size[1]);
         let rays = |t: &&Trial| t.work.get("rays").and_then(serde_json::Value::as_u64);
         let target = Target {
@@ -299,13 +295,6 @@ fn split(errors: &[f64], of_mean: f64, own: f64) -> Option<Split> {
     let all = errors.iter().sum::<f64>() / n;
     let noise = (all - of_mean) * n / (n - 1.0);
     (errors.len() > 1).then(|| Split { noise, bias: of_mean - noise / n - own })
-}
-
-fn write_picture(path: &Path, image: &Image) -> Result<()> {
-    let channel = |c: usize| image.pixels().iter().map(|p| p[c]).collect::<Vec<f32>>();
-    let [r, g, b] = [0, 1, 2].map(channel);
-    let layers: [(&str, &[f32]); 3] = [("R", &r), ("G", &g), ("B", &b)];
-    write_exr_layers(path, image.width(), image.height(), &layers, &[])
 }
 
 #[cfg(test)]

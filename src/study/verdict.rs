@@ -1,6 +1,7 @@
 //! The findings of a study in two sentences.
 
 use super::candidate::GOLD;
+use super::figure::significant;
 use super::request::Metric;
 use super::results::{Answer, PointResult, Results};
 use super::statistics::Interval;
@@ -87,13 +88,5 @@ pub(super) fn interval(interval: &Interval) -> String {
 
 /// Three significant digits.
 pub(super) fn figure(value: f64) -> String {
-    let magnitude = value.abs();
-    if magnitude == 0.0 {
-        "0".into()
-    } else if (1e-3..1e5).contains(&magnitude) {
-        let decimals = (2 - magnitude.log10().floor() as i32).max(0) as usize;
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.2e}")
-    }
+    significant(value, 3)
 }
