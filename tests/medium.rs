@@ -12,6 +12,7 @@ use fogbow::medium::{
 };
 use fogbow::shape::{Cuboid, Region, Sphere};
 use fogbow::vdb::{Block, Grid, GridToWrite, ReadAs, Tile, VdbFile, write};
+use fogbow::work::Work;
 use glam::{DAffine3, DQuat, DVec3, IVec3};
 
 const VOXEL: f64 = 0.125;
@@ -185,9 +186,9 @@ fn ratio_tracking_is_unbiased() {
         for (ray, span) in rays() {
             index += 1;
             let mut rng = stream(index);
-            let mut collisions = 0;
+            let mut work = Work::default();
             assert_mean(name, 4000, media.transmittance(&ray, span), || {
-                media.ratio_tracking(&ray, span, &mut rng, &mut collisions)
+                media.ratio_tracking(&ray, span, &mut rng, &mut work)
             });
         }
     }

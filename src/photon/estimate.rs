@@ -30,6 +30,17 @@ pub struct PhotonMaps {
 }
 
 impl PhotonMaps {
+    /// No photons, to be gathered within `radius` metres.
+    pub fn empty(radius: f64) -> Self {
+        let origin = WorldPoint::new(0.0, 0.0, 0.0);
+        Self {
+            volume: vec![BeamMap::new(origin, &[], &[])],
+            volume_radius: radius,
+            surface: PhotonMap::new(origin, &[]),
+            surface_radius: radius,
+        }
+    }
+
     /// The photons' light scattered along `ray` (unit direction) to its origin, W/(m² sr): the sum
     /// over the photons near the ray of power · phase · sigma_s · transmittance · kernel (Jarosz,
     /// Zwicker and Jensen 2008, equation 12, with photons that carry fluence in place of

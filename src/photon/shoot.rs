@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::light::Reach;
 use crate::math::{Aabb, World, WorldPoint, warp};
 use crate::scene::Scene;
+use crate::scene::plan::Needs;
 use crate::work::Work;
 
 use super::emitters::Emitters;
@@ -45,6 +46,8 @@ pub struct Shooting {
     /// Levels of thinned volume photons beside the full one, for gathers up to 2^levels times as
     /// wide.
     pub levels: u32,
+    /// Which photons are needed.
+    pub needs: Needs,
 }
 
 /// Shoots photons into `scene` and builds the maps. `advance` is told how many paths are done.
@@ -56,6 +59,9 @@ pub fn shoot(
     shooting: &Shooting,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<(PhotonMaps, Work)> {
+    if !shooting.needs.photons() {
+        return Ok((PhotonMaps::empty(shooting.radius.unwrap_or(0.0)), Work::default()));
+    }
     let media = scene.media.bounds();
     let everything = media.union(scene.surfaces.bounds());
     let visible = Visible::look(scene, shooting.seed);

@@ -1,0 +1,117 @@
+//! About how much work and memory a render will take, from a small look at the scene.
+
+use serde::Serialize;
+
+use super::expose::{Direction, Sheet, expose};
+use super::march::Marcher;
+use super::{Silent, finest_step, guide};
+use crate::director::Budget;
+use crate::error::Result;
+use crate::math::Stage;
+use crate::photon::{self, Shooting};
+use crate::scene::plan::Needs;
+use crate::scene::{RenderSettings, Scene};
+use crate::work::Work;
+
+/// Photon paths of the look, at most.
+const PATHS: u64 = 1 << 14;
+
+/// Rays of the look, about.
+const RAYS: f64 = 30_000.0;
+
+/// Bytes a pixel: what its samples leave and the film's layers.
+const FILM: u64 = 96 + 48;
+
+/// Bytes a pixel of the layers, their copies for the file and the file itself.
+const WRITING: u64 = 48 + 48 + 48;
+
+/// Bytes a pixel: distances, snapshot, X, S with its pyramids, XS and what pixels may spend.
+const MAPS: u64 = 8 + 12 + 4 + 96 + 4 + 80;
+
+/// Bytes of the program before a scene is loaded.
+const PROGRAM: u64 = 16 << 20;
+
+/// About what a render takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Costs {
+    /// Work, by the counters that the render itself will report; at most so much where a director
+    /// hands out rays.
+    pub work: Work,
+    /// Memory.
+    pub memory: Memory,
+}
+
+/// Memory in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// The program and its libraries.
+    pub program: u64,
+    /// Voxel grids.
+    pub grids: u64,
+    /// Surfaces with their trees.
+    pub surfaces: u64,
+    /// Photon maps once they are built.
+    pub photons: u64,
+    /// The film and what is gathered for it.
+    pub film: u64,
+    /// The director's maps.
+    pub maps: u64,
+    /// The most that is in use at any time.
+    pub peak: u64,
+}
+
+/// Estimates what rendering `scene` under `settings` takes, by a hundredth of it or less.
+///
+/// # Errors
+/// As [`render`](super::render()).
+pub fn costs(scene: &Scene, settings: &RenderSettings) -> Result<Costs> {
+    let needs = Needs::of(scene, settings);
+    let paths = PATHS.min(settings.photons);
+    let shooting = Shooting { photons: paths, ..guide::shooting(scene, settings) };
+    let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
+    let mut work = scaled(&shot, settings.photons as f64 / paths.max(1) as f64);
+
+    let [width, height] = scene.film.size.map(f64::from);
+    let all = width * height * f64::from(settings.rays);
+    let coarser = (all / RAYS).sqrt().max(1.0);
+    let size = [width, height].map(|side| (side / coarser).ceil().max(1.0));
+    let step = settings.step.unwrap_or_else(|| finest_step(scene));
+    let budget = Budget::fixed(settings.rays, photons.volume_radius, step);
+    let marcher = Marcher::new(scene, &photons, needs);
+    let (_, marched) = expose(
+        Sheet {
+            size: size.map(|side| side as u32),
+            seed: settings.seed,
+            stage: Stage::Director,
+            needs,
+        },
+        |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens),
+        |_, _| Direction::fixed(budget),
+        |ray, budget, state| marcher.radiance(ray, budget, state),
+        &Silent,
+    );
+    work += scaled(&marched, width * height / (size[0] * size[1]));
+    let pixels = (width * height) as u64;
+    work.map_pixels = if needs.maps { pixels } else { 0 };
+    Ok(Costs { memory: memory(scene, &work, &needs, pixels), work })
+}
+
+fn scaled(work: &Work, factor: f64) -> Work {
+    work.map(|count| (count as f64 * factor).round() as u64)
+}
+
+fn memory(scene: &Scene, work: &Work, needs: &Needs, pixels: u64) -> Memory {
+    let sizes = || scene.media.iter().flat_map(crate::medium::Medium::grid_bytes);
+    let grids = sizes().map(|bytes| bytes as u64).sum::<u64>();
+    let surfaces = scene.surfaces.memory_bytes() as u64;
+    let photons = photon::memory(work.volume_photons, work.surface_photons);
+    let film = pixels * FILM;
+    let maps = if needs.maps { pixels * MAPS } else { 0 };
+    let scene = PROGRAM + grids + surfaces;
+    // Grids are read one after another; the last one stands beside its source.
+    let loading = scene + sizes().last().map_or(0, |bytes| bytes as u64);
+    let shooting = scene + maps + photons.building;
+    let marching = scene + maps + photons.held + film;
+    let peak = loading.max(shooting).max(marching).max(scene + pixels * WRITING);
+    Memory { program: PROGRAM, grids, surfaces, photons: photons.held, film, maps, peak }
+}

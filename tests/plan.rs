@@ -1,0 +1,283 @@
+//! What a plan leaves out changes nothing and costs nothing: each scene is rendered as planned and
+//! with everything on.
+//!
+//! Pictures are equal to the byte where leaving out does not touch the random numbers, and else in
+//! their means within 4.5 standard errors (false alarm 7e-6 a comparison), with fixed seeds.
+
+#![allow(clippy::print_stderr)] // skipped tests say so
+
+use std::path::Path;
+
+use fogbow::image::Film;
+use fogbow::render::{Rendered, Silent, costs, render};
+use fogbow::scene::plan::{Needs, RenderPlan};
+use fogbow::scene::{LoadOptions, Overrides, Planning, RenderSettings, Scene};
+use fogbow::work::Work;
+
+const CAMERA: &str = "[camera]\nposition = [0.0, 0.5, 6.0]\ntarget = [0.0, 0.5, 0.0]\nfov = 32.0\n\
+                      [film]\nsize = [32, 32]\n[render]\nrays = 8\nphotons = 20000\n";
+const POINT: &str = "[[light]]\ntype = \"point\"\nposition = [2.0, 3.0, 1.0]\nintensity = 20.0\n";
+const SKY: &str = "[[light]]\ntype = \"environment\"\nradiance = 0.5\n";
+const SPOT: &str = "[[light]]\ntype = \"spot\"\nposition = [3.0, 0.5, 0.0]\ntarget = [0.0, 0.5, 0.0]\n\
+                    intensity = 30.0\nangle = 60.0\n";
+const FOG: &str = "[[medium]]\nregion = { box = { min = [-1.0, 0.0, -1.0], max = [1.0, 1.0, 1.0] } }\n\
+                   sigma_t = 1.5\nalbedo = 0.9\n";
+const SOOT: &str = "[[medium]]\nregion = { sphere = { center = [0.0, 0.5, 0.0], radius = 0.8 } }\n\
+                    sigma_t = 2.0\nalbedo = 0.0\n";
+const GLOW: &str = "[[medium]]\nregion = { sphere = { center = [0.0, 0.5, 0.0], radius = 0.8 } }\n\
+                    sigma_t = 2.0\nalbedo = 0.0\nemission = { color = [3.0, 2.0, 1.0] }\n";
+const BALL: &str = "[[surface]]\nshape = \"sphere\"\ncenter = [0.0, 0.5, 0.0]\nradius = 0.4\n\
+                    material = { type = \"diffuse\", reflectance = 0.6 }\n";
+const FLOOR: &str = "[[surface]]\nshape = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\n\
+                     material = { type = \"diffuse\", reflectance = 0.5 }\n";
+
+/// The scene of these tables.
+fn scene(tables: &[&str]) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, CAMERA.to_owned() + &tables.concat()).unwrap();
+    Scene::load(&path, &LoadOptions::default()).unwrap()
+}
+
+/// As planned, and with everything on.
+fn both(scene: &Scene) -> [Rendered; 2] {
+    [Planning::Needed, Planning::Everything].map(|planning| {
+        let settings = RenderSettings { planning, ..scene.render };
+        render(scene, &settings, &Silent).unwrap()
+    })
+}
+
+/// Layers that do not tell of photons that were left out.
+const PICTURE: [&str; 7] = ["R", "G", "B", "A", "Z", "transmittance", "variance"];
+
+fn assert_same_bytes(name: &str, [planned, all]: &[Rendered; 2]) {
+    for layer in PICTURE {
+        let [a, b] = [planned, all].map(|r| r.film.layer(layer).unwrap());
+        assert!(a == b, "{name}: layer {layer} differs");
+    }
+}
+
+/// Mean of the green channel and its standard error, without that of the photons.
+fn mean(film: &Film) -> (f64, f64) {
+    let sum = |name: &str| film.layer(name).unwrap().iter().map(|v| f64::from(*v)).sum::<f64>();
+    let count = film.layer("G").unwrap().len() as f64;
+    (sum("G") / count, sum("variance").sqrt() / count)
+}
+
+fn assert_same_mean(name: &str, [planned, all]: &[Rendered; 2], photons: f64) {
+    let (a, b) = (mean(&planned.film), mean(&all.film));
+    let bound = 4.5 * a.1.hypot(b.1) + photons * b.0;
+    assert!((a.0 - b.0).abs() < bound, "{name}: {a:?} as planned, {b:?} with everything");
+}
+
+/// The counters of everything that the plan of `scene` leaves out are 0; the names of it.
+fn left_out(name: &str, scene: &Scene, work: &Work) -> Vec<&'static str> {
+    let plan = RenderPlan::of(scene, &scene.render);
+    let omitted: Vec<_> = plan.items.iter().filter(|item| !item.needed).collect();
+    for item in &omitted {
+        let count = work.counts().find(|(counter, _)| *counter == item.counter);
+        assert_eq!(count, Some((item.counter, 0)), "{name}: {}", item.name);
+    }
+    omitted.iter().map(|item| item.name).collect()
+}
+
+#[test]
+fn what_is_left_out_costs_nothing_and_changes_nothing() {
+    let void = "photons into the void";
+    let rows: &[(&str, &[&str], &[&str], bool)] = &[
+        (
+            "nothing but a ball under a lamp",
+            &[POINT, BALL],
+            &[
+                "voxel grids",
+                "maps",
+                "volume photons",
+                void,
+                "media",
+                "scattering in media",
+                "emission",
+                "mirrors and glass",
+                "choice of lights",
+                "environment",
+            ],
+            true,
+        ),
+        (
+            "absorbing smoke under a sky",
+            &[SKY, SOOT],
+            &[
+                "voxel grids",
+                "tree of surfaces",
+                "maps",
+                "volume photons",
+                "surface photons",
+                "scattering in media",
+                "emission",
+                "mirrors and glass",
+                "choice of lights",
+            ],
+            true,
+        ),
+        (
+            "a glowing ball alone",
+            &[GLOW],
+            &[
+                "voxel grids",
+                "tree of surfaces",
+                "maps",
+                "volume photons",
+                "surface photons",
+                "scattering in media",
+                "choice of lights",
+                "environment",
+                "mirrors and glass",
+            ],
+            true,
+        ),
+        (
+            "fog under a lamp",
+            &[POINT, FOG],
+            &[
+                "voxel grids",
+                "tree of surfaces",
+                "maps",
+                "surface photons",
+                void,
+                "emission",
+                "mirrors and glass",
+                "choice of lights",
+                "environment",
+            ],
+            true,
+        ),
+        (
+            "fog under a sky",
+            &[SKY, FOG],
+            &["voxel grids", "tree of surfaces", "emission", "choice of lights"],
+            true,
+        ),
+        ("a ball in fog", &[POINT, FOG, BALL, FLOOR], &["voxel grids", "emission"], true),
+        ("fog in two lights", &[POINT, SPOT, FOG], &["tree of surfaces", void], true),
+    ];
+    for (name, tables, expected, same_bytes) in rows {
+        let scene = scene(tables);
+        let pictures = both(&scene);
+        let omitted = left_out(name, &scene, &pictures[0].work);
+        for item in *expected {
+            assert!(omitted.contains(item), "{name}: {item} is not left out: {omitted:?}");
+        }
+        if *same_bytes {
+            assert_same_bytes(name, &pictures);
+        } else {
+            assert_same_mean(name, &pictures, 0.02);
+        }
+        let shown = pictures[0].film.layer("G").unwrap();
+        assert!(shown.iter().any(|v| *v > 0.0), "{name} is black");
+    }
+}
+
+#[test]
+fn everything_is_everything() {
+    let scene = scene(&[POINT, BALL]);
+    let settings = RenderSettings { planning: Planning::Everything, ..scene.render };
+    assert_eq!(Needs::of(&scene, &settings), Needs::EVERYTHING);
+    let plan = RenderPlan::of(&scene, &settings);
+    let left_out: Vec<_> = plan.items.iter().filter(|i| !i.needed).map(|i| i.name).collect();
+    assert_eq!(left_out, ["voxel grids"], "no flag gives a scene grids");
+    let work = render(&scene, &settings, &Silent).unwrap().work;
+    for count in [work.marches, work.map_pixels, work.environment_lookups, work.photons_missed] {
+        assert!(count > 0, "{work:?}");
+    }
+}
+
+#[test]
+fn nothing_is_done_for_what_is_not_there() {
+    let work = |tables: &[&str]| both(&scene(tables))[0].work;
+    let no_medium = work(&[POINT, BALL, FLOOR]);
+    assert_eq!((no_medium.marches, no_medium.march_steps, no_medium.collisions), (0, 0, 0));
+    let homogeneous = work(&[POINT, FOG, BALL]);
+    assert!(homogeneous.marches > 0 && homogeneous.gathers > 0 && homogeneous.volume_photons > 0);
+    assert_eq!((homogeneous.grid_lookups, homogeneous.null_collisions), (0, 0));
+    let absorbing = work(&[SKY, SOOT]);
+    assert_eq!((absorbing.photon_paths, absorbing.volume_photons), (0, 0));
+    assert_eq!((absorbing.gathers, absorbing.gathered, absorbing.intersections), (0, 0, 0));
+}
+
+/// A spot that shines past a box of fog on all sides.
+#[test]
+fn no_photon_is_shot_past_the_fog() {
+    let scene = scene(&[SPOT, FOG]);
+    let [planned, all] = both(&scene).map(|r| r.work);
+    assert_eq!(planned.photons_missed, 0);
+    assert!(planned.photons_emitted > 0 && all.photons_missed > 0, "{all:?}");
+}
+
+#[test]
+fn single_scattering_is_offered_with_a_bound_that_holds() {
+    let thin = FOG.replace("sigma_t = 1.5", "sigma_t = 0.01");
+    for (fog, offered) in [(thin.as_str(), true), (FOG, false)] {
+        let scene = scene(&[SKY, fog]);
+        let plan = RenderPlan::of(&scene, &scene.render);
+        assert_eq!(plan.offers.len(), usize::from(offered), "{:?}", plan.offers);
+        assert!(scene.render.max_scatter.is_none(), "it is not taken");
+    }
+    let scene = scene(&[SKY, &thin]);
+    let offer = &RenderPlan::of(&scene, &scene.render).offers[0];
+    let percent: f64 =
+        offer.split("at most ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    // Light scattered in front of a black ground, by difference: the sky is seen through the fog.
+    let mean_of = |max_scatter| {
+        let settings = RenderSettings { max_scatter, rays: 64, ..scene.render };
+        mean(&render(&scene, &settings, &Silent).unwrap().film).0
+    };
+    let [none, once, all] = [Some(0), Some(1), None].map(mean_of);
+    let brightest = 0.01 * 3.0 * 0.9 * 0.5; // optical thickness at most, albedo, radiance
+    assert!(once > none && all - once < percent / 100.0 * brightest, "{none} {once} {all}");
+}
+
+/// The estimates of a small look against what the render counts: within a quarter.
+#[test]
+fn costs_are_estimated() {
+    let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
+    for name in ["smoke.toml", "balls_a.toml"] {
+        let overrides = Overrides {
+            size: Some([96, 72]),
+            rays: Some(8),
+            photons: Some(60_000),
+            ..Overrides::default()
+        };
+        let options = LoadOptions { overrides, ..LoadOptions::default() };
+        let scene = Scene::load(&volumes.join(name), &options).unwrap();
+        let expected = costs(&scene, &scene.render).unwrap().work;
+        let work = render(&scene, &scene.render, &Silent).unwrap().work;
+        for (found, estimate, what) in [
+            (work.rays, expected.rays, "rays"),
+            (work.grid_lookups, expected.grid_lookups, "grid lookups"),
+            (work.volume_photons, expected.volume_photons, "volume photons"),
+            (work.gathers, expected.gathers, "gathers"),
+            (work.march_steps, expected.march_steps, "march steps"),
+        ] {
+            let ratio = estimate as f64 / found as f64;
+            assert!((0.75..1.33).contains(&ratio), "{name}: {what}: {estimate} for {found}");
+        }
+    }
+}
+
+/// Two grids of a file that has 24 cost what the two cost.
+#[test]
+fn grids_that_are_not_named_are_not_read() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes/gas_sequence");
+    let Some(vdb) = std::fs::read_dir(file).ok().and_then(|entries| {
+        entries
+            .filter_map(|e| Some(e.ok()?.path()))
+            .find(|p| p.extension().is_some_and(|e| e == "vdb"))
+    }) else {
+        eprintln!("skipped: no {file}");
+        return;
+    };
+    let medium = format!("[[medium]]\nfile = {vdb:?}\ngrid = \"density\"\nsigma_t = 1.0\n");
+    let scene = scene(&[POINT, &medium]);
+    let bytes: usize = scene.media.iter().flat_map(|m| m.grid_bytes()).sum();
+    let peak = costs(&scene, &scene.render).unwrap().memory;
+    assert_eq!(peak.grids, bytes as u64);
+}
