@@ -59,6 +59,8 @@ counters! {
     null_collisions,
     /// Places where light in the medium was evaluated.
     gathers,
+    /// Those of them that asked where photons came from.
+    directed_gathers,
     /// Places on surfaces where photons were gathered.
     surface_gathers,
     /// Photons that lay within the radius of a gather.

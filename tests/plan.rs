@@ -248,7 +248,7 @@ fn costs_are_estimated() {
         };
         let options = LoadOptions { overrides, ..LoadOptions::default() };
         let scene = Scene::load(&volumes.join(name), &options).unwrap();
-        let expected = costs(&scene, &scene.render).unwrap().work;
+        let expected = costs(&scene, &scene.render, 0).unwrap().work;
         let work = render(&scene, &scene.render, &Silent).unwrap().work;
         for (found, estimate, what) in [
             (work.rays, expected.rays, "rays"),
@@ -263,21 +263,94 @@ fn costs_are_estimated() {
     }
 }
 
-/// Two grids of a file that has 24 cost what the two cost.
+/// Two grids of a file that has 24 cost what the two cost: its others have 65 MiB.
 #[test]
 fn grids_that_are_not_named_are_not_read() {
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes/gas_sequence");
-    let Some(vdb) = std::fs::read_dir(file).ok().and_then(|entries| {
-        entries
-            .filter_map(|e| Some(e.ok()?.path()))
-            .find(|p| p.extension().is_some_and(|e| e == "vdb"))
-    }) else {
-        eprintln!("skipped: no {file}");
+    let file =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes/gas_sequence/fluid_data_0010.vdb");
+    if !Path::new(file).exists() || !Path::new("/proc/self/status").exists() {
+        eprintln!("skipped: no {file}, or no system that tells of memory");
         return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let medium = format!(
+        "[[medium]]\nfile = \"{file}\"\ngrid = \"density\"\nsigma_t = 1.0\n\
+         emission = {{ temperature = \"temperature\", kelvin_scale = 1000.0 }}\n"
+    );
+    let peak = |medium: &str| {
+        std::fs::write(folder.path().join("s.toml"), CAMERA.to_owned() + POINT + medium).unwrap();
+        let args = ["render", "s.toml", "-o", "a.exr", "--json", "--photons", "0"];
+        let report: serde_json::Value =
+            serde_json::from_slice(&fogbow(folder.path(), &args).stdout).unwrap();
+        report["peak_memory"].as_f64().unwrap()
     };
-    let medium = format!("[[medium]]\nfile = {vdb:?}\ngrid = \"density\"\nsigma_t = 1.0\n");
-    let scene = scene(&[POINT, &medium]);
-    let bytes: usize = scene.media.iter().flat_map(|m| m.grid_bytes()).sum();
-    let peak = costs(&scene, &scene.render).unwrap().memory;
-    assert_eq!(peak.grids, bytes as u64);
+    let extra = (peak(&medium) - peak("")) / f64::from(1 << 20);
+    assert!(extra < 20.0, "{extra} MiB for two grids of 2.5 MiB");
+}
+
+/// Work is counted alike on any number of threads, and stands in the file's header.
+#[test]
+fn counters_do_not_depend_on_the_number_of_threads() {
+    let scene = scene(&[POINT, FOG, BALL, FLOOR]);
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| render(&scene, &scene.render, &Silent).unwrap().work)
+    };
+    assert_eq!(on(1), on(3));
+}
+
+fn fogbow(folder: &Path, args: &[&str]) -> std::process::Output {
+    let output = assert_cmd::Command::new(assert_cmd::cargo::cargo_bin!("fogbow"))
+        .current_dir(folder)
+        .args(args)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+#[test]
+fn the_command_tells_items_work_and_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.toml"), CAMERA.to_owned() + POINT + FOG).unwrap();
+    let text = String::from_utf8(fogbow(folder.path(), &["plan", "s.toml"]).stdout).unwrap();
+    for words in ["left out", "there is no surface", "rays 8.2 k", "MiB at most"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let json = fogbow(folder.path(), &["plan", "s.toml", "--json", "--max-scatter", "0"]).stdout;
+    let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!(report["needs"]["scattering"], false);
+    assert_eq!(report["work"]["rays"], 8192);
+    assert!(report["memory"]["peak"].as_u64().unwrap() > 1 << 20);
+    let item = |name: &str| {
+        report["items"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|item| item["name"] == name)
+            .unwrap()
+            .clone()
+    };
+    assert_eq!(item("scattering in media")["why"], "max_scatter is 0");
+}
+
+#[test]
+fn a_render_tells_its_plan_and_its_work() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.toml"), CAMERA.to_owned() + POINT + BALL).unwrap();
+    let args = ["render", "s.toml", "-o", "a.exr", "--json"];
+    let output = fogbow(folder.path(), &args);
+    let said = String::from_utf8(output.stderr).unwrap();
+    let line = said.lines().find(|line| line.starts_with("plan: ")).unwrap();
+    assert!(line.contains("tree of surfaces") && line.contains("left out: voxel grids"), "{line}");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let layers = fogbow::image::read_layers(&folder.path().join("a.exr")).unwrap();
+    for (counter, count) in report["work"].as_object().unwrap() {
+        let header = layers.attributes.get(&format!("fogbow:work:{counter}"));
+        assert_eq!(header, Some(&count.to_string()), "{counter}");
+    }
+    assert_eq!(report["work"]["marches"], 0);
+    let quiet = fogbow(folder.path(), &[&args[..], &["--quiet", "--plan", "everything"]].concat());
+    let report: serde_json::Value = serde_json::from_slice(&quiet.stdout).unwrap();
+    assert!(report["work"]["marches"].as_u64().unwrap() > 0 && quiet.stderr.is_empty());
 }

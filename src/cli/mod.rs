@@ -10,6 +10,7 @@ mod info;
 mod load;
 mod make;
 mod maps;
+mod memory;
 mod output;
 mod plan;
 mod progress;

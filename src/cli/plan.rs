@@ -2,15 +2,19 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::console;
 use super::load;
+use super::memory;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{self, Costs};
 use crate::scene::Scene;
-use crate::scene::plan::RenderPlan;
+use crate::scene::plan::{Item, RenderPlan};
+
+/// Bytes of the program and its libraries where the system does not tell.
+const PROGRAM: u64 = 36 << 20;
 
 /// Arguments of `fogbow plan`.
 #[derive(Debug, clap::Args)]
@@ -29,14 +33,16 @@ pub(super) struct Args {
 
 /// Prints what rendering the scene needs, and what it should cost.
 pub(super) fn run(args: &Args) -> Result<()> {
+    let program = memory::resident().unwrap_or(PROGRAM);
     let (scene, pool, _) =
         load::scene(&args.scene, &args.settings, args.level_set.is_some(), &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
-    let costs = pool.install(|| render::costs(&scene, &scene.render))?;
+    let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
     let text = if args.run.json {
+        let items: Vec<_> = plan.items.iter().map(|item| with_work(item, &costs)).collect();
         let report = json!({
             "scene": scene.hash,
-            "items": plan.items,
+            "items": items,
             "needs": plan.needs,
             "offers": plan.offers,
             "work": costs.work,
@@ -52,6 +58,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
+/// About how much of its work `item` takes.
+fn work(item: &Item, costs: &Costs) -> u64 {
+    costs.work.counts().find(|(name, _)| *name == item.counter).map_or(0, |(_, count)| count)
+}
+
+/// The item with about how much work it takes.
+fn with_work(item: &Item, costs: &Costs) -> Value {
+    let mut value = json!(item);
+    value["work"] = json!(work(item, costs));
+    value
+}
+
 /// A table of items, then work and memory.
 fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs) -> String {
     let [width, height] = scene.film.size;
@@ -63,7 +81,12 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs) -> String {
     )];
     for item in &plan.items {
         let verdict = if item.needed { "needed" } else { "left out" };
-        lines.push(format!("{:9} {:23} {verdict:9} {}", item.stage, item.name, item.why));
+        let (stage, name, why) = (item.stage, item.name, &item.why);
+        let work = match work(item, costs) {
+            0 => String::new(),
+            count => format!(": {} {}", amount(count), item.counter.replace('_', " ")),
+        };
+        lines.push(format!("{stage:9} {name:23} {verdict:9} {why}{work}"));
     }
     lines.push(format!("work, about:{}", list(costs.work.counts(), &amount)));
     let memory = &costs.memory;

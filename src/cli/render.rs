@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::console;
 use super::load;
+use super::memory;
 use super::output::Output;
 use super::progress::Console;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
@@ -68,6 +69,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "settings": settings,
             "seconds": seconds,
             "work": rendered.work,
+            "peak_memory": memory::peak(),
             "warnings": scene.warnings,
             "notes": scene.notes,
             "outputs": [output.exr.display().to_string(), output.png.display().to_string()],

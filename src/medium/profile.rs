@@ -6,7 +6,7 @@ use crate::math::{Ray, Rgb, Span, World};
 use crate::work::Work;
 
 use super::media::thickness_of;
-use super::{Emission, Media};
+use super::{Emission, Media, Medium};
 
 /// A stretch of a ray with its mean coefficients.
 #[derive(Debug, Clone, Copy)]
@@ -81,6 +81,37 @@ impl Profile {
         self.total = Rgb::ZERO;
         self.grey = media.iter().all(|m| m.sigma_t == Rgb::splat(m.sigma_t.x));
         (self.steps, self.grid_lookups, self.emission_lookups) = (0, 0, 0);
+        if let [medium] = media.iter().as_slice()
+            && medium.emission.is_none()
+        {
+            self.trace_dark(medium, ray, span, step, jitter);
+        } else {
+            self.trace_all(media, ray, span, step, jitter);
+        }
+    }
+
+    /// Traces through the only medium, which gives off no light: its pieces are those of the ray.
+    fn trace_dark(
+        &mut self,
+        medium: &Medium,
+        ray: &Ray<World>,
+        span: Span,
+        step: f64,
+        jitter: f64,
+    ) {
+        let (mut steps, mut total) = (0, Rgb::ZERO);
+        let pieces = &mut self.pieces;
+        medium.density.pieces(ray, span, step, jitter, |piece, value| {
+            steps += 1;
+            if value > 0.0 && !piece.is_empty() {
+                push(pieces, &mut total, piece, medium.sigma_t * value, Rgb::ZERO);
+            }
+        });
+        (self.total, self.steps) = (total, steps);
+        self.grid_lookups = if medium.density.is_voxel() { steps } else { 0 };
+    }
+
+    fn trace_all(&mut self, media: &Media, ray: &Ray<World>, span: Span, step: f64, jitter: f64) {
         let mut used = 0;
         for (index, medium) in media.iter().enumerate() {
             let track = next_track(&mut self.tracks, &mut used);

@@ -8,6 +8,7 @@ use super::{Silent, finest_step, guide};
 use crate::director::Budget;
 use crate::error::Result;
 use crate::math::Stage;
+use crate::medium::Medium;
 use crate::photon::{self, Shooting};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
@@ -28,8 +29,8 @@ const WRITING: u64 = 48 + 48 + 48;
 /// Bytes a pixel: distances, snapshot, X, S with its pyramids, XS and what pixels may spend.
 const MAPS: u64 = 8 + 12 + 4 + 96 + 4 + 80;
 
-/// Bytes of the program before a scene is loaded.
-const PROGRAM: u64 = 16 << 20;
+/// Bytes of threads, small tables and what the file formats keep.
+const WORKING: u64 = 4 << 20;
 
 /// About what a render takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -60,11 +61,12 @@ pub struct Memory {
     pub peak: u64,
 }
 
-/// Estimates what rendering `scene` under `settings` takes, by a hundredth of it or less.
+/// Estimates what rendering `scene` under `settings` takes, by a small part of it, in a program that
+/// takes `program` bytes before it loads the scene.
 ///
 /// # Errors
 /// As [`render`](super::render()).
-pub fn costs(scene: &Scene, settings: &RenderSettings) -> Result<Costs> {
+pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Costs> {
     let needs = Needs::of(scene, settings);
     let paths = PATHS.min(settings.photons);
     let shooting = Shooting { photons: paths, ..guide::shooting(scene, settings) };
@@ -93,25 +95,27 @@ pub fn costs(scene: &Scene, settings: &RenderSettings) -> Result<Costs> {
     work += scaled(&marched, width * height / (size[0] * size[1]));
     let pixels = (width * height) as u64;
     work.map_pixels = if needs.maps { pixels } else { 0 };
-    Ok(Costs { memory: memory(scene, &work, &needs, pixels), work })
+    Ok(Costs { memory: memory(scene, &work, &needs, pixels, program + WORKING), work })
 }
 
 fn scaled(work: &Work, factor: f64) -> Work {
     work.map(|count| (count as f64 * factor).round() as u64)
 }
 
-fn memory(scene: &Scene, work: &Work, needs: &Needs, pixels: u64) -> Memory {
-    let sizes = || scene.media.iter().flat_map(crate::medium::Medium::grid_bytes);
+fn memory(scene: &Scene, work: &Work, needs: &Needs, pixels: u64, program: u64) -> Memory {
+    let media = &scene.media;
+    let sizes = || media.iter().flat_map(Medium::grid_bytes);
     let grids = sizes().map(|bytes| bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
     let photons = photon::memory(work.volume_photons, work.surface_photons);
     let film = pixels * FILM;
     let maps = if needs.maps { pixels * MAPS } else { 0 };
-    let scene = PROGRAM + grids + surfaces;
-    // Grids are read one after another; the last one stands beside its source.
-    let loading = scene + sizes().last().map_or(0, |bytes| bytes as u64);
-    let shooting = scene + maps + photons.building;
+    let scene = program + grids + surfaces;
+    // Grids are read one after another; the last one stands beside its source twice.
+    let loading = scene + sizes().last().map_or(0, |bytes| 2 * bytes as u64);
+    let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
+    let shooting = scene + maps + tables + photons.building;
     let marching = scene + maps + photons.held + film;
     let peak = loading.max(shooting).max(marching).max(scene + pixels * WRITING);
-    Memory { program: PROGRAM, grids, surfaces, photons: photons.held, film, maps, peak }
+    Memory { program, grids, surfaces, photons: photons.held, film, maps, peak }
 }

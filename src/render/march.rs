@@ -202,7 +202,7 @@ impl<'a> Marcher<'a> {
         work.gathers += 1;
         let before = work.gathered;
         let span = Span::new(0.0, end + beyond);
-        let light = self.maps.along(ray, span, radius, &mut work.gathered, |t| {
+        let respond = |t: f64| {
             let t = t.min(end);
             let Some((transmittance, sigma_t)) = profile.at(t) else {
                 return Scatterers::new();
@@ -212,7 +212,13 @@ impl<'a> Marcher<'a> {
                 *share *= transmittance * sigma_t;
             }
             scatterers
-        });
+        };
+        work.directed_gathers += u64::from(self.needs.directions);
+        let light = if self.needs.directions {
+            self.maps.along::<true, _>(ray, span, radius, &mut work.gathered, respond)
+        } else {
+            self.maps.along::<false, _>(ray, span, radius, &mut work.gathered, respond)
+        };
         work.grid_lookups += (work.gathered - before) * self.lookups;
         light
     }

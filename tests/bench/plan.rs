@@ -62,7 +62,8 @@ fn scene(tables: &[&str]) -> Scene {
     let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.vdb");
     let text = CAMERA.to_owned() + &tables.concat();
     let path = folder.path().join("scene.toml");
-    std::fs::write(&path, text.replace("smoke.vdb", &smoke.display().to_string())).expect("written");
+    std::fs::write(&path, text.replace("smoke.vdb", &smoke.display().to_string()))
+        .expect("written");
     Scene::load(&path, &LoadOptions::default()).expect("a scene")
 }
 

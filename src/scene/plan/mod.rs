@@ -174,6 +174,14 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
         ),
         row(
             "march",
+            "directions of photons",
+            needs.directions,
+            "directed_gathers",
+            "a phase function is not isotropic".into(),
+            if needs.scattering { "all phase functions are isotropic" } else { no_scattering },
+        ),
+        row(
+            "march",
             "emission",
             needs.emission,
             "emission_lookups",

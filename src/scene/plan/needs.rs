@@ -26,7 +26,7 @@ pub struct Needs {
     pub volume_photons: bool,
     /// Photons are kept on surfaces.
     pub surface_photons: bool,
-    /// Volume photons keep the direction of their flight.
+    /// Gathers in media ask where photons came from.
     pub directions: bool,
     /// Photons are shot that can reach neither a medium nor a surface.
     pub void: bool,
@@ -83,7 +83,7 @@ impl Needs {
             // Light that is scattered once straight from a lamp is sampled, not mapped.
             volume_photons: scattering && (orders > 1 || glows || reflects),
             surface_photons: lit && materials().any(receives),
-            directions: media().any(|m| scatters(m) && !m.phase.is_isotropic()),
+            directions: scattering && media().any(|m| scatters(m) && !m.phase.is_isotropic()),
             void: false,
             specular: materials().any(Material::is_specular),
             light_choice: lights.len() > 1,
