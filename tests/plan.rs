@@ -84,6 +84,7 @@ fn left_out(name: &str, scene: &Scene, work: &Work) -> Vec<&'static str> {
 #[test]
 fn what_is_left_out_costs_nothing_and_changes_nothing() {
     let void = "photons into the void";
+    let void_fog = FOG.replace("sigma_t = 1.5", "sigma_t = 0.0");
     let rows: &[(&str, &[&str], &[&str], bool)] = &[
         (
             "nothing but a ball under a lamp",
@@ -157,6 +158,12 @@ fn what_is_left_out_costs_nothing_and_changes_nothing() {
             true,
         ),
         ("a ball in fog", &[POINT, FOG, BALL, FLOOR], &["voxel grids", "emission"], true),
+        (
+            "a medium that does nothing",
+            &[POINT, BALL, FLOOR, &void_fog],
+            &["media", "scattering in media", "volume photons", "emission"],
+            true,
+        ),
         ("fog in two lights", &[POINT, SPOT, FOG], &["tree of surfaces", void], true),
     ];
     for (name, tables, expected, same_bytes) in rows {

@@ -21,7 +21,6 @@ const WHITE: f64 = 0.99;
 pub fn x_map(scene: &Scene, sight: &Sight, needs: Needs) -> (Vec<f32>, Work) {
     let dark = |ray: &Ray<World>| scene.lights.environment_radiance(ray.direction) == Rgb::ZERO;
     let pixel = |index: usize, depth: f64, work: &mut Work| {
-        work.map_pixels += 1;
         if depth.is_infinite() && !needs.environment {
             return 0.0;
         }

@@ -125,6 +125,7 @@ pub fn maps(
     }
     let saliency = maps.saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
     maps.xs = xs_map(&maps.x, saliency, weights, asked.operator);
+    maps.work.map_pixels += maps.xs.len() as u64;
     Ok(maps)
 }
 

@@ -241,7 +241,7 @@ fn arriving(
     if share == Rgb::ZERO || !is_visible(scene, &ray, light, draws) {
         return Rgb::ZERO;
     }
-    if media.is_empty() {
+    if media.is_empty() || !draws.needs.media {
         return light.radiance * share;
     }
     let span = Span::new(0.0, light.distance);
