@@ -17,9 +17,8 @@ pub fn memory(volume: u64, surface: u64) -> PhotonMemory {
     // A sphere is a photon with its place and radius, and the hierarchy has 80 bytes for each node
     // of about five.
     let held = volume * (placed + 4 + 24) + surface * (photon + 16);
-    // The deposits of all paths, and beside them the same in one piece; later boxes, radii and the
-    // hierarchy that becomes the narrower one.
-    let building = volume * (2 * placed).max(placed + 4 + 32 + 3 * 32 + 24 + 32)
-        + surface * (2 * placed + photon + 16);
+    // Deposits in one piece, radii, boxes, the two hierarchies that become the last one, and spheres.
+    let building =
+        volume * (placed + 4 + 32 + 64 + 96 + 24 + 32) + surface * (2 * placed + photon + 16);
     PhotonMemory { held, building }
 }

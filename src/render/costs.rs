@@ -29,6 +29,9 @@ const WRITING: u64 = 48 + 48 + 48;
 /// Bytes a pixel: distances, snapshot, X, S with its pyramids, XS and what pixels may spend.
 const MAPS: u64 = 8 + 12 + 4 + 96 + 4 + 80;
 
+/// Bytes, at most, that the allocator keeps of what was freed: larger blocks go back at once.
+const RETAINED: u64 = 32 << 20;
+
 /// Bytes of threads, small tables and what the file formats keep.
 const WORKING: u64 = 4 << 20;
 
@@ -111,11 +114,18 @@ fn memory(scene: &Scene, work: &Work, needs: &Needs, pixels: u64, program: u64) 
     let film = pixels * FILM;
     let maps = if needs.maps { pixels * MAPS } else { 0 };
     let scene = program + grids + surfaces;
-    // Grids are read one after another; the last one stands beside its source twice.
-    let loading = scene + sizes().last().map_or(0, |bytes| 2 * bytes as u64);
+    // Grids are read one after another, the last beside the others; its source and OpenVDB's own
+    // copy come and go. So do the lists that a mesh is read into.
+    let reading = sizes().last().map_or(0, |bytes| 2 * bytes as u64) + surfaces;
     let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
-    let shooting = scene + maps + tables + photons.building;
-    let marching = scene + maps + photons.held + film;
-    let peak = loading.max(shooting).max(marching).max(scene + pixels * WRITING);
+    let building = photons.building + tables;
+    let left = |freed: u64| freed.min(RETAINED);
+    let peak = [
+        scene + reading,
+        scene + maps + building + left(reading),
+        scene + maps + photons.held + film + left(reading + building - photons.held),
+        scene + pixels * WRITING + left(reading + building),
+    ];
+    let peak = peak.into_iter().fold(0, u64::max);
     Memory { program, grids, surfaces, photons: photons.held, film, maps, peak }
 }

@@ -4,6 +4,24 @@
 //! the stages of a render are given; its items say the same in words, and name the counter of
 //! [`Work`](crate::work::Work) that stays 0 where the item is left out.
 //!
+//! | where | left out | counter that is 0 |
+//! | --- | --- | --- |
+//! | no medium, or none that weakens or gives light | march, volume photons; X is 1 | `marches` |
+//! | no grid: regions | grid lookups, for closed forms | `grid_lookups` |
+//! | albedo 0, no light, `max_scatter` 0 | volume photons and gathers | `gathers`, `volume_photons` |
+//! | no emission | emission along rays | `emission_lookups` |
+//! | isotropic phase functions | directions of gathered photons | `directed_gathers` |
+//! | no surface | search, surface photons | `intersections`, `surface_photons` |
+//! | no diffuse surface | surface photons | `surface_photons` |
+//! | no mirror or glass | recursion | `specular_bounces` |
+//! | one light | choice among lights | `light_choices` |
+//! | no light infinitely far | its lookup; X is 0 where nothing is hit | `environment_lookups` |
+//! | fixed or variance director | maps | `map_pixels` |
+//! | always | photons that can reach neither a medium nor a surface | `photons_missed` |
+//!
+//! Constant blocks of a grid cost one step each, whatever their size, and grids that no medium names
+//! are not read.
+//!
 //! Left out is only what cannot change the picture's mean; what could be left out at the price of
 //! an error is offered with a bound of it, and never taken silently.
 
