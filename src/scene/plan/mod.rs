@@ -155,7 +155,7 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
             "volume photons",
             needs.volume_photons,
             "volume_photons",
-            format!("{} of {} scatter", scattering, count_of(media, "medium", "media")),
+            format!("media that scatter: {scattering} of {media}"),
             no_volume_photons,
         ),
         row(
@@ -187,7 +187,7 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
             "scattering in media",
             needs.scattering,
             "gathers",
-            format!("{} of {} scatter", scattering, count_of(media, "medium", "media")),
+            format!("media that scatter: {scattering} of {media}"),
             no_scattering,
         ),
         row(
@@ -203,7 +203,7 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
             "emission",
             needs.emission,
             "emission_lookups",
-            format!("{} of {} glow", glowing, count_of(media, "medium", "media")),
+            format!("media that glow: {glowing} of {media}"),
             "no medium gives off light",
         ),
         row(
