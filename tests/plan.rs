@@ -9,10 +9,13 @@
 use std::path::Path;
 
 use fogbow::image::Film;
+use fogbow::math::{Ray, Span, WorldPoint};
 use fogbow::render::{Rendered, Silent, costs, render};
 use fogbow::scene::plan::{Needs, RenderPlan};
 use fogbow::scene::{LoadOptions, Overrides, Planning, RenderSettings, Scene};
+use fogbow::vdb::{GridToWrite, Tile, write};
 use fogbow::work::Work;
+use glam::{DVec3, IVec3};
 
 const CAMERA: &str = "[camera]\nposition = [0.0, 0.5, 6.0]\ntarget = [0.0, 0.5, 0.0]\nfov = 32.0\n\
                       [film]\nsize = [32, 32]\n[render]\nrays = 8\nphotons = 20000\n";
@@ -388,4 +391,21 @@ fn memory_is_estimated() {
         let ratio = planned / taken;
         assert!((0.8..1.25).contains(&ratio), "{scene}: {planned} planned, {taken} taken");
     }
+}
+
+/// A grid of one value all through: inside it a step crosses a block, not a voxel.
+#[test]
+fn constant_blocks_cost_one_step_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let tile = Tile { origin: IVec3::ZERO, edge: 128, value: [1.0, 0.0, 0.0], active: true };
+    let block = GridToWrite { tiles: vec![tile], ..GridToWrite::fog("density", 0.01, DVec3::ZERO) };
+    let path = folder.path().join("block.vdb");
+    write(&path, &[block]).unwrap();
+    let medium = format!("[[medium]]\nfile = \"{}\"\nsigma_t = 1.0\n", path.display());
+    let scene = scene(&[POINT, &medium]);
+    let ray = Ray::new(WorldPoint::new(-1.0, 0.6, 0.6), DVec3::X);
+    let mut work = Work::default();
+    let transmittance = scene.media.transmittance_counted(&ray, Span::AHEAD, &mut work);
+    assert!((transmittance.x - (-1.28_f64).exp()).abs() < 1e-6, "{transmittance}");
+    assert!(work.grid_lookups <= 40, "{} steps through 128 voxels", work.grid_lookups);
 }

@@ -64,7 +64,7 @@ pub fn shoot(
     }
     let media = scene.media.bounds();
     let everything = media.union(scene.surfaces.bounds());
-    let visible = Visible::look(scene, shooting.seed);
+    let visible = Visible::look(scene, shooting.seed, shooting.needs);
     let margin = shooting.radius.unwrap_or_else(|| 0.02 * extent(media, everything));
     let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
     let mut paths = Paths {
@@ -98,6 +98,7 @@ pub fn shoot(
     let volume: Vec<Placed> = chunks.iter().flat_map(|c| &c.volume).copied().collect();
     let surface: Vec<Placed> = chunks.iter().flat_map(|c| &c.surface).copied().collect();
     drop(chunks);
+    work += visible.work;
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
