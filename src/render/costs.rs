@@ -26,8 +26,8 @@ const FILM: u64 = 96 + 48;
 /// Bytes a pixel of the layers, their copies for the file and the file itself.
 const WRITING: u64 = 48 + 48 + 48;
 
-/// Bytes a pixel: distances, snapshot, X, S with its pyramids, XS and what pixels may spend.
-const MAPS: u64 = 8 + 12 + 4 + 96 + 4 + 80;
+/// Bytes a pixel: distances, snapshot, X, S, XS and what pixels may spend.
+const MAPS: u64 = 8 + 12 + 4 + 4 + 4 + 80;
 
 /// Bytes, at most, that the allocator keeps of what was freed: larger blocks go back at once.
 const RETAINED: u64 = 32 << 20;
