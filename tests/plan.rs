@@ -6,7 +6,7 @@
 
 #![allow(clippy::print_stderr)] // skipped tests say so
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fogbow::image::Film;
 use fogbow::math::{Ray, Span, WorldPoint};
@@ -213,13 +213,43 @@ fn nothing_is_done_for_what_is_not_there() {
     assert_eq!((absorbing.gathers, absorbing.gathered, absorbing.intersections), (0, 0, 0));
 }
 
-/// A spot that shines past a box of fog on all sides.
+/// A spot that shines past a box of fog on all sides, and a sun over it.
 #[test]
 fn no_photon_is_shot_past_the_fog() {
-    let scene = scene(&[SPOT, FOG]);
-    let [planned, all] = both(&scene).map(|r| r.work);
-    assert_eq!(planned.photons_missed, 0);
-    assert!(planned.photons_emitted > 0 && all.photons_missed > 0, "{all:?}");
+    const SUN: &str = "[[light]]\ntype = \"sun\"\ndirection = [-1.0, -2.0, -0.5]\n\
+                       irradiance = 3.0\nangle = 0.0\n";
+    for light in [SPOT, SUN] {
+        let [planned, all] = both(&scene(&[light, FOG])).map(|r| r.work);
+        assert_eq!(planned.photons_missed, 0);
+        assert!(planned.photons_emitted > 0 && all.photons_missed > 0, "{all:?}");
+        assert_eq!(planned.photons_emitted + all.photons_missed, all.photons_emitted);
+    }
+}
+
+/// Fog in a region against the same fog as a grid: it needs no lookups and looks alike.
+#[test]
+fn homogeneous_fog_needs_no_grid() {
+    let folder = tempfile::tempdir().unwrap();
+    let medium = format!("[[medium]]\nfile = \"{}\"\n", block(folder.path()).display());
+    // Between voxels the grid's density falls off; its half lies half a voxel beyond the last one.
+    let region = "[[medium]]\nregion = { box = { min = [-0.005, -0.005, -0.005], \
+                  max = [1.275, 1.275, 1.275] } }\n";
+    let [as_grid, as_region] = [medium.as_str(), region].map(|medium| {
+        let scene = scene(&[POINT, medium, "sigma_t = 1.5\nalbedo = 0.9\n"]);
+        render(&scene, &scene.render, &Silent).unwrap()
+    });
+    assert!(as_grid.work.grid_lookups > 0);
+    assert_eq!(as_region.work.grid_lookups, 0);
+    assert_same_mean("fog", &[as_region, as_grid], 0.02);
+}
+
+/// A VDB file of 128³ voxels of the density 1, 1.28 m wide from the origin on.
+fn block(folder: &Path) -> PathBuf {
+    let tile = Tile { origin: IVec3::ZERO, edge: 128, value: [1.0, 0.0, 0.0], active: true };
+    let block = GridToWrite { tiles: vec![tile], ..GridToWrite::fog("density", 0.01, DVec3::ZERO) };
+    let path = folder.join("block.vdb");
+    write(&path, &[block]).unwrap();
+    path
 }
 
 #[test]
@@ -397,10 +427,7 @@ fn memory_is_estimated() {
 #[test]
 fn constant_blocks_cost_one_step_each() {
     let folder = tempfile::tempdir().unwrap();
-    let tile = Tile { origin: IVec3::ZERO, edge: 128, value: [1.0, 0.0, 0.0], active: true };
-    let block = GridToWrite { tiles: vec![tile], ..GridToWrite::fog("density", 0.01, DVec3::ZERO) };
-    let path = folder.path().join("block.vdb");
-    write(&path, &[block]).unwrap();
+    let path = block(folder.path());
     let medium = format!("[[medium]]\nfile = \"{}\"\nsigma_t = 1.0\n", path.display());
     let scene = scene(&[POINT, &medium]);
     let ray = Ray::new(WorldPoint::new(-1.0, 0.6, 0.6), DVec3::X);
