@@ -9,6 +9,7 @@ mod beam;
 mod emitters;
 mod estimate;
 mod kernel;
+mod lattice;
 mod map;
 mod path;
 mod radius;
@@ -19,6 +20,7 @@ mod zones;
 
 pub use beam::{BeamMap, Beside};
 pub use estimate::PhotonMaps;
+pub use lattice::{DirectLattice, Lattice};
 pub use map::PhotonMap;
 pub use shoot::{Shooting, shoot};
 pub use stored::{Photon, Placed};
