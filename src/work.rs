@@ -75,6 +75,8 @@ counters! {
     photons_emitted,
     /// Those of them that could reach neither a medium nor a surface.
     photons_missed,
+    /// Flights of photons through media, kept for lattices.
+    tracks,
     /// Photons stored in media.
     volume_photons,
     /// Photons stored on surfaces.

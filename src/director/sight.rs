@@ -36,7 +36,7 @@ impl Sight {
             .into_par_iter()
             .map(|y| {
                 let rng = Stream::new(seed, Stage::Director, 0, 1);
-                let mut draws = Draws { rng, work: Work::default(), needs };
+                let mut draws = Draws::new(rng, needs);
                 let row = (0..width).map(|x| pixel(y * width + x, &mut draws)).collect();
                 (row, draws.work)
             })

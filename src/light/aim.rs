@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::{Reach, one_minus_cos_between};
+use super::reach::Focus;
+use super::{Reach, one_minus_cos, one_minus_cos_between};
 use crate::math::{Frame, WorldPoint, warp};
 
 /// A light's own distribution of directions from one place.
@@ -14,12 +15,17 @@ pub(super) trait Lobe {
     /// 1 - cos of the half angle of a cone about as wide as the lobe: only cones narrower than
     /// that are worth aiming at.
     fn one_minus_cos(&self) -> f64;
+    /// Whether it shines along this vector of any length.
+    fn shines(&self, along: DVec3) -> bool;
 }
 
 /// A mixture of the directions to the near and to the far sphere of a [`Reach`], where those are
-/// narrower than the light's own lobe, and of that lobe where not.
+/// narrower than the light's own lobe, and of that lobe where not; and of the same for each of the
+/// foci.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Aim<'a, L> {
+    reach: &'a Reach,
+    from: WorldPoint,
     lobe: &'a L,
     /// Axis of both cones.
     axis: DVec3,
@@ -41,7 +47,7 @@ const ALL: f64 = 2.0;
 
 impl<'a, L: Lobe> Aim<'a, L> {
     /// From a place `from` of a light that shines into `lobe`.
-    pub(super) fn new(reach: &Reach, from: WorldPoint, lobe: &'a L) -> Self {
+    pub(super) fn new(reach: &'a Reach, from: WorldPoint, lobe: &'a L) -> Self {
         let cone = |radius| reach.cone(from, radius);
         let target = |radius| match cone(radius) {
             Some((_, width)) if width < lobe.one_minus_cos() => Target::Cone(width),
@@ -52,34 +58,82 @@ impl<'a, L: Lobe> Aim<'a, L> {
         let far =
             (reach.has_ground() && matches!(near, Target::Cone(_))).then(|| target(reach.outer()));
         let axis = cone(reach.radius()).map_or(DVec3::Z, |(axis, _)| axis);
-        Self { lobe, axis, near, far, limit: cone(reach.outer()).map_or(ALL, |(_, width)| width) }
+        let limit = cone(reach.outer()).map_or(ALL, |(_, width)| width);
+        Self { reach, from, lobe, axis, near, far, limit }
     }
 
     /// A direction and its density, 1/sr; nothing where the direction misses the reach.
     pub(super) fn sample(&self, u: [f64; 2]) -> Option<(DVec3, f64)> {
+        let (focus, first) = self.reach.choose(u[0]);
+        let u = [first, u[1]];
+        let (direction, by_lobe) = match focus {
+            Some(focus) => match self.cone_of(focus) {
+                Some((axis, width)) => (toward(axis, width, u), false),
+                None => (self.lobe.sample(u), true),
+            },
+            None => self.unfocused(u),
+        };
+        let missed = by_lobe && self.off_axis(direction) > self.limit;
+        let mut pdf = self.unfocused_pdf(direction);
+        if !self.reach.foci().is_empty() {
+            let pdfs = self.reach.foci().iter().map(|f| f.weight * self.focus_pdf(f, direction));
+            pdf = 0.5 * (pdf + pdfs.sum::<f64>());
+        }
+        (!missed && pdf > 0.0).then_some((direction, pdf))
+    }
+
+    /// A direction to one of both spheres, and whether the lobe made it.
+    fn unfocused(&self, u: [f64; 2]) -> (DVec3, bool) {
         let (target, u) = match self.far {
             Some(far) if u[0] >= 0.5 => (far, [2.0 * u[0] - 1.0, u[1]]),
             Some(_) => (self.near, [2.0 * u[0], u[1]]),
             None => (self.near, u),
         };
-        let direction = match target {
-            Target::Cone(width) => {
-                Frame::around(self.axis).to_world(warp::uniform_cone(u, width)).normalize()
+        match target {
+            Target::Cone(width) => (toward(self.axis, width, u), false),
+            Target::Lobe => (self.lobe.sample(u), true),
+        }
+    }
+
+    fn unfocused_pdf(&self, direction: DVec3) -> f64 {
+        let near = self.target_pdf(self.near, direction);
+        self.far.map_or(near, |far| 0.5 * (near + self.target_pdf(far, direction)))
+    }
+
+    /// Whether the cone round a focus, in this direction from the light, is worth aiming at.
+    fn has_cone(&self, focus: &Focus, toward: DVec3) -> bool {
+        let (radius2, distance2) = (focus.radius * focus.radius, toward.length_squared());
+        let width = self.lobe.one_minus_cos().min(1.0);
+        // As an inequality of sines: cheap, since it is asked for each focus of each photon.
+        radius2 < distance2 * (width * (2.0 - width)) && self.lobe.shines(toward)
+    }
+
+    /// The cone round a focus, where it is worth aiming at.
+    fn cone_of(&self, focus: &Focus) -> Option<(DVec3, f64)> {
+        let toward = focus.center - self.from;
+        self.has_cone(focus, toward).then(|| {
+            let distance = toward.length();
+            (toward / distance, one_minus_cos((focus.radius / distance).asin()))
+        })
+    }
+
+    fn focus_pdf(&self, focus: &Focus, direction: DVec3) -> f64 {
+        let toward = focus.center - self.from;
+        if !self.has_cone(focus, toward) {
+            return self.lobe.pdf(direction);
+        }
+        // Most foci lie aside.
+        let along = toward.dot(direction);
+        let aside2 = toward.length_squared() - along * along;
+        if along < 0.0 || aside2 > 1.01 * focus.radius * focus.radius + 1e-9 * along * along {
+            return 0.0;
+        }
+        match self.cone_of(focus) {
+            Some((axis, width)) if one_minus_cos_between(axis, direction) <= width => {
+                warp::uniform_cone_pdf(width)
             }
-            Target::Lobe => self.lobe.sample(u),
-        };
-        let missed = matches!(target, Target::Lobe) && self.off_axis(direction) > self.limit;
-        let pdf = match self.far {
-            // Without a mixture the density need not look where the direction went.
-            None => match self.near {
-                Target::Cone(width) => warp::uniform_cone_pdf(width),
-                Target::Lobe => self.lobe.pdf(direction),
-            },
-            Some(far) => {
-                0.5 * (self.target_pdf(self.near, direction) + self.target_pdf(far, direction))
-            }
-        };
-        (!missed && pdf > 0.0).then_some((direction, pdf))
+            _ => 0.0,
+        }
     }
 
     fn target_pdf(&self, target: Target, direction: DVec3) -> f64 {
@@ -100,4 +154,9 @@ impl<'a, L: Lobe> Aim<'a, L> {
     pub(super) fn share(&self) -> f64 {
         (self.limit / self.lobe.one_minus_cos()).min(1.0)
     }
+}
+
+/// A unit direction in the cone of this width (1 - cos of the half angle) round the unit `axis`.
+fn toward(axis: DVec3, width: f64, u: [f64; 2]) -> DVec3 {
+    Frame::around(axis).to_world(warp::uniform_cone(u, width)).normalize()
 }

@@ -25,9 +25,10 @@ pub use lights::{Emitters, Lights};
 pub use mesh::MeshLight;
 pub use point::PointLight;
 pub use quad::QuadLight;
-pub use reach::Reach;
+pub use reach::{Focus, Reach};
 pub use spot::{BeamPicture, Falloff, SpotLight};
 pub use sun::Sun;
+pub use surface::aim_from;
 
 /// Light that arrives at a place from one sampled direction, were nothing in between.
 #[derive(Debug, Clone, Copy)]
@@ -166,6 +167,11 @@ impl Light {
             Self::Spot(l) => Some(l.position()),
             Self::Sun(_) | Self::Quad(_) | Self::Mesh(_) | Self::Environment(_) => None,
         }
+    }
+
+    /// Whether it is light from all around.
+    pub const fn is_environment(&self) -> bool {
+        matches!(self, Self::Environment(_))
     }
 
     /// Whether the light is farther than every place of the scene.

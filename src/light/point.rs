@@ -72,6 +72,10 @@ impl Lobe for Everywhere {
     fn one_minus_cos(&self) -> f64 {
         2.0
     }
+
+    fn shines(&self, _: DVec3) -> bool {
+        true
+    }
 }
 
 /// Light at `at` from one place, of the intensity in W/sr that `intensity` gives for the unit

@@ -2,19 +2,33 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::{checked_place, one_minus_cos};
 use crate::math::{Frame, WorldPoint, warp};
 
 /// The part of the world that photons are emitted toward: a sphere round media and finite
 /// surfaces, and round that a larger one, at the same centre, for the ground about them. Half the
-/// photons go to each.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// photons go to each; where there are foci, half of all go to those.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Reach {
     center: WorldPoint,
     radius: f64,
     outer: f64,
+    foci: Vec<Focus>,
+    /// Running sum of the foci's weights, ending at 1.
+    cdf: Vec<f64>,
+}
+
+/// A ball, inside the smaller sphere of a [`Reach`], that deserves photons above others.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Focus {
+    /// Its centre.
+    pub center: WorldPoint,
+    /// Its radius, in metres.
+    pub radius: f64,
+    /// Photons that it gets, in proportion to those of the other foci.
+    pub weight: f64,
 }
 
 impl Reach {
@@ -38,7 +52,51 @@ impl Reach {
                  second not the smaller"
             ));
         }
-        Ok(Self { center: checked_place("centre of the reach", center)?, radius, outer })
+        let center = checked_place("centre of the reach", center)?;
+        Ok(Self { center, radius, outer, foci: Vec::new(), cdf: Vec::new() })
+    }
+
+    /// As `self`, with half of all photons for `foci`, of which those without weight count for
+    /// nothing.
+    #[must_use]
+    pub fn focused_on(mut self, foci: Vec<Focus>) -> Self {
+        self.foci = foci;
+        self.foci.retain(|f| f.weight > 0.0 && f.radius > 0.0);
+        let total: f64 = self.foci.iter().map(|f| f.weight).sum();
+        self.cdf.clear();
+        let mut sum = 0.0;
+        for focus in &mut self.foci {
+            focus.weight /= total;
+            sum += focus.weight;
+            self.cdf.push(sum);
+        }
+        self
+    }
+
+    /// The foci; their weights sum to 1.
+    pub(super) fn foci(&self) -> &[Focus] {
+        &self.foci
+    }
+
+    /// The focus that the number `u` in [0, 1) picks, and a number in [0, 1) to go on with.
+    fn pick(&self, u: f64) -> (&Focus, f64) {
+        let index = self.cdf.partition_point(|&sum| sum <= u).min(self.foci.len() - 1);
+        let focus = &self.foci[index];
+        let below = self.cdf[index] - focus.weight;
+        (focus, ((u - below) / focus.weight).clamp(0.0, 1.0 - f64::EPSILON))
+    }
+
+    /// Splits the number `u` in [0, 1): a focus or nothing, each half of the time where there are
+    /// foci, and a number to go on with.
+    pub(super) fn choose(&self, u: f64) -> (Option<&Focus>, f64) {
+        if self.foci.is_empty() {
+            return (None, u);
+        }
+        if u >= 0.5 {
+            return (None, 2.0 * u - 1.0);
+        }
+        let (focus, u) = self.pick(2.0 * u);
+        (Some(focus), u)
     }
 
     /// The centre.
@@ -74,22 +132,56 @@ impl Reach {
     /// density per area perpendicular to the direction, 1/m².
     ///
     /// Uniform over the disk that the sphere of `radius` covers or, one time in two where there
-    /// is ground, log-uniform in the distance from the axis from there to `outer`.
+    /// is ground, log-uniform in the distance from the axis from there to `outer`; one time in two
+    /// where there are foci, uniform over the disk that one of them covers.
     pub(super) fn start(&self, direction: DVec3, u: [f64; 2]) -> (WorldPoint, f64) {
-        let inner_pdf = 1.0 / (PI * self.radius * self.radius);
-        let (offset, pdf) = if !self.has_ground() {
-            (warp::concentric_disk(u) * self.radius, inner_pdf)
+        let (focus, first) = self.choose(u[0]);
+        let u = [first, u[1]];
+        let frame = Frame::around(direction);
+        let offset = match focus {
+            Some(focus) => {
+                let center = frame.to_local(focus.center - self.center);
+                center.truncate() + warp::concentric_disk(u) * focus.radius
+            }
+            None => self.offset(u),
+        };
+        let mut pdf = self.offset_pdf(offset);
+        if !self.foci.is_empty() {
+            let focused = self.foci.iter().map(|focus| {
+                let to = frame.to_local(focus.center - self.center).truncate() - offset;
+                let area = focus.radius * focus.radius;
+                if to.length_squared() <= area { focus.weight / (PI * area) } else { 0.0 }
+            });
+            pdf = 0.5 * (pdf + focused.sum::<f64>());
+        }
+        let across = frame.x * offset.x + frame.y * offset.y;
+        (self.center + across - direction * self.outer, pdf)
+    }
+
+    /// A place on the disks of both spheres, in metres from their centre.
+    fn offset(&self, u: [f64; 2]) -> DVec2 {
+        if !self.has_ground() {
+            warp::concentric_disk(u) * self.radius
         } else if u[0] < 0.5 {
-            (warp::concentric_disk([2.0 * u[0], u[1]]) * self.radius, 0.5 * inner_pdf)
+            warp::concentric_disk([2.0 * u[0], u[1]]) * self.radius
         } else {
             let log_ratio = (self.outer / self.radius).ln();
             let r = self.radius * (log_ratio * (2.0 * u[0] - 1.0)).exp();
-            let at = glam::DVec2::from_angle(2.0 * PI * u[1]) * r;
-            (at, 0.5 / (2.0 * PI * r * r * log_ratio))
-        };
-        let frame = Frame::around(direction);
-        let across = frame.x * offset.x + frame.y * offset.y;
-        (self.center + across - direction * self.outer, pdf)
+            DVec2::from_angle(2.0 * PI * u[1]) * r
+        }
+    }
+
+    /// Density of [`offset`](Self::offset), 1/m².
+    fn offset_pdf(&self, offset: DVec2) -> f64 {
+        let r2 = offset.length_squared();
+        let inner = self.radius * self.radius;
+        if !self.has_ground() {
+            1.0 / (PI * inner)
+        } else if r2 <= inner {
+            0.5 / (PI * inner)
+        } else {
+            0.5 / (2.0 * PI * r2 * (self.outer / self.radius).ln())
+        }
     }
 
     /// Area in m² of the disk that light from far away is emitted over.

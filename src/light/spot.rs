@@ -245,6 +245,10 @@ impl Lobe for SpotLight {
     fn one_minus_cos(&self) -> f64 {
         self.edge
     }
+
+    fn shines(&self, along: DVec3) -> bool {
+        one_minus_cos_between(along.normalize_or_zero(), self.frame.z) < self.edge
+    }
 }
 
 impl BeamPicture {

@@ -59,6 +59,19 @@ impl SurfacePoint {
     }
 }
 
+/// A unit direction into the half space of the unit `normal` at `place`, after a cosine lobe but
+/// aimed at `reach`, and its density, 1/sr. Nothing where the direction leads away from all that
+/// is to be reached.
+pub fn aim_from(
+    place: WorldPoint,
+    normal: DVec3,
+    reach: &Reach,
+    u: [f64; 2],
+) -> Option<(DVec3, f64)> {
+    let lobe = CosineLobe(Frame::around(normal));
+    Aim::new(reach, place, &lobe).sample(u).filter(|(direction, _)| direction.dot(normal) > 0.0)
+}
+
 /// About the power in W toward `reach` of a surface of `area` m² round `place`.
 pub(super) fn power_toward(place: &SurfacePoint, radiance: Rgb, area: f64, reach: &Reach) -> Rgb {
     let lobe = CosineLobe(Frame::around(place.normal));
@@ -87,5 +100,9 @@ impl Lobe for CosineLobe {
     /// The cone that holds as much solid angle as the lobe at its peak density holds power.
     fn one_minus_cos(&self) -> f64 {
         0.5
+    }
+
+    fn shines(&self, along: DVec3) -> bool {
+        along.dot(self.0.z) > 0.0
     }
 }

@@ -11,6 +11,8 @@ use crate::scene::Scene;
 pub struct Emitters<'a> {
     scene: &'a Scene,
     reach: Reach,
+    /// Whether lattices keep light that comes straight from the sky.
+    keeps_sky: bool,
     emitters: Vec<Emitter>,
     /// Running sum of powers, W.
     cdf: Vec<f64>,
@@ -32,14 +34,17 @@ pub struct Start {
     pub power: Rgb,
     /// Whether it comes from a light that pass 2 samples directly.
     pub direct: bool,
+    /// Whether pass 2 finds that light in media even where lattices keep light.
+    pub sampled: bool,
 }
 
 impl<'a> Emitters<'a> {
-    /// The emitters of `scene`, whose photons should reach `reach`.
+    /// The emitters of `scene`, whose photons should reach `reach`; `keeps_sky` says whether
+    /// lattices keep light that comes straight from the sky.
     ///
     /// # Errors
     /// Where a medium glows without end.
-    pub fn new(scene: &'a Scene, reach: Reach) -> Result<Self> {
+    pub fn new(scene: &'a Scene, reach: Reach, keeps_sky: bool) -> Result<Self> {
         let mut emitters = Vec::new();
         let (mut cdf, mut sum) = (Vec::new(), 0.0);
         for (index, light) in scene.lights.lights.iter().enumerate() {
@@ -57,7 +62,12 @@ impl<'a> Emitters<'a> {
                 emitters.push(Emitter::Medium(index, sampler));
             }
         }
-        Ok(Self { scene, reach, emitters, cdf })
+        Ok(Self { scene, reach, keeps_sky, emitters, cdf })
+    }
+
+    /// What photons should reach.
+    pub const fn reach(&self) -> &Reach {
+        &self.reach
     }
 
     /// Whether nothing emits.
@@ -79,20 +89,22 @@ impl<'a> Emitters<'a> {
         let index = self.cdf.partition_point(|&sum| sum <= target).min(self.cdf.len() - 1);
         let below = if index == 0 { 0.0 } else { self.cdf[index - 1] };
         let probability = (self.cdf[index] - below) / total;
-        let (ray, power, direct) = match &self.emitters[index] {
+        let (ray, power, direct, sampled) = match &self.emitters[index] {
             Emitter::Light(light) => {
-                let start = self.scene.lights.lights[*light].emit(&self.reach, u)?;
-                (start.ray, start.power, true)
+                let light = &self.scene.lights.lights[*light];
+                let start = light.emit(&self.reach, u)?;
+                (start.ray, start.power, true, !(self.keeps_sky && light.is_environment()))
             }
             Emitter::Medium(medium, sampler) => {
                 let start = sampler.emit(self.scene.media.get(*medium), rng)?;
-                (start.ray, start.power, false)
+                (start.ray, start.power, false, false)
             }
         };
         (power.is_finite() && power.max_element() > 0.0).then(|| Start {
             ray,
             power: power / probability,
             direct,
+            sampled,
         })
     }
 }

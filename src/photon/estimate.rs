@@ -6,7 +6,7 @@ use crate::math::{Ray, Rgb, Span, World, WorldPoint, warp};
 use crate::medium::Phase;
 
 use super::kernel::DiskKernel;
-use super::{BeamMap, PhotonMap};
+use super::{BeamMap, DirectLattice, Lattice, PhotonMap};
 
 /// How many times fewer photons each level of the volume photons has.
 pub(super) const THINNING: usize = 8;
@@ -19,6 +19,13 @@ pub struct PhotonMaps {
     /// Level l holds every 8^l-th of them, with radii 2^l times as wide: a wider gather takes fewer
     /// photons, not more.
     pub volume: Vec<BeamMap>,
+    /// For each medium the light that it scatters toward the camera, straight from the sky included
+    /// where `direct` is not empty; empty where light is not kept so. Where phase functions are
+    /// isotropic it holds for all directions.
+    pub lattices: Vec<Lattice>,
+    /// For each medium the light that comes straight from lights and is scattered toward the
+    /// camera; empty where it is not kept.
+    pub direct: Vec<DirectLattice>,
     /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
     /// its own.
     pub volume_radius: f64,
@@ -35,6 +42,8 @@ impl PhotonMaps {
         let origin = WorldPoint::new(0.0, 0.0, 0.0);
         Self {
             volume: vec![BeamMap::new(origin, &[], &[])],
+            lattices: Vec::new(),
+            direct: Vec::new(),
             volume_radius: radius,
             surface: PhotonMap::new(origin, &[]),
             surface_radius: radius,

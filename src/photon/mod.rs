@@ -9,6 +9,7 @@ mod beam;
 mod emitters;
 mod estimate;
 mod kernel;
+mod lattice;
 mod map;
 mod memory;
 mod path;
@@ -20,6 +21,7 @@ mod zones;
 
 pub use beam::{BeamMap, Beside};
 pub use estimate::PhotonMaps;
+pub use lattice::{DirectLattice, Lattice};
 pub use map::PhotonMap;
 pub use memory::{PhotonMemory, memory};
 pub use shoot::{Shooting, shoot};

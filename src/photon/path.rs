@@ -7,18 +7,26 @@
 
 use std::ops::Range;
 
-use crate::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
+use crate::light::aim_from;
+use crate::math::{Aabb, Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
 use crate::medium::Collision;
 use crate::scene::Scene;
-use crate::surface::TransportMode;
+use crate::surface::{SurfaceHit, TransportMode};
 use crate::work::Work;
 
 use super::emitters::Emitters;
+use super::lattice::Track;
 use super::zones::Zones;
 use super::{Photon, Placed, Shooting};
 
 /// Scatterings and reflections after which a path is ended and counted as capped.
 const MAX_EVENTS: u32 = 100_000;
+
+/// Photons that one is split into at most.
+const MOST_COPIES: f64 = 64.0;
+
+/// Change of power, as a share of it, that is rounding.
+const SAME: f64 = 1e-12;
 
 /// What all paths share.
 #[derive(Debug)]
@@ -29,8 +37,14 @@ pub(super) struct Paths<'a> {
     pub shooting: Shooting,
     /// What stored places are relative to.
     pub origin: WorldPoint,
-    /// Share of the volume photons that is kept; the rest is spread over them.
+    /// Share of the volume photons that is kept; the rest is spread over them. 0 where beams need
+    /// none.
     pub keep: f64,
+    /// Where flights are kept, for lattices; nothing where there are none.
+    pub tracked: Option<Aabb<World>>,
+    /// Power, summed over channels, that photons should have: heavier ones are split where a
+    /// surface reflects them, lighter ones gambled with.
+    pub window: Option<f64>,
 }
 
 /// What a number of paths left behind.
@@ -38,6 +52,7 @@ pub(super) struct Paths<'a> {
 pub(super) struct Deposits {
     pub volume: Vec<Placed>,
     pub surface: Vec<Placed>,
+    pub tracks: Vec<Track>,
     pub work: Work,
 }
 
@@ -49,6 +64,8 @@ struct Flying {
     scattered: u32,
     /// Whether pass 2 finds this light by itself, by sampling the light directly.
     direct: bool,
+    /// Whether pass 2 finds this light in media even where lattices keep light.
+    sampled: bool,
     /// How many solids of glass the photon is inside of; media do not fill them.
     inside: i32,
 }
@@ -70,14 +87,22 @@ impl Paths<'_> {
             out.work.photons_emitted += 1;
             out.work.emission_lookups += u64::from(!start.direct);
             out.work.light_choices += u64::from(self.emitters.len() > 1);
-            let mut photon = Flying {
+            let mut flying = vec![Flying {
                 ray: start.ray,
                 power: start.power / self.shooting.photons as f64,
                 scattered: 0,
                 direct: start.direct,
+                sampled: start.sampled,
                 inside: 0,
-            };
-            let ended = (0..MAX_EVENTS).any(|_| !self.step(&mut photon, &mut rng, &mut out));
+            }];
+            let mut events = 0;
+            while let Some(mut photon) = flying.pop() {
+                let more = &mut flying;
+                while events < MAX_EVENTS && self.step(&mut photon, &mut rng, more, &mut out) {
+                    events += 1;
+                }
+            }
+            let ended = events < MAX_EVENTS;
             out.work.capped_paths += u64::from(!ended);
         }
         out
@@ -101,8 +126,15 @@ impl Paths<'_> {
         [a, b, c, d, f64::from(sobol_burley::sample(index, 4, scramble))]
     }
 
-    /// Flies to the next scattering or surface and through it; whether the path goes on.
-    fn step(&self, photon: &mut Flying, rng: &mut Stream, out: &mut Deposits) -> bool {
+    /// Flies to the next scattering or surface and through it; whether the path goes on. `more` takes
+    /// photons that are split off.
+    fn step(
+        &self,
+        photon: &mut Flying,
+        rng: &mut Stream,
+        more: &mut Vec<Flying>,
+        out: &mut Deposits,
+    ) -> bool {
         let mut hit = None;
         if self.shooting.needs.surfaces {
             out.work.intersections += 1;
@@ -121,6 +153,10 @@ impl Paths<'_> {
         if self.shooting.needs.surface_photons && !hit.material.is_specular() && !photon.direct {
             out.surface.push(self.deposit(hit.point, incoming, photon.power));
         }
+        if let Some(window) = self.window.filter(|_| !hit.material.is_specular()) {
+            self.reflect(photon, &hit, window, rng, more);
+            return false;
+        }
         let u = [rng.uniform(), rng.uniform(), rng.uniform()];
         let scattered = hit.material.scatter(incoming, &hit, u, TransportMode::Importance);
         let Some(scattered) = scattered else { return false };
@@ -131,18 +167,71 @@ impl Paths<'_> {
         }
         // Survivors stand for those that were absorbed; where a weight exceeds 1 nothing is.
         photon.power = power / survival.min(1.0);
-        photon.direct = false;
+        (photon.direct, photon.sampled) = (false, false);
         photon.inside = (photon.inside + i32::from(scattered.crossing)).max(0);
         photon.ray = hit.leave(scattered.direction);
         true
     }
 
+    /// Reflects a photon at a surface that is not specular: aimed at what should be reached, and
+    /// as several photons where one would be heavier than the window (splitting and roulette of
+    /// Spanier and Gelbard 1969, section 3.4; weight windows of Vorba and Křivánek 2016,
+    /// "Adjoint-Driven Russian Roulette and Splitting").
+    fn reflect(
+        &self,
+        photon: &Flying,
+        hit: &SurfaceHit<'_>,
+        window: f64,
+        rng: &mut Stream,
+        more: &mut Vec<Flying>,
+    ) {
+        let incoming = photon.ray.direction;
+        let side = if incoming.dot(hit.shading_normal) > 0.0 { -1.0 } else { 1.0 };
+        let normal = hit.shading_normal * side;
+        let draw = |u: [f64; 2]| {
+            let (direction, pdf) = aim_from(hit.point, normal, self.emitters.reach(), u)?;
+            let f = hit.material.eval(incoming, direction, hit, TransportMode::Importance);
+            let power = photon.power * f * (direction.dot(normal) / pdf);
+            (power.element_sum() > 0.0).then_some((direction, power))
+        };
+        // One draw tells how heavy they are; it takes no part, so that their number knows nothing
+        // of those that do.
+        let weighed = draw(rng.uniform2()).map_or(0.0, |(_, power)| power.element_sum());
+        let count = (weighed / window).ceil().clamp(1.0, MOST_COPIES) as u32;
+        for index in 0..count {
+            let [u, v] = rng.uniform2();
+            let drawn = draw([(f64::from(index) + u) / f64::from(count), v]);
+            let Some((direction, power)) = drawn else { continue };
+            let mut power = power / f64::from(count);
+            let survival = power.element_sum() / window;
+            if survival < 1.0 {
+                if rng.uniform() >= survival {
+                    continue;
+                }
+                power /= survival;
+            }
+            let ray = hit.leave(direction);
+            more.push(Flying { ray, power, direct: false, sampled: false, ..*photon });
+        }
+    }
+
     /// Flies through the media as far as `end`, leaving photons behind.
     fn fly(&self, photon: &mut Flying, end: f64, rng: &mut Stream, out: &mut Deposits) -> Flight {
         // A photon kept here is scattered once more towards the eye.
-        let keeps = self.shooting.needs.volume_photons
-            && !photon.direct
+        let counts = self.shooting.needs.volume_photons
             && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
+        let keeps = counts && !photon.direct && self.keep > 0.0;
+        let tracked = self.tracked.filter(|_| counts && !photon.sampled);
+        // Flown with one power since here.
+        let mut since = 0.0;
+        let track = |photon: &Flying, from: f64, to: f64, out: &mut Deposits| {
+            let span =
+                tracked.map(|bounds| bounds.clip(&photon.ray).intersect(Span::new(from, to)));
+            if let Some(span) = span.filter(|span| !span.is_empty()) {
+                let (from, to) = (photon.ray.at(span.start), photon.ray.at(span.end));
+                out.tracks.push(Track::new(self.origin, from, to, photon.power));
+            }
+        };
         let media = &self.scene.media;
         let mut flights = media.flights(&photon.ray, Span::new(0.0, end), rng);
         let mut at = 0.0;
@@ -156,7 +245,10 @@ impl Paths<'_> {
                     self.store(ray.at(t), ray.direction, power, None, rng, out);
                 });
             }
-            let Some(c) = next else { return Flight::Through };
+            let Some(c) = next else {
+                track(photon, since, end, out);
+                return Flight::Through;
+            };
             out.work.collisions += 1;
             let p = photon.ray.at(c.t);
             if keeps {
@@ -170,19 +262,27 @@ impl Paths<'_> {
             let rate = photon.power.element_sum() * c.majorant;
             let (p_scatter, p_null) = (scattering.element_sum() / rate, null.element_sum() / rate);
             let u = rng.uniform();
+            if u < p_scatter || u >= p_scatter + p_null {
+                track(photon, since, c.t, out);
+            }
             if u < p_scatter {
                 photon.scattered += 1;
                 if self.shooting.max_scatter.is_some_and(|max| photon.scattered > max) {
                     return Flight::Absorbed;
                 }
                 photon.power = scattering / (c.majorant * p_scatter);
-                photon.direct = false;
+                (photon.direct, photon.sampled) = (false, false);
                 let (direction, _) = medium.phase.sample(photon.ray.direction, rng.uniform2());
                 photon.ray = Ray::new(p, direction);
                 return Flight::Scattered;
             } else if u < p_scatter + p_null {
                 out.work.null_collisions += 1;
-                photon.power = null / (c.majorant * p_null);
+                let power = null / (c.majorant * p_null);
+                if (power - photon.power).abs().max_element() > SAME * power.max_element() {
+                    track(photon, since, c.t, out);
+                    since = c.t;
+                }
+                photon.power = power;
                 at = c.t;
             } else {
                 return Flight::Absorbed;

@@ -5,12 +5,15 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::light::Reach;
 use crate::math::{Aabb, World, WorldPoint, warp};
+use crate::medium::Medium;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
+use crate::surface::{Material, Surface};
 use crate::work::Work;
 
 use super::emitters::Emitters;
 use super::estimate::THINNING;
+use super::lattice::{Builder, Cells, DirectLattice, Lattice, Track, edge_for_flights, is_thin};
 use super::path::{Deposits, Paths};
 use super::radius::{Radii, around};
 use super::visible::Visible;
@@ -31,6 +34,9 @@ const PROBED: usize = 1_000_000;
 
 /// Paths that are traced as one piece of work.
 const CHUNK: u64 = 2048;
+
+/// Pieces of work whose flights are in memory at once.
+const BATCH: usize = 64;
 
 /// How photons are shot.
 #[derive(Debug, Clone, Copy)]
@@ -67,38 +73,81 @@ pub fn shoot(
     let visible = Visible::look(scene, shooting.seed, shooting.needs);
     let margin = shooting.radius.unwrap_or_else(|| 0.02 * extent(media, everything));
     let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
+    let keeps = shooting.needs.volume_photons;
+    let direct: Option<Vec<DirectLattice>> = (0..scene.media.len())
+        .filter(|_| keeps)
+        .map(|medium| DirectLattice::new(scene, medium, &visible.media, shooting.seed))
+        .collect();
+    let mut direct = direct.unwrap_or_default();
+    let reach = reach(scene, &visible, everything.grown(margin))?;
     let mut paths = Paths {
         scene,
-        emitters: Emitters::new(scene, reach(scene, &visible, everything.grown(margin))?)?,
+        emitters: Emitters::new(scene, reach, !direct.is_empty())?,
         zones: Zones::around(&scene.media, margin),
         shooting: *shooting,
         origin,
         keep: 1.0,
+        tracked: keeps.then(|| if scene.media.is_endless() { endless() } else { media }),
+        window: None,
     };
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
+    let mut first: Vec<Track> =
+        (0..count.min(CHUNK)).flat_map(|path| paths.trace(path..path + 1).tracks).collect();
+    paths.window = usual_power(&mut first);
     // The first paths tell how many photons one leaves, so that few of them are kept. Where a path
     // leaves very many, as at a spike of density, few paths tell.
+    let mut first = Deposits::default();
     let (mut traced, mut left) = (0, 0);
     while traced < CHUNK.min(count) && left < PROBED {
-        left += paths.trace(traced..traced + 1).volume.len();
+        let path = paths.trace(traced..traced + 1);
+        left += path.volume.len();
+        first.tracks.extend(path.tracks);
         traced += 1;
     }
     if count > CHUNK || left >= PROBED {
         paths.keep = (KEPT * traced as f64 / left.max(1) as f64).min(1.0);
     }
-    let chunks: Vec<Deposits> = (0..count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-            advance(range.end - range.start);
-            paths.trace(range)
-        })
-        .collect();
-    let mut work: Work = chunks.iter().map(|c| c.work).sum();
-    let volume: Vec<Placed> = chunks.iter().flat_map(|c| &c.volume).copied().collect();
-    let surface: Vec<Placed> = chunks.iter().flat_map(|c| &c.surface).copied().collect();
-    drop(chunks);
-    work += visible.work;
+    let mut lattices = lattices(
+        scene,
+        shooting,
+        origin,
+        &visible.media,
+        &first.tracks,
+        count as f64 / traced as f64,
+    );
+    // Cells at a medium's border reach beyond it.
+    paths.tracked = lattices.iter().map(Builder::bounds).reduce(Aabb::union);
+    if !keeps {
+        lattices.clear();
+    }
+    if lattices.is_empty() {
+        direct.clear();
+    } else if !needs_beams(scene) {
+        paths.keep = 0.0;
+    }
+    let (mut work, mut volume, mut surface) = (visible.work, Vec::new(), Vec::new());
+    let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
+    for batch in chunks.chunks(BATCH) {
+        let traced: Vec<Deposits> = batch
+            .par_iter()
+            .map(|chunk| {
+                let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+                advance(range.end - range.start);
+                paths.trace(range)
+            })
+            .collect();
+        for deposits in &traced {
+            volume.extend_from_slice(&deposits.volume);
+            surface.extend_from_slice(&deposits.surface);
+            work += deposits.work;
+        }
+        work.tracks += traced.iter().map(|d| d.tracks.len() as u64).sum::<u64>();
+        let tracks: Vec<&[Track]> = traced.iter().map(|d| &d.tracks[..]).collect();
+        for lattice in &mut lattices {
+            lattice.add(&tracks);
+        }
+    }
+    let lattices: Vec<Lattice> = lattices.into_iter().map(Builder::finish).collect();
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
@@ -122,8 +171,61 @@ pub fn shoot(
     };
     let mut levels = vec![BeamMap::new(origin, &volume, &radii.each)];
     levels.extend((1..=shooting.levels).map(thinner));
-    let volume = levels;
-    Ok((PhotonMaps { volume, volume_radius: radii.typical, surface, surface_radius }, work))
+    let volume_radius = lattices.iter().map(Lattice::edge).fold(radii.typical, f64::min);
+    let maps =
+        PhotonMaps { volume: levels, lattices, direct, volume_radius, surface, surface_radius };
+    Ok((maps, work))
+}
+
+/// The power, summed over channels, of flights in media: half of their length is flown with less.
+fn usual_power(tracks: &mut [Track]) -> Option<f64> {
+    let power = |track: &Track| track.power().iter().copied().map(f64::from).sum::<f64>();
+    tracks.sort_by(|a, b| power(a).total_cmp(&power(b)));
+    let total: f64 = tracks.iter().map(Track::length).sum();
+    let mut flown = 0.0;
+    let middle = tracks.iter().find(|track| {
+        flown += track.length();
+        flown >= 0.5 * total
+    });
+    middle.map(power).filter(|power| *power > 0.0)
+}
+
+/// Empty lattices, one a medium, where light can be kept on lattices: where all media have an end
+/// and lie before the eye, cells are thin and rays ask for light scattered toward the camera alone, or phase functions are isotropic.
+/// `tracks` are `share` of all flights.
+fn lattices<'a>(
+    scene: &'a Scene,
+    shooting: &Shooting,
+    origin: WorldPoint,
+    visible: &[WorldPoint],
+    tracks: &[Track],
+    share: f64,
+) -> Vec<Builder<'a>> {
+    let flown: f64 = tracks.iter().map(Track::length).sum();
+    let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
+    let eye = scene.camera.ray(width, height, [0.5; 2]).origin;
+    let lattice = |medium: &'a Medium| {
+        let edge = match shooting.radius {
+            Some(radius) => radius,
+            None => edge_for_flights(medium.density.volume()?, flown * share, &medium.phase),
+        };
+        // Near the eye cells would show.
+        let near = medium.density.bounds()?.grown(edge).contains(eye);
+        if near || !is_thin(edge, medium, visible) {
+            return None;
+        }
+        let cells = Cells::around(&medium.density, edge)?;
+        Some(Builder::new(cells, origin, &medium.phase, &scene.camera))
+    };
+    scene.media.iter().map(lattice).collect::<Option<_>>().unwrap_or_default()
+}
+
+/// Whether rays ask for light that lattices do not hold: scattered toward other places than the
+/// camera.
+fn needs_beams(scene: &Scene) -> bool {
+    let isotropic = scene.media.iter().all(|m| m.phase.is_isotropic());
+    let mut materials = scene.surfaces.surfaces().iter().flat_map(Surface::materials);
+    !isotropic && materials.any(Material::is_specular)
 }
 
 /// What is left of `all` in a level.
@@ -151,7 +253,15 @@ fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach>
     if scene.media.is_endless() || !all.is_finite() {
         return Reach::new(center, ENDLESS).map_err(Error::Usage);
     }
-    Reach::with_ground(center, seen.clamp(1e-3 * all, all), all).map_err(Error::Usage)
+    let reach =
+        Reach::with_ground(center, seen.clamp(1e-3 * all, all), all).map_err(Error::Usage)?;
+    Ok(reach.focused_on(visible.foci()))
+}
+
+/// A box that stands for everything.
+fn endless() -> Aabb<World> {
+    let middle = WorldPoint::new(0.0, 0.0, 0.0);
+    Aabb::new(middle, middle).grown(ENDLESS)
 }
 
 /// The centre of `bounds`, or the world's origin where they are empty: a scene of infinite planes.

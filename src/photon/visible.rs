@@ -1,5 +1,10 @@
 //! What the camera sees of the media: where photons are worth most.
 
+use std::collections::BTreeMap;
+
+use glam::I64Vec3;
+
+use crate::light::Focus;
 use crate::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
 use crate::medium::Profile;
 use crate::scene::Scene;
@@ -12,6 +17,12 @@ const RAYS: u32 = 48;
 
 /// Mirrors and panes of glass that a ray follows at most.
 const MAX_SPECULAR: u32 = 8;
+
+/// Cubes along the sphere that holds most of what is seen, for the finest foci.
+const FINEST: f64 = 12.0;
+
+/// Foci at most.
+const MOST_FOCI: usize = 96;
 
 /// Places that the camera sees, found by a coarse sheet of rays.
 #[derive(Debug, Default)]
@@ -86,6 +97,29 @@ impl Visible {
         let mut distances: Vec<f64> = places.iter().map(|p| (*p - center).length()).collect();
         distances.sort_unstable_by(f64::total_cmp);
         Some((center, 1.5 * distances[distances.len() * 95 / 100]))
+    }
+
+    /// Balls round the places in media, each with their number as weight.
+    pub fn foci(&self) -> Vec<Focus> {
+        let Some((center, radius)) = self.sphere().filter(|_| !self.media.is_empty()) else {
+            return Vec::new();
+        };
+        let mut edge = 2.0 * radius / FINEST;
+        loop {
+            let mut cubes = BTreeMap::<[i64; 3], f64>::new();
+            for place in &self.media {
+                let cube = ((*place - center) / edge).floor().as_i64vec3().to_array();
+                *cubes.entry(cube).or_default() += 1.0;
+            }
+            if cubes.len() <= MOST_FOCI {
+                let ball = |(cube, weight): ([i64; 3], f64)| {
+                    let middle = (I64Vec3::from(cube).as_dvec3() + 0.5) * edge;
+                    Focus { center: center + middle, radius: 0.5 * 3_f64.sqrt() * edge, weight }
+                };
+                return cubes.into_iter().map(ball).collect();
+            }
+            edge *= 1.5;
+        }
     }
 
     /// How deep media are seen, in metres: the mean free path where they are, by the median.

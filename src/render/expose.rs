@@ -81,7 +81,8 @@ pub fn expose(
                 break;
             }
             state.draws.rng = Stream::new(seed, stage, index, u64::from(sample));
-            let [u, v, a, b] = pattern(seed, index, sample);
+            let ([u, v, a, b], even) = pattern(seed, index, sample);
+            state.draws.even = Some(even);
             let ray = camera(f64::from(x) + u, f64::from(y) + v, [a, b]);
             state.draws.work.rays += 1;
             state.shared = shared(sample, budget.rays, budget.gathers);
@@ -97,7 +98,7 @@ pub fn expose(
             let (left, top) = corner(tile, across);
             let (right, bottom) = ((left + TILE).min(width), (top + TILE).min(height));
             let mut state = State {
-                draws: Draws { rng: Stream::new(seed, stage, 0, 0), work: Work::default(), needs },
+                draws: Draws::new(Stream::new(seed, stage, 0, 0), needs),
                 profile: Profile::default(),
                 shared: 1.0,
             };
@@ -146,11 +147,13 @@ fn corner(tile: u64, across: u32) -> (u32, u32) {
     ((tile % across) as u32 * TILE, (tile / across) as u32 * TILE)
 }
 
-/// The place of a sample in its pixel and on the lens.
-fn pattern(seed: u64, pixel: u64, sample: u32) -> [f64; 4] {
+/// The place of a sample in its pixel and on the lens, and numbers for places on lights.
+fn pattern(seed: u64, pixel: u64, sample: u32) -> ([f64; 4], [f64; 2]) {
     // The sequence is good for 2^16 points; further samples start another one.
     let (block, index) = (sample >> 16, sample & 0xffff);
     let mut key = Stream::new(seed, Stage::March, pixel, u64::from(block) | 1 << 63);
     let scramble = (key.uniform() * f64::from(u32::MAX)) as u32;
-    sobol_burley::sample_4d(index, 0, scramble).map(f64::from)
+    let place = sobol_burley::sample_4d(index, 0, scramble).map(f64::from);
+    let light = [4, 5].map(|dimension| f64::from(sobol_burley::sample(index, dimension, scramble)));
+    (place, light)
 }

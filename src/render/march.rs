@@ -4,6 +4,7 @@ use smallvec::SmallVec;
 
 use crate::director::Budget;
 use crate::image::Sample;
+use crate::light::Light;
 use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
 use crate::medium::{Phase, Place, Profile};
 use crate::photon::PhotonMaps;
@@ -24,6 +25,9 @@ const PLACES: u32 = 4;
 /// many spread by opacity do where all lights are lamps.
 const PLACES_BESIDE: u32 = 2;
 
+/// Places along a ray, spread by opacity, at which lattices are asked.
+const LOOKUPS: u32 = 8;
+
 /// How far beyond a surface photons in front of it are gathered, in radii.
 const MOST_BEYOND: f64 = 4.0;
 
@@ -38,6 +42,10 @@ pub struct Marcher<'a> {
     needs: Needs,
     /// Grid lookups of [`scatterers`](Self::scatterers).
     lookups: u64,
+    isotropic: bool,
+    /// For each light whether lattices keep what comes straight from it.
+    kept: Vec<bool>,
+    all_kept: bool,
 }
 
 impl<'a> Marcher<'a> {
@@ -50,7 +58,14 @@ impl<'a> Marcher<'a> {
             1 => lookups - media.density_grids(),
             _ => lookups + media.density_grids(),
         };
-        Self { scene, maps, needs, lookups }
+        let isotropic = media.iter().all(|m| m.phase.is_isotropic());
+        let is_kept = |(index, light): (usize, &Light)| {
+            !maps.direct.is_empty()
+                && (light.is_environment() || maps.direct.iter().all(|d| d.keeps(index)))
+        };
+        let kept: Vec<bool> = scene.lights.lights.iter().enumerate().map(is_kept).collect();
+        let all_kept = kept.iter().all(|&kept| kept);
+        Self { scene, maps, needs, lookups, isotropic, kept, all_kept }
     }
 
     /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
@@ -63,7 +78,8 @@ impl<'a> Marcher<'a> {
             let hit = lighting::first_surface(self.scene, &ray, &mut state.draws);
             let mut transmittance = Rgb::ONE;
             if inside == 0 && self.needs.media {
-                let (light, through) = self.through_media(&ray, hit.as_ref(), budget, state);
+                let (light, through) =
+                    self.through_media(&ray, hit.as_ref(), depth == 0, budget, state);
                 sample.radiance += throughput * light;
                 transmittance = through;
             }
@@ -99,6 +115,7 @@ impl<'a> Marcher<'a> {
         &self,
         ray: &Ray<World>,
         hit: Option<&SurfaceHit<'_>>,
+        from_eye: bool,
         budget: &Budget,
         state: &mut State,
     ) -> (Rgb, Rgb) {
@@ -108,8 +125,14 @@ impl<'a> Marcher<'a> {
         profile.trace(&self.scene.media, ray, Span::new(0.0, end), budget.step, jitter);
         profile.count(&mut state.draws.work);
         let mut light = if self.needs.emission { profile.emitted() } else { Rgb::ZERO };
-        if self.needs.scattering {
-            light += self.direct(ray, &profile, state);
+        let scatters = self.needs.scattering;
+        if scatters && !self.maps.lattices.is_empty() && (from_eye || self.isotropic) {
+            if !self.all_kept {
+                light += self.direct(ray, &profile, &self.kept, state);
+            }
+            light += self.from_lattices(ray, &profile, state);
+        } else if scatters {
+            light += self.direct(ray, &profile, &[], state);
             if state.shared > 0.0 {
                 let indirect = self.indirect(ray, hit, &profile, budget.radius, state);
                 light += state.shared * indirect;
@@ -123,13 +146,19 @@ impl<'a> Marcher<'a> {
     /// Light that comes straight from a light and is scattered once along `ray`: evaluated at
     /// places spread by opacity and, for lamps, at places dense near them, weighed by the balance
     /// heuristic over both (Veach 1997, section 9.2.2).
-    fn direct(&self, ray: &Ray<World>, profile: &Profile, state: &mut State) -> Rgb {
+    ///
+    /// Lights for which `kept` is true are left out; those beyond its end are not.
+    fn direct(&self, ray: &Ray<World>, profile: &Profile, kept: &[bool], state: &mut State) -> Rgb {
+        let is_kept = |light: usize| kept.get(light).is_some_and(|&kept| kept);
         let (lights, toward) = (&self.scene.lights, -ray.direction);
         let lamps = Lamps::beside(lights, ray, profile.extent());
         let places = if lamps.are_all() { PLACES_BESIDE } else { PLACES };
         // How many places, in effect, share in the light found at one: those spread by opacity,
         // and those beside lamps in the proportion of the densities.
         let count = |place: &Place, light: usize, choice: f64| {
+            if is_kept(light) {
+                return f64::INFINITY;
+            }
             let beside = f64::from(PLACES_BESIDE) * lamps.pdf(light, place.t);
             f64::from(places) + beside / (choice * place.pdf)
         };
@@ -155,7 +184,8 @@ impl<'a> Marcher<'a> {
             }
         }
         for index in 0..PLACES_BESIDE {
-            for (lamp, distances) in lamps.pick(state.draws.rng.uniform()) {
+            let picked = lamps.pick(state.draws.rng.uniform());
+            for (lamp, distances) in picked.iter().filter(|(lamp, _)| !is_kept(*lamp)) {
                 let t = distances.sample(stratum(index, PLACES_BESIDE, state));
                 let Some(place) = profile.place_at(t) else { continue };
                 let p = ray.at(t);
@@ -177,6 +207,37 @@ impl<'a> Marcher<'a> {
             }
         }
         sum
+    }
+
+    /// Light kept on lattices that is scattered along `ray`, at places spread by opacity.
+    fn from_lattices(&self, ray: &Ray<World>, profile: &Profile, state: &mut State) -> Rgb {
+        let mut sum = Rgb::ZERO;
+        for index in 0..LOOKUPS {
+            let u = stratum(index, LOOKUPS, state);
+            let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
+            let p = ray.at(place.t);
+            let media = &self.scene.media;
+            state.draws.work.gathers += 1;
+            state.draws.work.grid_lookups += self.lookups;
+            if media.len() == 1 {
+                let light = self.light_kept(0, p, state);
+                sum += place.weight * media.get(0).albedo.at(p) * light;
+                continue;
+            }
+            let sigma_t = media.sigma_t_at(p);
+            for (medium, sigma_s) in media.mixture_at(p) {
+                let share = Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO);
+                sum += place.weight * share * self.light_kept(medium, p, state);
+            }
+        }
+        sum / f64::from(LOOKUPS)
+    }
+
+    /// Light kept on the lattices of a medium at `p`.
+    fn light_kept(&self, medium: usize, p: WorldPoint, state: &mut State) -> Rgb {
+        let indirect = self.maps.lattices[medium].at(p);
+        let direct = self.maps.direct.get(medium);
+        indirect + direct.map_or(Rgb::ZERO, |d| d.at(self.scene, p, &mut state.draws))
     }
 
     /// Light of the photons along `ray`.

@@ -243,7 +243,8 @@ impl<'a> PathTracer<'a> {
         scatter: impl Fn(usize, f64, &LightSample) -> (Rgb, f64),
         draws: &mut Draws,
     ) -> Rgb {
-        lighting::each_light(self.scene, at, draws, |index, light, choice, draws| {
+        let anywhere = |_, draws: &mut Draws| draws.rng.uniform2();
+        lighting::each_light(self.scene, at, draws, anywhere, |index, light, choice, draws| {
             let (own, (share, scatter_pdf)) = (choice * light.pdf, scatter(index, choice, light));
             let ray = leave(light.direction);
             if share == Rgb::ZERO || !lighting::is_visible(self.scene, &ray, light, draws) {

@@ -14,6 +14,9 @@ use super::plan::Needs;
 /// Shadow rays end this share short of a light that is a surface itself.
 const SHORT_OF_LIGHT: f64 = 1.0 - 1e-7;
 
+/// The golden ratio, multiples of which lie evenly between whole numbers.
+const GOLDEN: f64 = 1.618_033_988_749_895;
+
 /// Random numbers to draw from, and a count of the work done with them.
 #[derive(Debug, Clone)]
 pub struct Draws {
@@ -23,6 +26,16 @@ pub struct Draws {
     pub work: Work,
     /// What is needed.
     pub needs: Needs,
+    /// Numbers for places on lights, spread evenly over the rays of a pixel, for the first surface
+    /// that asks for them.
+    pub even: Option<[f64; 2]>,
+}
+
+impl Draws {
+    /// From these random numbers, with no work done yet, for what `needs` say.
+    pub fn new(rng: Stream, needs: Needs) -> Self {
+        Self { rng, work: Work::default(), needs, even: None }
+    }
 }
 
 /// A phase function at a place with its weight there.
@@ -63,16 +76,18 @@ pub fn environment(scene: &Scene, ray: &Ray<World>, draws: &mut Draws) -> Rgb {
 }
 
 /// Sums `contribution` over samples of the lights picked for `at`: it is given the light's index,
-/// the sample, and the probability of picking the light.
+/// the sample, and the probability of picking the light. `place` gives the numbers that choose a
+/// place on a light.
 pub fn each_light(
     scene: &Scene,
     at: WorldPoint,
     draws: &mut Draws,
+    place: impl Fn(usize, &mut Draws) -> [f64; 2],
     mut contribution: impl FnMut(usize, &LightSample, f64, &mut Draws) -> Rgb,
 ) -> Rgb {
     let u = draws.rng.uniform();
     let mut of = |index: usize, probability: f64, draws: &mut Draws| {
-        let sample = scene.lights.lights[index].sample(at, draws.rng.uniform2());
+        let sample = scene.lights.lights[index].sample(at, place(index, draws));
         let light = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO);
         light.map_or(Rgb::ZERO, |light| contribution(index, &light, probability, draws))
     };
@@ -126,7 +141,8 @@ pub fn in_medium(
         let share = |index, choice, own| 2.0 / (choice * own + pdf) / count(index, choice);
         return found(scene, &ray, share, draws) * scatterers[0].1 * pdf;
     }
-    each_light(scene, p, draws, |index, light, choice, draws| {
+    let anywhere = |_, draws: &mut Draws| draws.rng.uniform2();
+    each_light(scene, p, draws, anywhere, |index, light, choice, draws| {
         let own = choice * light.pdf;
         let pdf = match rival {
             None => own,
@@ -206,7 +222,13 @@ pub fn on_surface(
         material.eval(incoming, direction, hit, TransportMode::Radiance)
             * direction.dot(hit.shading_normal).abs()
     };
-    each_light(scene, hit.point, draws, |index, light, picked, draws| {
+    let even = draws.even.take();
+    let place = |index, draws: &mut Draws| match even {
+        // The same numbers for all lights, each set off against the others.
+        Some(u) => u.map(|u| (u + index as f64 * GOLDEN).fract()),
+        None => draws.rng.uniform2(),
+    };
+    each_light(scene, hit.point, draws, place, |index, light, picked, draws| {
         let own = picked * light.pdf;
         let kind = &scene.lights.lights[index];
         let Light::Environment(sky) = kind else {

@@ -119,6 +119,15 @@ impl<V: Voxel> Grid<V> {
         self.statistics.bad
     }
 
+    /// Calls `f` with each brick and constant block that is not background: with a box of cells
+    /// outside of all of which the grid is background.
+    pub fn for_each_occupied(&self, mut f: impl FnMut(Aabb<Index>)) {
+        self.tree.for_each_region(&mut |region| {
+            let corner = |cell: IVec3| Point::from_xyz(cell.as_dvec3());
+            f(Aabb::new(corner(region.min), corner(region.end())));
+        });
+    }
+
     /// Volume of the bricks and constant blocks that are not background, in voxels.
     pub fn occupied_volume(&self) -> f64 {
         self.occupied

@@ -1,0 +1,132 @@
+//! Direct light on a lattice, found where it is first asked for.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::{IVec3, Vec3A};
+
+use crate::light::Light;
+use crate::math::{Aabb, Rgb, Stage, Stream, World, WorldPoint};
+use crate::scene::Scene;
+use crate::scene::lighting::{self, Draws};
+
+use super::edge::edge_for_direct;
+use super::shape::{BRICK, Cells, VOLUME};
+
+/// Cells within which a lamp is too near for its light to be kept.
+const NEAR: f64 = 8.0;
+
+/// Marks a cell that has not been asked for: no number.
+const UNKNOWN: u32 = u32::MAX;
+
+/// Light that comes straight from lights and is scattered toward the camera by one medium, kept at
+/// the centres of cubic cells: what a place costs is paid once, not for each ray that comes by.
+#[derive(Debug)]
+pub struct DirectLattice {
+    cells: Cells,
+    medium: usize,
+    seed: u64,
+    /// Indices of the lights whose light is kept.
+    lights: Vec<usize>,
+    /// Bits of three numbers a cell.
+    values: Vec<[AtomicU32; 3]>,
+}
+
+impl DirectLattice {
+    /// A lattice for the medium of this index in `scene`, of which the camera sees `visible`
+    /// places. Nothing where cells would be too thick or too many.
+    pub fn new(scene: &Scene, medium: usize, visible: &[WorldPoint], seed: u64) -> Option<Self> {
+        let of = scene.media.get(medium);
+        let edge = edge_for_direct(scene, of, visible)?;
+        let cells = Cells::around(&of.density, edge)?;
+        let near = of.density.bounds()?.grown(NEAR * edge);
+        let kept = |light: &Light| is_kept(light, &near);
+        let lights = &scene.lights.lights;
+        let lights = (0..lights.len()).filter(|&index| kept(&lights[index])).collect();
+        let unknown = || std::array::from_fn(|_| AtomicU32::new(UNKNOWN));
+        let values = (0..cells.bricks() * VOLUME).map(|_| unknown()).collect();
+        Some(Self { cells, medium, seed, lights, values })
+    }
+
+    /// Edge of a cell, in metres.
+    pub const fn edge(&self) -> f64 {
+        self.cells.edge
+    }
+
+    /// Whether the light of this index is kept.
+    pub fn keeps(&self, light: usize) -> bool {
+        self.lights.contains(&light)
+    }
+
+    /// The light scattered at `p` per unit of sigma_s, W/(m² sr): trilinear between the centres of
+    /// the cells, 0 where there are none. `draws` counts the work, each cell's once.
+    pub fn at(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> Rgb {
+        let local = self.cells.local(p) - 0.5;
+        let low = local.floor();
+        let f = (local - low).as_vec3();
+        let first = low.as_ivec3();
+        let mut corner =
+            |x: i32, y: i32, z: i32| self.cell(scene, first + IVec3::new(x, y, z), draws);
+        let mut along = |x, y| corner(x, y, 0).lerp(corner(x, y, 1), f.z);
+        let mut side = |x| along(x, 0).lerp(along(x, 1), f.y);
+        side(0).lerp(side(1), f.x).as_dvec3()
+    }
+
+    /// The value of a cell. Threads that ask for it at once find the same.
+    fn cell(&self, scene: &Scene, cell: IVec3, draws: &mut Draws) -> Vec3A {
+        let Some(brick) = self.cells.brick_anywhere(cell >> BRICK) else { return Vec3A::ZERO };
+        let within = cell & ((1 << BRICK) - 1);
+        let index =
+            brick * VOLUME + ((within.x << (2 * BRICK)) + (within.y << BRICK) + within.z) as usize;
+        let [r, g, b] = &self.values[index];
+        let known = r.load(Ordering::Acquire);
+        if known != UNKNOWN {
+            let rest = [g, b].map(|v| f32::from_bits(v.load(Ordering::Relaxed)));
+            return Vec3A::new(f32::from_bits(known), rest[0], rest[1]);
+        }
+        let stream = Stream::new(self.seed, Stage::March, index as u64, u64::MAX);
+        let mut own = Draws::new(stream, draws.needs);
+        let light = self.light(scene, cell, &mut own).as_vec3a();
+        let light = if light.is_finite() { light } else { Vec3A::ZERO };
+        g.store(light.y.to_bits(), Ordering::Relaxed);
+        b.store(light.z.to_bits(), Ordering::Relaxed);
+        let bits = light.x.to_bits();
+        if r.compare_exchange(UNKNOWN, bits, Ordering::AcqRel, Ordering::Relaxed).is_ok() {
+            draws.work += own.work;
+        }
+        light
+    }
+
+    /// Direct light at the centre of a cell.
+    fn light(&self, scene: &Scene, cell: IVec3, draws: &mut Draws) -> Rgb {
+        let p = self.cells.world(cell.as_dvec3() + 0.5);
+        let toward = scene.camera.toward(p);
+        let phase = &scene.media.get(self.medium).phase;
+        let mut sum = Rgb::ZERO;
+        for &index in &self.lights {
+            let light = &scene.lights.lights[index];
+            // Cells side by side sample different parts of a light.
+            let sample = light.sample(p, spread(cell, self.seed));
+            if let Some(light) = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO) {
+                let scatterers = [(phase, Rgb::ONE)];
+                let pdf = light.pdf;
+                sum += lighting::scattered(scene, p, toward, &scatterers, &light, draws) / pdf;
+            }
+        }
+        sum
+    }
+}
+
+/// Whether a light's direct light is smooth enough in the box to be kept.
+fn is_kept(light: &Light, near: &Aabb<World>) -> bool {
+    match light.place() {
+        Some(place) => !near.contains(place),
+        None => !light.is_environment(),
+    }
+}
+
+/// Two numbers in [0, 1), spread evenly over any 4³ neighbouring cells.
+fn spread(cell: IVec3, seed: u64) -> [f64; 2] {
+    let part = cell & 3;
+    let index = (part.x * 16 + part.y * 4 + part.z) as u32;
+    [0, 1].map(|dimension| f64::from(sobol_burley::sample(index, dimension, seed as u32)))
+}

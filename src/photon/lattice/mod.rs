@@ -1,0 +1,28 @@
+//! Light in a medium on a lattice of cubic cells, from the flights of photons.
+//!
+//! Every flight leaves its length in each cell it crosses, not only a point where it ends: the
+//! track-length estimator of fluence (Spanier and Gelbard 1969, section 2.4; photon beams of
+//! Jarosz et al. 2011, "A Comprehensive Theory of Volumetric Radiance Estimation using Photon
+//! Points and Beams", gathered by cells). A cell is crossed by many more flights than end in it,
+//! so that few photons do, and the march reads the light at a place at the price of one trilinear
+//! sample.
+//!
+//! A cell holds the integral of radiance times phase function over directions, W/(m² sr): that of
+//! light scattered toward the eye, which at one place leaves in one direction only. Where the
+//! phase function is isotropic it holds for every direction.
+
+mod build;
+mod cells;
+mod direct;
+mod edge;
+mod shape;
+mod track;
+mod walk;
+
+pub(super) use build::Builder;
+pub(super) use edge::{edge_for_flights, is_thin};
+pub(super) use shape::Cells;
+pub(super) use track::Track;
+
+pub use cells::Lattice;
+pub use direct::DirectLattice;
