@@ -1,6 +1,9 @@
 //! Memory that photons take.
 
-use super::{Photon, Placed};
+use super::lattice::Track;
+use super::shoot::MOST_PATHS;
+use super::{DirectLattice, Lattice, Photon, PhotonMaps, Placed};
+use crate::work::Work;
 
 /// Bytes of photon maps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,14 +14,23 @@ pub struct PhotonMemory {
     pub building: u64,
 }
 
-/// About what maps of so many photons take.
-pub fn memory(volume: u64, surface: u64) -> PhotonMemory {
+/// About what the maps take for which `work` is expected. `look` has been shot with a `factor`
+/// times fewer photons.
+pub fn memory(work: &Work, look: &PhotonMaps, factor: f64) -> PhotonMemory {
+    let (volume, surface) = (work.volume_photons, work.surface_photons);
     let (placed, photon) = (size_of::<Placed>() as u64, size_of::<Photon>() as u64);
+    // The edge of a lattice's cells falls with the fifth root of the number of flights.
+    let bytes: usize = look.lattices.iter().map(Lattice::memory_bytes).sum();
+    let kept = (bytes as f64 * factor.powf(0.6)) as u64;
+    let direct: usize = look.direct.iter().map(DirectLattice::memory_bytes).sum();
+    let lattices = kept + direct as u64;
+    let share = (MOST_PATHS as f64 / work.photon_paths.max(1) as f64).min(1.0);
+    let flights = (work.tracks as f64 * share) as u64 * size_of::<Track>() as u64;
     // A sphere is a photon with its place and radius, and the hierarchy has 80 bytes for each node
     // of about five.
-    let held = volume * (placed + 4 + 24) + surface * (photon + 16);
+    let held = volume * (placed + 4 + 24) + surface * (photon + 16) + lattices;
     // Deposits in one piece, radii, boxes, the two hierarchies that become the last one, and spheres.
     let building =
         volume * (placed + 4 + 32 + 64 + 96 + 24 + 32) + surface * (2 * placed + photon + 16);
-    PhotonMemory { held, building }
+    PhotonMemory { held, building: lattices + building.max(flights + kept) }
 }

@@ -38,6 +38,9 @@ const CHUNK: u64 = 2048;
 /// Pieces of work whose flights are in memory at once.
 const BATCH: usize = 64;
 
+/// Paths whose flights are in memory at once.
+pub(super) const MOST_PATHS: u64 = BATCH as u64 * CHUNK;
+
 /// How photons are shot.
 #[derive(Debug, Clone, Copy)]
 pub struct Shooting {

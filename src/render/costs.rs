@@ -9,7 +9,7 @@ use crate::director::Budget;
 use crate::error::Result;
 use crate::math::Stage;
 use crate::medium::Medium;
-use crate::photon::{self, Shooting};
+use crate::photon::{self, PhotonMemory, Shooting};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 use crate::work::Work;
@@ -74,7 +74,8 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
     let paths = PATHS.min(settings.photons);
     let shooting = Shooting { photons: paths, ..guide::shooting(scene, settings) };
     let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
-    let mut work = scaled(&shot, settings.photons as f64 / paths.max(1) as f64);
+    let factor = settings.photons as f64 / paths.max(1) as f64;
+    let mut work = scaled(&shot, factor);
 
     let [width, height] = scene.film.size.map(f64::from);
     let all = width * height * f64::from(settings.rays);
@@ -98,19 +99,21 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
     work += scaled(&marched, width * height / (size[0] * size[1]));
     let pixels = (width * height) as u64;
     work.map_pixels = if needs.maps { pixels } else { 0 };
-    Ok(Costs { memory: memory(scene, &work, &needs, pixels, program + WORKING), work })
+    let photons = photon::memory(&work, &photons, factor);
+    Ok(Costs { memory: memory(scene, photons, &needs, program + WORKING), work })
 }
 
 fn scaled(work: &Work, factor: f64) -> Work {
     work.map(|count| (count as f64 * factor).round() as u64)
 }
 
-fn memory(scene: &Scene, work: &Work, needs: &Needs, pixels: u64, program: u64) -> Memory {
+fn memory(scene: &Scene, photons: PhotonMemory, needs: &Needs, program: u64) -> Memory {
+    let [width, height] = scene.film.size.map(u64::from);
+    let pixels = width * height;
     let media = &scene.media;
     let sizes = || media.iter().flat_map(Medium::grid_bytes);
     let grids = sizes().map(|bytes| bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
-    let photons = photon::memory(work.volume_photons, work.surface_photons);
     let film = pixels * FILM;
     let maps = if needs.maps { pixels * MAPS } else { 0 };
     let scene = program + grids + surfaces;

@@ -57,6 +57,11 @@ impl DirectLattice {
         self.lights.contains(&light)
     }
 
+    /// Bytes in memory.
+    pub const fn memory_bytes(&self) -> usize {
+        self.values.len() * size_of::<[AtomicU32; 3]>()
+    }
+
     /// The light scattered at `p` per unit of sigma_s, W/(m² sr): trilinear between the centres of
     /// the cells, 0 where there are none. `draws` counts the work, each cell's once.
     pub fn at(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> Rgb {
