@@ -19,6 +19,12 @@ macro_rules! counters {
                 Self { $($name: f(self.$name),)* }
             }
 
+            /// How much more each count is than in `other`.
+            #[must_use]
+            pub fn less(&self, other: &Self) -> Self {
+                Self { $($name: self.$name.saturating_sub(other.$name),)* }
+            }
+
             /// Each count with its name.
             pub fn counts(&self) -> impl Iterator<Item = (&'static str, u64)> {
                 [$((stringify!($name), self.$name),)*].into_iter()

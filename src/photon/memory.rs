@@ -14,14 +14,12 @@ pub struct PhotonMemory {
     pub building: u64,
 }
 
-/// About what the maps take for which `work` is expected. `look` has been shot with a `factor`
-/// times fewer photons.
-pub fn memory(work: &Work, look: &PhotonMaps, factor: f64) -> PhotonMemory {
+/// About what the maps take for which `work` is expected. `look` are the maps of some of the paths,
+/// with the lattices of all.
+pub fn memory(work: &Work, look: &PhotonMaps) -> PhotonMemory {
     let (volume, surface) = (work.volume_photons, work.surface_photons);
     let (placed, photon) = (size_of::<Placed>() as u64, size_of::<Photon>() as u64);
-    // The edge of a lattice's cells falls with the fifth root of the number of flights.
-    let bytes: usize = look.lattices.iter().map(Lattice::memory_bytes).sum();
-    let kept = (bytes as f64 * factor.powf(0.6)) as u64;
+    let kept = look.lattices.iter().map(Lattice::memory_bytes).sum::<usize>() as u64;
     let direct: usize = look.direct.iter().map(DirectLattice::memory_bytes).sum();
     let lattices = kept + direct as u64;
     let share = (MOST_PATHS as f64 / work.photon_paths.max(1) as f64).min(1.0);

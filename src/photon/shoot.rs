@@ -46,6 +46,8 @@ pub(super) const MOST_PATHS: u64 = BATCH as u64 * CHUNK;
 pub struct Shooting {
     /// Paths sent out; about as many photons are kept in media.
     pub photons: u64,
+    /// Paths of them that are traced, for a look at what all would leave; nothing means all.
+    pub traced: Option<u64>,
     /// Seed of the random streams.
     pub seed: u64,
     /// Highest order of volume scattering that the picture holds; nothing means all.
@@ -129,6 +131,7 @@ pub fn shoot(
         paths.keep = 0.0;
     }
     let (mut work, mut volume, mut surface) = (visible.work, Vec::new(), Vec::new());
+    let count = shooting.traced.map_or(count, |traced| traced.min(count));
     let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
     for batch in chunks.chunks(BATCH) {
         let traced: Vec<Deposits> = batch

@@ -191,6 +191,7 @@ fn enlarged(map: &[f32], width: usize, size: [u32; 2]) -> Vec<f32> {
 pub(super) fn shooting(scene: &Scene, settings: &RenderSettings) -> Shooting {
     Shooting {
         photons: settings.photons,
+        traced: None,
         seed: settings.seed,
         max_scatter: settings.max_scatter,
         radius: settings.radius,

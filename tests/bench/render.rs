@@ -119,8 +119,15 @@ fn load(name: &str) -> fogbow::Result<Scene> {
 
 fn maps(scene: &Scene) -> PhotonMaps {
     let needs = Needs::of(scene, &scene.render);
-    let shooting =
-        Shooting { photons: PHOTONS, seed: 0, max_scatter: None, radius: None, levels: 0, needs };
+    let shooting = Shooting {
+        photons: PHOTONS,
+        traced: None,
+        seed: 0,
+        max_scatter: None,
+        radius: None,
+        levels: 0,
+        needs,
+    };
     shoot(scene, &shooting, &|_| {}).expect("a shipped scene can be shot").0
 }
 
