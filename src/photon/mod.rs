@@ -13,6 +13,7 @@ mod lattice;
 mod map;
 mod path;
 mod radius;
+mod scout;
 mod shoot;
 mod stored;
 mod visible;
