@@ -34,7 +34,10 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     let read = open(path)?.take(most + 1).read_to_end(&mut bytes);
     read.map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     if bytes.len() as u64 > most {
-        return Err(Error::file(path, format!("is larger than {most} bytes, the most it may have")));
+        return Err(Error::file(
+            path,
+            format!("is larger than {most} bytes, the most it may have"),
+        ));
     }
     Ok(bytes)
 }

@@ -46,7 +46,7 @@ fn meshes() {
     let bare = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000000\nend_header\n";
     let rows: [(&str, String, &str); 14] = [
         ("empty.obj", String::new(), "no triangles"),
-        ("cut.obj", triangle[..20].into(), "no triangles"),
+        ("cut.obj", triangle[..20].into(), "no OBJ file"),
         ("index.obj", triangle.replace('3', "4"), "out of bounds"),
         ("huge.obj", triangle.replace("1 2 3", "1 2 99999999999999999999"), "no OBJ file"),
         ("nan.obj", triangle.replace("v 1 0", "v nan 0"), "finite"),
@@ -56,7 +56,7 @@ fn meshes() {
         ("count.ply", PLY.replace("vertex 3", "vertex 4000000000000"), "claims 4000000000000"),
         ("bare.ply", bare.into(), "claims 4000000000000"),
         ("index.ply", PLY.replace("3 0 1 2", "3 0 1 7"), "vertex indices"),
-        ("nan.ply", PLY.replace("1 0 0", "1 nan 0"), "finite"),
+        ("nan.ply", PLY.replace("1 0 0", "1 nan 0"), "no PLY file"),
         ("cut.gltf", GLTF[..200].into(), "no glTF file"),
         ("device.gltf", GLTF.replace("FILE", "file:///dev/zero"), "is a pipe or a device"),
     ];
@@ -95,7 +95,6 @@ fn pictures() {
     };
     let sky = write("sky.exr", 1.0);
     write("nan.exr", f32::NAN);
-    write("negative.exr", -1.0);
     std::fs::write(folder.path().join("cut.exr"), &sky[..sky.len() / 2]).unwrap();
     std::fs::write(folder.path().join("head.exr"), &sky[..20]).unwrap();
     std::fs::write(folder.path().join("text.exr"), "no picture").unwrap();
@@ -109,7 +108,6 @@ fn pictures() {
     std::fs::write(folder.path().join("claims.exr"), claims).unwrap();
     let rows = [
         ("nan.exr", "NaN"),
-        ("negative.exr", "negative"),
         ("cut.exr", "damaged"),
         ("head.exr", "damaged"),
         ("text.exr", "PNG, JPEG or EXR"),

@@ -120,7 +120,7 @@ fn problems(file: &Path) -> Vec<String> {
         Ok(opened) => opened,
         Err(e) => return vec![e.to_string()],
     };
-    let read = |index| {
+    let read = |index: usize| {
         let vector = opened.grids()[index].is_vector();
         if vector {
             opened.read_vector(index).map(drop)

@@ -84,7 +84,10 @@ impl GridInfo {
     /// Why its voxels cannot be read at all; nothing where they can.
     pub fn unreadable(&self) -> Option<String> {
         if !self.registered {
-            return Some(format!("has the type {}, which OpenVDB does not know; write it anew with another", self.tree_type));
+            return Some(format!(
+                "has the type {}, which OpenVDB does not know; write it anew with another",
+                self.tree_type
+            ));
         }
         if self.value_type.starts_with("ptdataidx") {
             return Some("holds points; turn them into a fog volume first".into());
@@ -139,7 +142,8 @@ impl VdbFile {
             return Err(Error::file(path, "the name is not UTF-8, which OpenVDB needs"));
         };
         let file = bridge::open_file(name).map_err(|e| Error::file(path, reading(&e)))?;
-        let grids = describe(&file.headers());
+        let headers = file.headers().map_err(|e| Error::file(path, reading(&e)))?;
+        let grids = describe(&headers);
         let writer = file.library_of_writer();
         Ok(Self { path: path.to_path_buf(), file, checked, writer, grids })
     }

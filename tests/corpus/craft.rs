@@ -23,7 +23,13 @@ pub(super) fn chunks(source: &str, bytes: &[u8], count: usize) -> Vec<Case> {
         .map(|n| {
             let (what, at, value) = lies[n % lies.len()];
             let chunk = found[n / lies.len() * 7 % found.len()];
-            let width = if at == 0 || at > 20 { 8 } else if what == "flags" { 1 } else { 4 };
+            let width = if at == 0 || at > 20 {
+                8
+            } else if what == "flags" {
+                1
+            } else {
+                4
+            };
             let bytes = with(bytes, chunk + at, &value.to_le_bytes()[..width]);
             Case { name: format!("{source} chunk {n}: {what}"), bytes }
         })
@@ -46,7 +52,8 @@ fn find_chunks(bytes: &[u8]) -> Vec<usize> {
 /// Offset of `text` behind its length, which is where its length stands.
 pub(super) fn text_at(bytes: &[u8], text: &str) -> usize {
     let with_length = [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();
-    bytes.windows(with_length.len()).position(|w| w == with_length).unwrap()
+    let found = bytes.windows(with_length.len()).position(|w| w == with_length);
+    found.unwrap_or_else(|| panic!("no {text} in it"))
 }
 
 /// Gives the first grid another type, its offsets moved along.

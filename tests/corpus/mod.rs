@@ -80,7 +80,7 @@ fn sources(quick: bool) -> Vec<Source> {
 
 /// A small fog of blocks and tiles, changed by `change`.
 pub(crate) fn tiny(change: impl Fn(&mut GridToWrite)) -> Vec<u8> {
-    let mut grid = GridToWrite::fog("density", 0.25, DVec3::ZERO);
+    let mut grid = GridToWrite::fog("density", 0.25, DVec3::new(1.0, 2.0, 3.0));
     grid.tiles.push(Tile { origin: IVec3::splat(8), edge: 8, value: [0.5; 3], active: true });
     grid.tiles.push(Tile { origin: IVec3::splat(-128), edge: 128, value: [0.1; 3], active: true });
     change(&mut grid);

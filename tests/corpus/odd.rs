@@ -1,7 +1,7 @@
 //! Files that are no VDB, sound files without a density, and trees that cannot be.
 
 use fogbow::vdb::{Block, GridToWrite, ValueType};
-use glam::{DAffine3, DVec3, IVec3};
+use glam::{DVec3, IVec3};
 
 use super::craft::{retyped, text_at, tree_at};
 use super::{Case, tiny, with, written};
@@ -48,11 +48,6 @@ fn contents() -> Vec<(&'static str, Vec<u8>)> {
     zero.blocks[0].active = Some([u64::MAX; 8]);
     let mut level_set = fog("surface", 1.0);
     level_set.class = "level set".into();
-    let flat = |matrix: DVec3| {
-        let mut grid = fog("density", 1.0);
-        grid.transform = DAffine3::from_scale(matrix);
-        grid
-    };
     let mut far = fog("density", 1.0);
     far.blocks[0].origin = IVec3::splat(2_147_483_640);
     let many: Vec<_> = (0..300).map(|i| fog(&format!("grid {i}"), 1.0)).collect();
@@ -74,11 +69,6 @@ fn contents() -> Vec<(&'static str, Vec<u8>)> {
         ("no name", written(&[fog("", 1.0)])),
         ("two fogs", written(&[fog("soot", 1.0), fog("dust", 1.0)])),
         ("three hundred grids", written(&many)),
-        ("flat", written(&[flat(DVec3::new(1.0, 1.0, 0.0))])),
-        ("NaN size", written(&[flat(DVec3::splat(f64::NAN))])),
-        ("infinite size", written(&[flat(DVec3::splat(f64::INFINITY))])),
-        ("tiny size", written(&[flat(DVec3::splat(1e-300))])),
-        ("huge size", written(&[flat(DVec3::splat(1e300))])),
         ("far away", written(&[far])),
     ]
 }
@@ -86,10 +76,12 @@ fn contents() -> Vec<(&'static str, Vec<u8>)> {
 fn lies() -> Vec<(&'static str, Vec<u8>)> {
     let sound = tiny(|_| {});
     let (name, class) = (text_at(&sound, "density"), text_at(&sound, "class"));
-    let half = text_at(&sound, "is_saved_as_half_float");
+    let halves = tiny(|g| g.half = true);
+    let half = text_at(&halves, "is_saved_as_half_float") + 4 + 22 + 4 + 4; // its size
     let delayed = text_at(&sound, "__delayedload");
     let map = text_at(&sound, "UniformScaleTranslateMap");
     let tree = tree_at(&sound);
+    let scaled = |scale: f64| with(&sound, map + 52, &[scale.to_le_bytes(); 3].concat());
     let huge = u32::MAX.to_le_bytes();
     let child = tree + 16; // its buffers, background, tiles and children come before
     let float = "Tree_float_5_4_3";
@@ -98,13 +90,20 @@ fn lies() -> Vec<(&'static str, Vec<u8>)> {
         ("metadata without end", with(&sound, class - 4, &huge)),
         ("metadata name without end", with(&sound, class, &huge)),
         ("metadata value without end", with(&sound, class + 19, &huge)),
-        ("half float of another size", with(&sound, half + 26 + 8, &8u32.to_le_bytes())),
-        ("half float for floats", with(&sound, half + 26 + 12, &[1])),
+        ("half float of another size", with(&halves, half, &8u32.to_le_bytes())),
+        ("half float of 7", with(&halves, half + 4, &[7])),
+        ("floats as halves", with(&halves, half + 4, &[0])),
         ("delayed load of 4 billion leaves", with(&sound, delayed + 21, &huge)),
         ("delayed load mask without end", with(&sound, delayed + 25, &huge)),
         ("transform name without end", with(&sound, map, &huge)),
         ("unknown transform", with(&sound, map + 4, b"Z")),
         ("NaN transform", with(&sound, map + 28, &[0xff; 144])),
+        ("flat voxels", scaled(0.0)),
+        ("NaN voxels", scaled(f64::NAN)),
+        ("infinite voxels", scaled(f64::INFINITY)),
+        ("tiny voxels", scaled(1e-300)),
+        ("huge voxels", scaled(1e300)),
+        ("large voxels", scaled(1e12)),
         ("two buffers", with(&sound, tree, &2i32.to_le_bytes())),
         ("4 billion tiles", with(&sound, tree + 8, &huge)),
         ("4 billion children", with(&sound, tree + 12, &huge)),

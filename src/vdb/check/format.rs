@@ -13,7 +13,9 @@ pub(super) fn version(head: &[u8]) -> Result<u32, String> {
         return Err(foreign(head));
     }
     let Some(version) = head[MAGIC.len()..].first_chunk() else {
-        return Err("ends after its first bytes: it is incomplete; copy or download it again".into());
+        return Err(
+            "ends after its first bytes: it is incomplete; copy or download it again".into()
+        );
     };
     let version = u32::from_le_bytes(*version);
     let newest = bridge::newest_file_version();
@@ -34,7 +36,10 @@ pub(super) fn version(head: &[u8]) -> Result<u32, String> {
 /// What a file is that does not begin as OpenVDB files do.
 fn foreign(head: &[u8]) -> String {
     let known: [(&[u8], &str); 6] = [
-        (b"version https://", "is a git-lfs pointer, and not the file itself; fetch it with git lfs pull"),
+        (
+            b"version https://",
+            "is a git-lfs pointer, and not the file itself; fetch it with git lfs pull",
+        ),
         (b"NanoVDB", "is a NanoVDB file; convert it to OpenVDB with nanovdb_convert"),
         (&[0x1f, 0x8b], "is compressed with gzip; unpack it first"),
         (b"PK\x03\x04", "is a ZIP archive; unpack it first"),

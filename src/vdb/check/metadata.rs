@@ -80,11 +80,7 @@ fn delayed_load<R: Read + Seek>(file: &mut Bytes<R>, size: u32) -> Checked<()> {
 }
 
 /// Walks over `size` bytes that Blosc is to turn into `content`: its header must say the same.
-pub(super) fn blosc<R: Read + Seek>(
-    file: &mut Bytes<R>,
-    size: u64,
-    content: u64,
-) -> Checked<()> {
+pub(super) fn blosc<R: Read + Seek>(file: &mut Bytes<R>, size: u64, content: u64) -> Checked<()> {
     const HEADER: u64 = 16;
     let at = file.at();
     if size < HEADER {
