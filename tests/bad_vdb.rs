@@ -109,7 +109,11 @@ fn run_all(cases: Vec<Case>) -> Vec<Outcome> {
         .into_iter()
         .map(|case| {
             fs::write(&file, &case.bytes).unwrap();
-            Outcome { run: render(&file), size: case.bytes.len(), name: case.name }
+            let run = render(&file);
+            if run.end > End::Rendered || std::env::var_os("FOGBOW_ALL").is_some() {
+                println!("{:?}: {}: {}", run.end, case.name, run.stderr.trim());
+            }
+            Outcome { run, size: case.bytes.len(), name: case.name }
         })
         .collect()
 }
@@ -197,9 +201,6 @@ fn table() {
     let mut counts = BTreeMap::<End, usize>::new();
     for outcome in &outcomes {
         *counts.entry(outcome.run.end).or_default() += 1;
-        if outcome.run.end > End::Rendered || std::env::var_os("FOGBOW_ALL").is_some() {
-            println!("{:?}: {}: {}", outcome.run.end, outcome.name, outcome.run.stderr.trim());
-        }
     }
     let sound = outcomes.iter().find(|o| o.name == "sound").unwrap().run.peak;
     let most = outcomes.iter().map(|o| o.run.peak).max().unwrap();

@@ -66,14 +66,14 @@ fn sources(quick: bool) -> Vec<Source> {
         ("bool", tiny(|g| g.value_type = ValueType::Bool)),
         ("background", tiny(|g| g.background = [0.25; 3])),
     ];
-    let share = if quick { 12 } else { 24 };
+    let share = if quick { 10 } else { 14 };
     let mut sources: Vec<_> =
         tiny.into_iter().map(|(name, bytes)| Source { name, bytes, share }).collect();
     let shipped: &[&str] =
         if quick { &[] } else { &["wisps.vdb", "smoke.vdb", "fire.vdb", "fog.vdb", "cloud.vdb"] };
     for name in shipped {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes").join(name);
-        sources.push(Source { name, bytes: std::fs::read(path).unwrap(), share: 20 });
+        sources.push(Source { name, bytes: std::fs::read(path).unwrap(), share: 10 });
     }
     sources
 }
