@@ -142,22 +142,31 @@ fn grid<R: Read + Seek>(
     Ok(GridLayout { unique_name, parent, kind: kind.into(), tree, end: behind, values })
 }
 
-/// Walks over a transform. Unknown maps are left to OpenVDB, which refuses them by name.
+/// Walks over a transform.
 fn transform<R: Read + Seek>(file: &mut Bytes<R>) -> Checked<()> {
     let what = "the transform";
     let (at, map) = (file.at(), file.text(what)?);
     let size = match map.as_str() {
+        "NonlinearFrustumMap" => {
+            file.skip(6 * 8 + 2 * 8, what)?;
+            let second = file.text(what)?;
+            linear(&second).ok_or_else(|| damaged(at, format_args!("{second:?} in a frustum")))?
+        }
+        map => linear(map)
+            .ok_or_else(|| damaged(at, format_args!("an unknown transform {:?}", plain(map))))?,
+    };
+    file.skip(size, what)
+}
+
+/// Bytes of a linear map.
+fn linear(map: &str) -> Option<u64> {
+    Some(match map {
         "ScaleMap" | "UniformScaleMap" => 5 * 24,
         "TranslationMap" => 24,
         "ScaleTranslateMap" | "UniformScaleTranslateMap" => 6 * 24,
         "AffineMap" | "UnitaryMap" => 16 * 8,
-        "NonlinearFrustumMap" => {
-            file.skip(6 * 8 + 2 * 8, what)?;
-            return transform(file);
-        }
-        other => return Err(damaged(at, format_args!("an unknown transform {:?}", plain(other)))),
-    };
-    file.skip(size, what)
+        _ => return None,
+    })
 }
 
 /// A name for messages: without its number, its length bounded.

@@ -7,6 +7,9 @@ use super::bytes::{Bytes, Checked, damaged};
 /// Key under which OpenVDB says that floating-point numbers are stored in 16 bits.
 const HALF: &str = "is_saved_as_half_float";
 
+/// What OpenVDB pads shorter tables of leaves to before it compresses them, in bytes.
+const PADDED: u64 = 128;
+
 /// Types whose size OpenVDB knows without looking at the one in the file, in bytes.
 const FIXED: [(&str, u32); 18] = [
     ("bool", 1),
@@ -70,17 +73,25 @@ fn delayed_load<R: Read + Seek>(file: &mut Bytes<R>, size: u32) -> Checked<()> {
         match compressed {
             u32::MAX if list == 1 => {}
             0 => file.skip(bytes, "a table of leaves")?,
-            compressed => blosc(file, compressed.into(), bytes)?,
+            compressed => blosc(file, compressed.into(), &[bytes, bytes.max(PADDED)])?,
         }
     }
-    let here = file.at();
-    let left = end.checked_sub(here);
-    let left = left.ok_or_else(|| damaged(here, "a table of leaves longer than it says"))?;
-    file.skip(left, "a table of leaves")
+    if file.at() != end {
+        return Err(damaged(
+            file.at(),
+            format_args!("a table of leaves that should end at {end},"),
+        ));
+    }
+    Ok(())
 }
 
-/// Walks over `size` bytes that Blosc is to turn into `content`: its header must say the same.
-pub(super) fn blosc<R: Read + Seek>(file: &mut Bytes<R>, size: u64, content: u64) -> Checked<()> {
+/// Walks over `size` bytes that Blosc is to turn into as many as one of `contents`: its header must
+/// say the same.
+pub(super) fn blosc<R: Read + Seek>(
+    file: &mut Bytes<R>,
+    size: u64,
+    contents: &[u64],
+) -> Checked<()> {
     const HEADER: u64 = 16;
     let at = file.at();
     if size < HEADER {
@@ -89,11 +100,12 @@ pub(super) fn blosc<R: Read + Seek>(file: &mut Bytes<R>, size: u64, content: u64
     let header: [u8; HEADER as usize] = file.take("a Blosc chunk")?;
     let [_, says_content, _, says_size] =
         std::array::from_fn(|i| u32::from_le_bytes(std::array::from_fn(|j| header[4 * i + j])));
-    if u64::from(says_content) != content || u64::from(says_size) != size {
+    if !contents.contains(&says_content.into()) || u64::from(says_size) != size {
         return Err(damaged(
             at,
             format_args!(
-                "a Blosc chunk of {says_content} bytes in {says_size}, and not {content} in {size},"
+                "a Blosc chunk of {says_content} bytes in {says_size}, and not {} in {size},",
+                contents[0]
             ),
         ));
     }

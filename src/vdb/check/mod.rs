@@ -78,3 +78,41 @@ impl Checked {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Instant;
+
+    use super::*;
+    use crate::vdb::{ReadAs, VdbFile};
+
+    #[test]
+    #[ignore = "a measurement: cargo test --release --lib the_walk_costs -- --ignored --nocapture"]
+    #[allow(clippy::print_stdout)]
+    fn the_walk_costs_little_beside_the_reading() {
+        let least = |run: &dyn Fn()| {
+            let time = |_| {
+                let start = Instant::now();
+                run();
+                start.elapsed().as_secs_f64()
+            };
+            (0..15).map(time).fold(f64::INFINITY, f64::min)
+        };
+        for name in ["smoke/smoke_v222.vdb", "smoke/smoke_v223_blosc.vdb", "cloud/singlecloud.vdb"] {
+            let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes");
+            let path = Path::new(folder).join(name);
+            let Ok(file) = VdbFile::open(&path) else { continue };
+            let density = file.default_density().expect("a density");
+            let walk = least(&|| {
+                let checked = Checked::open(&path).expect("sound");
+                checked.tree(density).expect("sound");
+            });
+            let load = least(&|| {
+                let file = VdbFile::open(&path).expect("sound");
+                drop(file.read_scalar(density, ReadAs::Density).expect("sound"));
+            });
+            println!("{name}: {:.1} ms of {:.1} ms", 1e3 * walk, 1e3 * load);
+            assert!(walk < 0.1 * load, "{name}: {walk} s of {load} s");
+        }
+    }
+}

@@ -189,7 +189,7 @@ impl<R: Read + Seek> Walk<'_, R> {
             return self.file.skip(content, "a chunk");
         }
         if self.values.compression & BLOSC != 0 {
-            return blosc(self.file, bytes, content);
+            return blosc(self.file, bytes, &[content]);
         }
         self.file.skip(bytes, "a chunk")
     }
