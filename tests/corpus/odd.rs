@@ -50,6 +50,13 @@ fn contents() -> Vec<(&'static str, Vec<u8>)> {
     level_set.class = "level set".into();
     let mut far = fog("density", 1.0);
     far.blocks[0].origin = IVec3::splat(2_147_483_640);
+    // The most memory a byte of a file can ask for: leaves of nothing.
+    let mut hollow = fog("density", 1.0);
+    hollow.blocks.extend((0..8000).map(|i| Block {
+        origin: IVec3::new(i / 400, i / 20 % 20, i % 20 + 1) * 8,
+        values: vec![0.0; 512],
+        active: Some([0; 8]),
+    }));
     let many: Vec<_> = (0..300).map(|i| fog(&format!("grid {i}"), 1.0)).collect();
     vec![
         ("no grids", written(&[])),
@@ -69,6 +76,7 @@ fn contents() -> Vec<(&'static str, Vec<u8>)> {
         ("no name", written(&[fog("", 1.0)])),
         ("two fogs", written(&[fog("soot", 1.0), fog("dust", 1.0)])),
         ("three hundred grids", written(&many)),
+        ("hollow", written(&[hollow])),
         ("far away", written(&[far])),
     ]
 }

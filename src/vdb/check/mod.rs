@@ -98,7 +98,8 @@ mod tests {
             };
             (0..15).map(time).fold(f64::INFINITY, f64::min)
         };
-        for name in ["smoke/smoke_v222.vdb", "smoke/smoke_v223_blosc.vdb", "cloud/singlecloud.vdb"] {
+        for name in ["smoke/smoke_v222.vdb", "smoke/smoke_v223_blosc.vdb", "cloud/singlecloud.vdb"]
+        {
             let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes");
             let path = Path::new(folder).join(name);
             let Ok(file) = VdbFile::open(&path) else { continue };
