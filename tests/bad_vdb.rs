@@ -14,16 +14,15 @@ use std::io::Read;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use corpus::Case;
 use fogbow::vdb::{ReadAs, VdbFile};
-use wait4::Wait4;
 
 /// Address space that a run may take, in KiB: an absurd allocation fails there.
 const ADDRESS_SPACE: u64 = 4 << 20;
 /// A run that takes longer hangs.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(30);
 
 /// How a run of the program on one file ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,15 +68,12 @@ fn render(file: &Path) -> Run {
         pipe.read_to_end(&mut text).unwrap();
         String::from_utf8_lossy(&text).into_owned()
     });
-    let pid = child.id().to_string();
+    let pid = child.id();
     let (done, waiting) = mpsc::channel::<()>();
-    let watch = std::thread::spawn(move || {
-        let late = waiting.recv_timeout(PATIENCE) == Err(mpsc::RecvTimeoutError::Timeout);
-        late && Command::new("kill").args(["-9", &pid]).status().is_ok()
-    });
-    let used = child.wait4().unwrap();
+    let watch = std::thread::spawn(move || watch(pid, &waiting));
+    let status = child.wait().unwrap();
     drop(done);
-    let hung = watch.join().unwrap();
+    let (peak, hung) = watch.join().unwrap();
     let stderr = stderr.join().unwrap();
     let name = file.to_str().unwrap();
     let clear = stderr.lines().count() == 1
@@ -85,14 +81,32 @@ fn render(file: &Path) -> Run {
         && stderr.contains(name)
         && fs::read_dir(folder.path()).unwrap().next().is_none();
     let warned = stderr.lines().all(|line| line.starts_with("warning: "));
-    let end = match used.status.code() {
+    let end = match status.code() {
         _ if hung => End::Hung,
         Some(0) if output.is_file() && warned => End::Rendered,
         Some(1) if clear => End::Refused,
         Some(0 | 1 | 2) => End::Unclear,
         _ => End::Crashed,
     };
-    Run { end, stderr, peak: used.rusage.maxrss }
+    Run { end, stderr, peak }
+}
+
+/// The largest resident size of a process until `done` is dropped, and whether it took too long. The
+/// kernel's figure for an ended child would count its parent's size before the exec as well.
+fn watch(pid: u32, done: &mpsc::Receiver<()>) -> (u64, bool) {
+    let start = Instant::now();
+    let mut peak = 0;
+    let mut killed = false;
+    while done.recv_timeout(Duration::from_millis(1)) == Err(mpsc::RecvTimeoutError::Timeout) {
+        let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+        let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kib = line.and_then(|l| l.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+        peak = peak.max(kib.unwrap_or(0) << 10);
+        if !killed && start.elapsed() > PATIENCE {
+            killed = Command::new("kill").args(["-9", &pid.to_string()]).status().is_ok();
+        }
+    }
+    (peak, killed)
 }
 
 /// What became of one case.
