@@ -44,13 +44,15 @@ fn meshes() {
     let binary = PLY.replace("ascii", "binary_little_endian");
     let binary = &binary[..binary.find("0 0 0").unwrap()];
     let bare = "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000000\nend_header\n";
-    let rows: [(&str, String, &str); 14] = [
+    let below = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/-11 3/1\n";
+    let rows: [(&str, String, &str); 15] = [
         ("empty.obj", String::new(), "no triangles"),
         ("cut.obj", triangle[..20].into(), "no OBJ file"),
         ("index.obj", triangle.replace('3', "4"), "out of bounds"),
         ("huge.obj", triangle.replace("1 2 3", "1 2 99999999999999999999"), "no OBJ file"),
         ("nan.obj", triangle.replace("v 1 0", "v nan 0"), "finite"),
         ("far.obj", triangle.replace("v 1 0", "v 1e39 0"), "finite"),
+        ("below.obj", below.into(), "is"), // tobj panics where overflow is checked
         ("cut.ply", PLY[..PLY.len() - 12].into(), "no PLY file"),
         ("binary.ply", binary.into(), "no PLY file"),
         ("count.ply", PLY.replace("vertex 3", "vertex 4000000000000"), "claims 4000000000000"),
