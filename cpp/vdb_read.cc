@@ -26,6 +26,15 @@ struct Entry {
     uint32_t compression = 0;
 };
 
+// The matrix of a linear transform; zeros where it is singular, which OpenVDB throws at.
+openvdb::Mat4d matrix_of(const openvdb::math::Transform& transform) {
+    try {
+        return transform.baseMap()->getAffineMap()->getMat4();
+    } catch (const openvdb::ArithmeticError&) {
+        return openvdb::Mat4d::zero();
+    }
+}
+
 GridHeader header_of(const Entry& entry) {
     GridHeader header{};
     header.name = rust::String::lossy(entry.descriptor.gridName());
@@ -41,7 +50,7 @@ GridHeader header_of(const Entry& entry) {
     header.map = rust::String::lossy(transform.mapType());
     header.linear = transform.isLinear();
     if (header.linear) {
-        const openvdb::Mat4d matrix = transform.baseMap()->getAffineMap()->getMat4();
+        const openvdb::Mat4d matrix = matrix_of(transform);
         for (int i = 0; i < 16; ++i) header.affine.push_back(matrix.asPointer()[i]);
     }
     using Count = openvdb::Int64Metadata;

@@ -52,15 +52,15 @@ pub enum Error {
 impl Error {
     /// An [`Error::File`] for `path`.
     pub fn file(path: impl AsRef<Path>, problem: impl Display) -> Self {
-        Self::File { path: path.as_ref().to_path_buf(), problem: problem.to_string() }
+        Self::File { path: path.as_ref().to_path_buf(), problem: visible(problem) }
     }
 
     /// An [`Error::Grid`] for `grid` in `path`.
     pub fn grid(path: impl AsRef<Path>, grid: impl Display, problem: impl Display) -> Self {
         Self::Grid {
             path: path.as_ref().to_path_buf(),
-            grid: grid.to_string(),
-            problem: problem.to_string(),
+            grid: visible(grid),
+            problem: visible(problem),
         }
     }
 
@@ -71,6 +71,11 @@ impl Error {
             _ => 1,
         }
     }
+}
+
+/// Text without control characters, which names in a file may have: a message is one line.
+fn visible(text: impl Display) -> String {
+    text.to_string().chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
 fn place(line: usize, column: usize) -> String {

@@ -1,13 +1,46 @@
-//! Files that appear whole or not at all.
+//! Files that are opened only where they can be read, and appear whole or not at all.
 
 use std::fs::{File, Permissions};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Read, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
+
+/// Opens a regular file for reading. A pipe is not waited for.
+///
+/// # Errors
+/// Where there is no such file, it is not readable, a folder, a pipe or a device.
+pub fn open(path: &Path) -> Result<File> {
+    let unreadable = |e| Error::file(path, format!("cannot be read: {e}"));
+    let kind = std::fs::metadata(path).map_err(unreadable)?.file_type();
+    if kind.is_dir() {
+        return Err(Error::file(path, "is a folder; name a file"));
+    }
+    if !kind.is_file() {
+        return Err(Error::file(path, "is a pipe or a device; save it to a file and name that"));
+    }
+    File::open(path).map_err(unreadable)
+}
+
+/// Reads a regular file of at most `most` bytes.
+///
+/// # Errors
+/// As [`open`], and where it is larger or cannot be read to its end.
+pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let read = open(path)?.take(most + 1).read_to_end(&mut bytes);
+    read.map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+    if bytes.len() as u64 > most {
+        return Err(Error::file(
+            path,
+            format!("is larger than {most} bytes, the most it may have"),
+        ));
+    }
+    Ok(bytes)
+}
 
 /// A file under a temporary name beside its target. [`finish`](Self::finish) renames it to the
 /// target; dropped before, it vanishes and an earlier target stays as it was.

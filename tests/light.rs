@@ -7,8 +7,8 @@ use std::f64::consts::PI;
 
 use chi2::Chi2;
 use fogbow::light::{
-    BeamPicture, EmitterHit, Environment, Falloff, Light, Lights, MeshLight, PointLight, QuadLight,
-    Reach, SpotLight, Sun,
+    BeamPicture, EmitterHit, Environment, Falloff, Focus, Light, Lights, MeshLight, PointLight,
+    QuadLight, Reach, SpotLight, Sun,
 };
 use fogbow::math::{Frame, Rgb, Stage, Stream, WorldPoint, warp};
 use glam::DVec3;
@@ -227,6 +227,23 @@ fn photons_carry_what_samples_say() {
         for (radius, outer) in [(0.5, 0.5), (0.5, 2.0), (0.5, 20.0), (8.0, 8.0), (8.0, 30.0)] {
             let name = format!("{}, reach {radius} to {outer}", row.name);
             compare(&name, &row.light, &reach(radius, outer).unwrap(), 0.45, DVec3::ZERO);
+        }
+        // Foci: over the disk, beside it, round the light of some rows, and one without weight.
+        let focus = |x: f64, radius: f64, weight: f64| Focus {
+            center: WorldPoint::new(x, 0.1, -0.1),
+            radius,
+            weight,
+        };
+        let foci = vec![
+            focus(0.1, 0.2, 3.0),
+            focus(-0.3, 0.3, 1.0),
+            focus(0.4, 9.0, 0.5),
+            focus(0.0, 0.1, 0.0),
+        ];
+        for outer in [1.0, 20.0] {
+            let focused = reach(1.0, outer).unwrap().focused_on(foci.clone());
+            let name = format!("{}, focused, reach to {outer}", row.name);
+            compare(&name, &row.light, &focused, 0.45, DVec3::ZERO);
         }
         let aside = DVec3::new(0.7, 0.0, 0.7);
         compare(row.name, &row.light, &reach(0.3, 1.6).unwrap(), 0.5, aside);

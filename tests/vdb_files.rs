@@ -195,7 +195,7 @@ fn retyped(path: &std::path::Path, name: &str) {
 #[test]
 fn types_without_numbers_are_refused_by_name() {
     for (tree, words) in [
-        ("Tree_ptdataidx32_5_4_3", "has the type ptdataidx32; scalar grids"),
+        ("Tree_ptdataidx32_5_4_3", "holds points; turn them into a fog volume"),
         ("Tree_unheard_of_5_4_3", "has the type Tree_unheard_of_5_4_3, which OpenVDB does not"),
     ] {
         let folder = tempfile::tempdir().unwrap();

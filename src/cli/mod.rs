@@ -23,6 +23,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::image::EXR_DECODER;
+use crate::shape::MESH_READER;
 
 /// Volumetric photon-mapping renderer for OpenVDB smoke, fog and fire.
 #[derive(Debug, Parser)]
@@ -73,11 +74,11 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Keeps panics over a damaged EXR off stderr, where they come back as one error.
+/// Keeps panics over a damaged EXR or mesh off stderr, where they come back as one error.
 fn hush_decoder() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        if std::thread::current().name() != Some(EXR_DECODER) {
+        if !matches!(std::thread::current().name(), Some(EXR_DECODER | MESH_READER)) {
             print(info);
         }
     }));

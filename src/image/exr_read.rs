@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
@@ -15,9 +14,16 @@ use exr::prelude::{
 
 use super::{Image, MAX_PIXELS};
 use crate::error::{Error, Result};
+use crate::file;
 
 /// The most values, pixels times channels over all parts, that a file may hold: 4 GiB as f32.
 const MAX_VALUES: usize = 1 << 30;
+
+/// The most values that a byte of a file may stand for: ZIP packs a thousand zeros into one.
+const MAX_PACKING: usize = 4096;
+
+/// The largest picture file that is read, in bytes.
+pub(super) const MAX_BYTES: u64 = 8 << 30;
 
 /// The name of the thread that decodes EXR files. A damaged file can make the exr crate panic; that
 /// ends this thread and is reported as an error, so that its message on stderr may be left out.
@@ -59,7 +65,7 @@ impl Layers {
 /// Where the file cannot be read, is no flat EXR, is damaged, holds more than [`MAX_PIXELS`] or has
 /// no such channels.
 pub fn read_exr(path: &Path) -> Result<Image> {
-    decode_exr(&read_bytes(path)?, path)
+    decode_exr(&file::read(path, MAX_BYTES)?, path)
 }
 
 /// Reads every channel of the first part of an EXR file, and the strings of its header.
@@ -67,7 +73,7 @@ pub fn read_exr(path: &Path) -> Result<Image> {
 /// # Errors
 /// As [`read_exr`], whatever the channels are.
 pub fn read_layers(path: &Path) -> Result<Layers> {
-    decode_parts(&read_bytes(path)?, path)?
+    decode_parts(&file::read(path, MAX_BYTES)?, path)?
         .into_iter()
         .next()
         .ok_or_else(|| Error::file(path, "is an EXR file without a picture"))
@@ -100,10 +106,6 @@ pub(super) fn check_size(width: usize, height: usize, path: &Path) -> Result<()>
     }
 }
 
-fn read_bytes(path: &Path) -> Result<Vec<u8>> {
-    fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))
-}
-
 /// Decodes on a thread of its own: a panic of the exr crate ends there. It must not decode in
 /// parallel then, as a panic in its thread pool ends the process.
 fn decode_parts(bytes: &[u8], path: &Path) -> Result<Vec<Layers>> {
@@ -128,7 +130,7 @@ fn decode_here(
     damaged: &dyn Fn(&dyn Display) -> Error,
 ) -> Result<Vec<Layers>> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|e| damaged(&e))?;
-    check_sizes(&meta, path)?;
+    check_sizes(&meta, bytes.len(), path)?;
     let image = read_with()
         .no_deep_data()
         .largest_resolution_level()
@@ -165,7 +167,7 @@ fn layers(part: Layer<AnyChannels<FlatSamples>>, header: &Header) -> Layers {
 }
 
 /// Checks the claims of the header before memory is taken for them.
-fn check_sizes(meta: &MetaData, path: &Path) -> Result<()> {
+fn check_sizes(meta: &MetaData, bytes: usize, path: &Path) -> Result<()> {
     let mut values = 0_usize;
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
@@ -181,6 +183,12 @@ fn check_sizes(meta: &MetaData, path: &Path) -> Result<()> {
                 ),
             ));
         }
+    }
+    if values / MAX_PACKING > bytes {
+        return Err(Error::file(
+            path,
+            format!("claims {values} values in {bytes} bytes: it is damaged or incomplete"),
+        ));
     }
     Ok(())
 }

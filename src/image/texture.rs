@@ -1,21 +1,21 @@
 //! Textures and environment maps: PNG, JPEG or EXR.
 
-use std::fs;
 use std::io::Cursor;
 use std::path::Path;
 
 use ::image::{ImageDecoder, ImageReader, Limits};
 
+use super::exr_read::MAX_BYTES;
 use super::{Image, MAX_PIXELS, exr_read, srgb};
 use crate::error::{Error, Result};
+use crate::file;
 
 /// Reads a PNG, JPEG or EXR file, told apart by content.
 ///
 /// # Errors
 /// As [`decode_texture`], and where the file cannot be read.
 pub fn read_texture(path: &Path) -> Result<Image> {
-    let bytes = fs::read(path).map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
-    decode_texture(&bytes, path)
+    decode_texture(&file::read(path, MAX_BYTES)?, path)
 }
 
 /// Decodes the bytes of a PNG, JPEG or EXR file; messages name it `path`. PNG and JPEG are taken as

@@ -103,8 +103,8 @@ impl PhotonMaps {
         sum
     }
 
-    /// The level whose radii are nearest to `radius` metres.
-    fn level(&self, radius: f64) -> usize {
+    /// The level whose radii are nearest to `radius` metres, of photons and of lattices alike.
+    pub fn level(&self, radius: f64) -> usize {
         let octaves = (radius / self.volume_radius).max(1.0).log2().round();
         (octaves as usize).min(self.volume.len() - 1)
     }

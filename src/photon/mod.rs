@@ -14,6 +14,7 @@ mod map;
 mod memory;
 mod path;
 mod radius;
+mod scout;
 mod shoot;
 mod stored;
 mod visible;

@@ -16,6 +16,7 @@ use super::estimate::THINNING;
 use super::lattice::{Builder, Cells, DirectLattice, Lattice, Track, edge_for_flights, is_thin};
 use super::path::{Deposits, Paths};
 use super::radius::{Radii, around};
+use super::scout::Scouted;
 use super::visible::Visible;
 use super::zones::Zones;
 use super::{BeamMap, Photon, PhotonMap, PhotonMaps, Placed};
@@ -25,12 +26,6 @@ const ENDLESS: f64 = 1e15;
 
 /// Radii of the scene within which light on an infinite plane counts.
 const GROUND: f64 = 4.0;
-
-/// Volume photons, about, kept of one path.
-const KEPT: f64 = 4.0;
-
-/// Volume photons after which enough is known of how many a path leaves.
-const PROBED: usize = 1_000_000;
 
 /// Paths that are traced as one piece of work.
 const CHUNK: u64 = 2048;
@@ -96,30 +91,10 @@ pub fn shoot(
         window: None,
     };
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
-    let mut first: Vec<Track> =
-        (0..count.min(CHUNK)).flat_map(|path| paths.trace(path..path + 1).tracks).collect();
-    paths.window = usual_power(&mut first);
-    // The first paths tell how many photons one leaves, so that few of them are kept. Where a path
-    // leaves very many, as at a spike of density, few paths tell.
-    let mut first = Deposits::default();
-    let (mut traced, mut left) = (0, 0);
-    while traced < CHUNK.min(count) && left < PROBED {
-        let path = paths.trace(traced..traced + 1);
-        left += path.volume.len();
-        first.tracks.extend(path.tracks);
-        traced += 1;
-    }
-    if count > CHUNK || left >= PROBED {
-        paths.keep = (KEPT * traced as f64 / left.max(1) as f64).min(1.0);
-    }
-    let mut lattices = lattices(
-        scene,
-        shooting,
-        origin,
-        &visible.media,
-        &first.tracks,
-        count as f64 / traced as f64,
-    );
+    paths.window = Scouted::by(&paths, count).usual_power;
+    let scouted = Scouted::by(&paths, count);
+    paths.keep = scouted.keep;
+    let mut lattices = lattices(scene, shooting, origin, &visible.media, scouted.flown);
     // Cells at a medium's border reach beyond it.
     paths.tracked = lattices.iter().map(Builder::bounds).reduce(Aabb::union);
     if !keeps {
@@ -153,7 +128,7 @@ pub fn shoot(
             lattice.add(&tracks);
         }
     }
-    let lattices: Vec<Lattice> = lattices.into_iter().map(Builder::finish).collect();
+    let lattices: Vec<Lattice> = lattices.into_iter().map(|l| l.finish(shooting.levels)).collect();
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
@@ -183,37 +158,21 @@ pub fn shoot(
     Ok((maps, work))
 }
 
-/// The power, summed over channels, of flights in media: half of their length is flown with less.
-fn usual_power(tracks: &mut [Track]) -> Option<f64> {
-    let power = |track: &Track| track.power().iter().copied().map(f64::from).sum::<f64>();
-    tracks.sort_by(|a, b| power(a).total_cmp(&power(b)));
-    let total: f64 = tracks.iter().map(Track::length).sum();
-    let mut flown = 0.0;
-    let middle = tracks.iter().find(|track| {
-        flown += track.length();
-        flown >= 0.5 * total
-    });
-    middle.map(power).filter(|power| *power > 0.0)
-}
-
 /// Empty lattices, one a medium, where light can be kept on lattices: where all media have an end
-/// and lie before the eye, cells are thin and rays ask for light scattered toward the camera alone, or phase functions are isotropic.
-/// `tracks` are `share` of all flights.
+/// and lie before the eye, and cells are thin. All flights together are `flown` metres long.
 fn lattices<'a>(
     scene: &'a Scene,
     shooting: &Shooting,
     origin: WorldPoint,
     visible: &[WorldPoint],
-    tracks: &[Track],
-    share: f64,
+    flown: f64,
 ) -> Vec<Builder<'a>> {
-    let flown: f64 = tracks.iter().map(Track::length).sum();
     let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
     let eye = scene.camera.ray(width, height, [0.5; 2]).origin;
     let lattice = |medium: &'a Medium| {
         let edge = match shooting.radius {
             Some(radius) => radius,
-            None => edge_for_flights(medium.density.volume()?, flown * share, &medium.phase),
+            None => edge_for_flights(medium.density.volume()?, flown, &medium.phase),
         };
         // Near the eye cells would show.
         let near = medium.density.bounds()?.grown(edge).contains(eye);

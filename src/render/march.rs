@@ -28,6 +28,9 @@ const PLACES_BESIDE: u32 = 2;
 /// Places along a ray, spread by opacity, at which lattices are asked.
 const LOOKUPS: u32 = 8;
 
+/// Such places where cells are widest.
+const FEWEST_LOOKUPS: u32 = 2;
+
 /// How far beyond a surface photons in front of it are gathered, in radii.
 const MOST_BEYOND: f64 = 4.0;
 
@@ -130,7 +133,7 @@ impl<'a> Marcher<'a> {
             if !self.all_kept {
                 light += self.direct(ray, &profile, &self.kept, state);
             }
-            light += self.from_lattices(ray, &profile, state);
+            light += self.kept_along(ray, &profile, budget.radius, state);
         } else if scatters {
             light += self.direct(ray, &profile, &[], state);
             if state.shared > 0.0 {
@@ -209,33 +212,42 @@ impl<'a> Marcher<'a> {
         sum
     }
 
-    /// Light kept on lattices that is scattered along `ray`, at places spread by opacity.
-    fn from_lattices(&self, ray: &Ray<World>, profile: &Profile, state: &mut State) -> Rgb {
+    /// Light kept on lattices that is scattered along `ray`, at places spread by opacity: fewer
+    /// where cells are wider.
+    fn kept_along(
+        &self,
+        ray: &Ray<World>,
+        profile: &Profile,
+        radius: f64,
+        state: &mut State,
+    ) -> Rgb {
+        let level = self.maps.level(radius);
+        let lookups = (LOOKUPS >> level).max(FEWEST_LOOKUPS);
         let mut sum = Rgb::ZERO;
-        for index in 0..LOOKUPS {
-            let u = stratum(index, LOOKUPS, state);
+        for index in 0..lookups {
+            let u = stratum(index, lookups, state);
             let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
             let p = ray.at(place.t);
             let media = &self.scene.media;
             state.draws.work.gathers += 1;
             state.draws.work.grid_lookups += self.lookups;
             if media.len() == 1 {
-                let light = self.light_kept(0, p, state);
+                let light = self.kept_at(0, p, level, state);
                 sum += place.weight * media.get(0).albedo.at(p) * light;
                 continue;
             }
             let sigma_t = media.sigma_t_at(p);
             for (medium, sigma_s) in media.mixture_at(p) {
                 let share = Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO);
-                sum += place.weight * share * self.light_kept(medium, p, state);
+                sum += place.weight * share * self.kept_at(medium, p, level, state);
             }
         }
-        sum / f64::from(LOOKUPS)
+        sum / f64::from(lookups)
     }
 
     /// Light kept on the lattices of a medium at `p`.
-    fn light_kept(&self, medium: usize, p: WorldPoint, state: &mut State) -> Rgb {
-        let indirect = self.maps.lattices[medium].at(p);
+    fn kept_at(&self, medium: usize, p: WorldPoint, level: usize, state: &mut State) -> Rgb {
+        let indirect = self.maps.lattices[medium].at(p, level);
         let direct = self.maps.direct.get(medium);
         indirect + direct.map_or(Rgb::ZERO, |d| d.at(self.scene, p, &mut state.draws))
     }

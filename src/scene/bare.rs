@@ -52,7 +52,13 @@ pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
     let read_as = if options.level_set_as_fog { ReadAs::LevelSetAsFog } else { ReadAs::Density };
     let grid = file.read_scalar(index, read_as)?;
     let label = file.grids()[index].label();
-    let empty = || Error::grid(path, &label, "has no density above 0 to render");
+    let empty = || {
+        Error::grid(
+            path,
+            &label,
+            "has no density above 0 to render; give another file, or name another grid in a scene",
+        )
+    };
     let bounds = world_bounds(&grid).ok_or_else(empty)?;
     let thickness = mean_thickness(&grid, &bounds);
     if !(thickness > 0.0 && thickness.is_finite()) {

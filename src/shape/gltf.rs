@@ -8,6 +8,7 @@ use gltf::mesh::Mode;
 
 use super::load::{Parsed, folder};
 use super::{MeshData, MeshMaterial, TextureSource};
+use crate::file;
 
 /// How deep nodes may lie in each other: the stack must hold them.
 const DEEPEST: usize = 512;
@@ -27,6 +28,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Parsed, String> {
     let json = document.into_json();
     check_positions(&json)?;
     let document = gltf::Document::from_json(json).map_err(broken)?;
+    check_files(&document, folder)?;
     let buffers = gltf::import_buffers(&document, Some(folder), blob).map_err(broken)?;
     check_views(&document)?;
     let mut materials: Vec<_> =
@@ -66,6 +68,26 @@ fn check_positions(json: &gltf::json::Root) -> Result<(), String> {
     };
     if primitives.any(lost) {
         return Err("the positions of a primitive name an accessor that is not there".into());
+    }
+    Ok(())
+}
+
+/// Refuses buffers in what is no regular file: a pipe would be waited for, a device has no end.
+fn check_files(document: &gltf::Document, folder: &Path) -> Result<(), String> {
+    for buffer in document.buffers() {
+        let gltf::buffer::Source::Uri(uri) = buffer.source() else { continue };
+        if uri.starts_with("data:") {
+            continue;
+        }
+        let absolute = uri.strip_prefix("file://").or_else(|| uri.strip_prefix("file:"));
+        let path = match absolute {
+            Some(path) => path.into(),
+            None => {
+                let name = urlencoding::decode(uri);
+                folder.join(&*name.map_err(|e| format!("names a buffer {uri:?}: {e}"))?)
+            }
+        };
+        file::open(&path).map_err(|e| format!("buffer {}: {e}", buffer.index()))?;
     }
     Ok(())
 }

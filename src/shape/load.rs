@@ -7,6 +7,10 @@ use glam::DAffine3;
 use super::{Mesh, MeshData, gltf, obj, ply};
 use crate::error::{Error, Result};
 
+/// The name of the thread that reads mesh files. A damaged file can make a crate panic; that ends this
+/// thread and is reported as an error, so that its message on stderr may be left out.
+pub const MESH_READER: &str = "mesh reader";
+
 /// A mesh from a file with its materials.
 #[derive(Debug, Clone)]
 pub struct LoadedMesh {
@@ -70,11 +74,22 @@ pub fn load_mesh(path: &Path, placement: &DAffine3) -> Result<LoadedMesh> {
         let problem = if path.exists() { "is not a regular file" } else { "does not exist" };
         return Err(Error::file(path, problem));
     }
-    let parsed = read(path).map_err(|problem| Error::file(path, problem))?;
+    let parsed = apart(|| read(path)).map_err(|problem| Error::file(path, problem))?;
     let mesh = Mesh::new(parsed.data, placement).map_err(|problem| Error::file(path, problem))?;
     let mut materials = parsed.materials;
     materials.resize_with(materials.len().max(mesh.slot_count()), MeshMaterial::default);
     Ok(LoadedMesh { mesh, materials })
+}
+
+/// Runs `read` on a thread of its own: where a crate panics over a damaged file, that ends there.
+fn apart(read: impl FnOnce() -> Result<Parsed, String> + Send) -> Result<Parsed, String> {
+    std::thread::scope(|scope| {
+        let reader = std::thread::Builder::new()
+            .name(MESH_READER.into())
+            .spawn_scoped(scope, read)
+            .map_err(|e| format!("cannot be read: {e}"))?;
+        reader.join().unwrap_or_else(|_| Err("is damaged: its numbers cannot be".into()))
+    })
 }
 
 /// The folder that relative paths in the file at `path` start from.

@@ -23,7 +23,7 @@ use crate::math::{Aabb, Ray, Span, World, WorldPoint};
 
 pub use bvh::Bvh;
 pub use cuboid::Cuboid;
-pub use load::{LoadedMesh, MeshMaterial, TextureSource, load_mesh};
+pub use load::{LoadedMesh, MESH_READER, MeshMaterial, TextureSource, load_mesh};
 pub use mesh::{Mesh, MeshData};
 pub use plane::Plane;
 pub use ply_write::write_ply;

@@ -8,11 +8,17 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::load::{Parsed, folder};
 use super::{MeshData, MeshMaterial, TextureSource};
+use crate::file;
 
 pub(super) fn read(path: &Path) -> Result<Parsed, String> {
     let file = File::open(path).map_err(|e| format!("cannot be read: {e}"))?;
     let options = tobj::LoadOptions { single_index: true, triangulate: true, ..Default::default() };
-    let load_mtl = |name: &Path| tobj::load_mtl(folder(path).join(name));
+    // Only a regular file: a pipe would be waited for.
+    let load_mtl = |name: &Path| {
+        let mtl = file::open(&folder(path).join(name));
+        let mtl = mtl.map_err(|_| tobj::LoadError::OpenFileFailed)?;
+        tobj::load_mtl_buf(&mut BufReader::new(mtl))
+    };
     let (models, materials) = tobj::load_obj_buf(&mut BufReader::new(file), &options, load_mtl)
         .map_err(|e| format!("is no OBJ file that can be read: {e}"))?;
     // A missing or broken MTL leaves the mesh grey, as other readers do.

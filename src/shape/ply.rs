@@ -18,12 +18,20 @@ pub(super) fn read(path: &Path) -> Result<Parsed, String> {
         format!("is no PLY file that can be read: {}", problem.escape_debug())
     };
     let file = File::open(path).map_err(|e| format!("cannot be read: {e}"))?;
+    let length = file.metadata().map_err(|e| format!("cannot be read: {e}"))?.len();
     let mut reader = Reader::new(BufReader::new(file));
     let header = Parser::<DefaultElement>::new()
         .read_header(&mut reader)
         .map_err(|e| broken(e.to_string()))?;
     let (mut vertices, mut faces) = (Vec::<Vertex>::new(), Vec::<Face>::new());
     for (name, element) in &header.elements {
+        // An element without properties has no bytes, however many there are.
+        if element.count as u64 > length {
+            return Err(format!(
+                "claims {} elements {name:?} in {length} bytes; it is damaged",
+                element.count
+            ));
+        }
         let problem = match name.as_str() {
             "vertex" => Parser::new()
                 .read_payload_for_element(&mut reader, element, &header)

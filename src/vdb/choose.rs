@@ -54,7 +54,11 @@ impl VdbFile {
     fn no_choice(&self, problem: &str) -> Error {
         let describe = |g: &GridInfo| format!("\"{}\" ({}, {})", g.label(), g.value_type, g.class);
         let list: Vec<_> = self.grids().iter().map(describe).collect();
-        let list = if list.is_empty() { "no grids".into() } else { list.join(", ") };
+        let list = if list.is_empty() {
+            "no grids at all; write it anew with a density".into()
+        } else {
+            list.join(", ")
+        };
         Error::file(self.path(), format!("{problem}; it holds {list}"))
     }
 }

@@ -77,7 +77,7 @@ pub(super) mod bridge {
 
         fn open_file(path: &str) -> Result<UniquePtr<File>>;
         fn library_of_writer(self: &File) -> String;
-        fn headers(self: &File) -> Vec<GridHeader>;
+        fn headers(self: &File) -> Result<Vec<GridHeader>>;
         /// Reads the voxels of grid `index`; `fog` turns a level set into a fog volume.
         fn read(self: &File, index: usize, fog: bool) -> Result<UniquePtr<Voxels>>;
 

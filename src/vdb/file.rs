@@ -1,7 +1,5 @@
 //! Opening files and reading grids.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DVec3};
@@ -9,16 +7,12 @@ use glam::{DAffine3, DVec3};
 use crate::error::{Error, Result};
 use crate::math::{Index, Transform};
 
+use super::check::Checked;
 use super::ffi::bridge;
 use super::grid::Grid;
 use super::source::Source;
 use super::statistics::Statistics;
 use super::voxel::Voxel;
-
-/// The first eight bytes of every OpenVDB file.
-const MAGIC: [u8; 8] = [0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0];
-/// Older formats are from before OpenVDB was published.
-const OLDEST: u32 = 218;
 
 /// How to take the numbers of a scalar grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,7 +84,13 @@ impl GridInfo {
     /// Why its voxels cannot be read at all; nothing where they can.
     pub fn unreadable(&self) -> Option<String> {
         if !self.registered {
-            return Some(format!("has the type {}, which OpenVDB does not know", self.tree_type));
+            return Some(format!(
+                "has the type {}, which OpenVDB does not know; write it anew with another",
+                self.tree_type
+            ));
+        }
+        if self.value_type.starts_with("ptdataidx") {
+            return Some("holds points; turn them into a fog volume first".into());
         }
         if !self.is_scalar() && !self.is_vector() {
             return Some(format!(
@@ -119,7 +119,7 @@ impl GridInfo {
 pub struct VdbFile {
     path: PathBuf,
     file: cxx::UniquePtr<bridge::File>,
-    version: u32,
+    checked: Checked,
     writer: String,
     grids: Vec<GridInfo>,
 }
@@ -134,17 +134,18 @@ impl VdbFile {
     /// Opens a file and reads the metadata of all grids, but no voxels.
     ///
     /// # Errors
-    /// Where there is no such file, it is a folder, not an OpenVDB file, truncated, or of a format
-    /// that the library does not know.
+    /// Where there is no such file, it is a folder, not an OpenVDB file, truncated, damaged in its
+    /// headers, or of a format that the library does not know.
     pub fn open(path: &Path) -> Result<Self> {
-        let version = check_header(path)?;
+        let checked = Checked::open(path)?;
         let Some(name) = path.to_str() else {
             return Err(Error::file(path, "the name is not UTF-8, which OpenVDB needs"));
         };
         let file = bridge::open_file(name).map_err(|e| Error::file(path, reading(&e)))?;
-        let grids = describe(&file.headers());
+        let headers = file.headers().map_err(|e| Error::file(path, reading(&e)))?;
+        let grids = describe(&headers);
         let writer = file.library_of_writer();
-        Ok(Self { path: path.to_path_buf(), file, version, writer, grids })
+        Ok(Self { path: path.to_path_buf(), file, checked, writer, grids })
     }
 
     /// The file as it was named.
@@ -159,7 +160,7 @@ impl VdbFile {
 
     /// Version of the file format, such as 224.
     pub fn version(&self) -> u32 {
-        self.version
+        self.checked.version()
     }
 
     /// Version of the library that wrote the file, such as `8.0`.
@@ -232,6 +233,7 @@ impl VdbFile {
 
     pub(super) fn voxels(&self, index: usize, fog: bool) -> Result<cxx::UniquePtr<bridge::Voxels>> {
         let info = self.info(index)?;
+        self.checked.tree(index).map_err(|e| self.grid_error(info, e))?;
         self.file.read(index, fog).map_err(|e| self.grid_error(info, reading(&e)))
     }
 
@@ -248,61 +250,16 @@ impl VdbFile {
     }
 }
 
-/// The format's version, where the file begins as an OpenVDB file does.
-fn check_header(path: &Path) -> Result<u32> {
-    let fail = |problem: String| Err(Error::file(path, problem));
-    if path.is_dir() {
-        return fail("is a folder; name an OpenVDB file".into());
-    }
-    let mut head = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(16).read_to_end(&mut head));
-    if let Err(e) = read {
-        return fail(format!("cannot be read: {e}"));
-    }
-    if !head.starts_with(&MAGIC) {
-        return fail(foreign(&head));
-    }
-    let Some(version) = head[MAGIC.len()..].first_chunk() else {
-        return fail("ends after its first bytes: it is truncated".into());
-    };
-    let version = u32::from_le_bytes(*version);
-    let newest = bridge::newest_file_version();
-    if !(OLDEST..=newest).contains(&version) {
-        return fail(format!(
-            "has the file format {version}; OpenVDB {} reads {OLDEST} to {newest}",
-            bridge::library_version()
-        ));
-    }
-    Ok(version)
-}
-
-/// What a file is that does not begin as OpenVDB files do.
-fn foreign(head: &[u8]) -> String {
-    if head.is_empty() {
-        return "is empty, and no OpenVDB file".into();
-    }
-    if head.starts_with(b"version https://") {
-        return "is a git-lfs pointer, and not the file itself; fetch it with git lfs pull".into();
-    }
-    if head.starts_with(b"NanoVDB") {
-        return "is a NanoVDB file; convert it to OpenVDB with nanovdb_convert".into();
-    }
-    let hex = |bytes: &[u8]| bytes.iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ");
-    format!(
-        "starts with {}, and an OpenVDB file starts with {}",
-        hex(&head[..head.len().min(4)]),
-        hex(&MAGIC[..4])
-    )
-}
-
 /// What went wrong in the library, in the user's terms.
 fn reading(e: &cxx::Exception) -> String {
     match e.what() {
-        what if what.contains("iostream") => "ends too early: it is truncated or damaged".into(),
+        what if what.contains("iostream") => {
+            "ends too early: it is truncated or damaged; copy or download it again".into()
+        }
         what if what.contains("bad_alloc") || what.contains("length_error") => {
             "asks for more memory than there is: it is damaged, or too large".into()
         }
-        what => format!("cannot be read: {what}"),
+        what => format!("is damaged: OpenVDB says \"{what}\"; copy or download it again"),
     }
 }
 

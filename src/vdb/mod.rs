@@ -7,6 +7,7 @@
 
 mod build;
 mod cells;
+mod check;
 mod choose;
 #[allow(unreachable_pub)] // what cxx generates
 mod ffi;

@@ -41,7 +41,7 @@ impl<V: Voxel> Source<V> {
         if voxels.components() != V::COMPONENTS {
             let kind = |n| if n == 1 { "scalars" } else { "three-vectors" };
             return Err(format!(
-                "holds {}, but {} are wanted here",
+                "holds {}, but {} are wanted here; name another grid",
                 kind(voxels.components()),
                 kind(V::COMPONENTS)
             ));

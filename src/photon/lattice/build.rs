@@ -1,14 +1,15 @@
 //! From flights to a lattice.
 
-use glam::{DVec3, IVec3, Vec3, Vec4};
+use glam::{DVec3, IVec3, Vec4};
 use rayon::prelude::*;
 
 use crate::math::{Aabb, World, WorldPoint, warp};
 use crate::medium::Phase;
 use crate::scene::Camera;
 
-use super::cells::{Brick, Lattice, SIDE};
-use super::shape::{BRICK, Cells, VOLUME};
+use super::cells::Lattice;
+use super::means::Means;
+use super::shape::{BRICK, Cells, VOLUME, cell_index};
 use super::track::Track;
 use super::walk::{Line, Steps};
 
@@ -76,30 +77,21 @@ impl<'a> Builder<'a> {
         });
     }
 
-    /// The finished lattice.
-    pub fn finish(self) -> Lattice {
-        let Self { cells, sums, .. } = self;
-        let mut places = Vec::with_capacity(cells.bricks());
-        cells.for_each_brick(|at| places.push(at));
+    /// The finished lattice, with this many levels of wider cells.
+    pub fn finish(self, wider: u32) -> Lattice {
+        let Self { cells, mut sums, .. } = self;
         // Lengths were counted in cells.
-        let per_volume = (cells.edge.powi(2).recip()) as f32;
-        let value = |brick: usize, at: IVec3| {
-            let sum = sums[brick * VOLUME + cell_index(at)] * per_volume;
-            Vec3::from(sum.truncate()).to_array()
-        };
-        let brick = |at: &IVec3| -> Brick {
-            let own = cells.brick(*at).expect("only bricks that are held are listed");
-            std::array::from_fn(|index| {
-                let (x, y, z) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
-                let within = IVec3::new(x as i32, y as i32, z as i32);
-                match cells.brick_anywhere(*at + (within >> BRICK)) {
-                    Some(brick) => value(brick, within & ((1 << BRICK) - 1)),
-                    None => value(own, within.min(IVec3::splat((1 << BRICK) - 1))),
-                }
-            })
-        };
-        let bricks = places.par_iter().map(brick).collect();
-        Lattice { cells, bricks }
+        let per_volume = cells.edge.powi(2).recip() as f32;
+        sums.par_iter_mut().for_each(|sum| *sum *= per_volume);
+        let mut means = Means { cells, values: sums };
+        let mut levels = Vec::new();
+        for _ in 0..wider {
+            let next = means.wider();
+            levels.push(means.level());
+            means = next;
+        }
+        levels.push(means.level());
+        Lattice { levels }
     }
 }
 
@@ -157,7 +149,89 @@ impl Spread<'_> {
     }
 }
 
-/// Place among a brick's cells.
-fn cell_index(within: IVec3) -> usize {
-    ((within.x << (2 * BRICK)) + (within.y << BRICK) + within.z) as usize
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Rgb, Stage, Stream};
+    use crate::medium::Density;
+    use crate::scene::camera::{Pose, Projection};
+    use crate::shape::{Cuboid, Region};
+    use glam::DAffine3;
+
+    /// Points along each flight by which brute force adds them up.
+    const POINTS: u32 = 20_000;
+
+    fn camera() -> Camera {
+        let pose = Pose { position: DVec3::new(0.0, 0.5, 4.0), target: DVec3::ZERO, up: DVec3::Y };
+        let projection = Projection::Perspective { fov: 40.0, aperture: 0.0, focus: None };
+        Camera::new(&pose, &projection, [8, 8]).unwrap()
+    }
+
+    #[test]
+    fn cells_hold_what_brute_force_adds_up() {
+        let far = DVec3::new(3e6, -2e6, 1e6);
+        for (phase, shift) in [
+            (Phase::ISOTROPIC, DVec3::ZERO),
+            (Phase::henyey_greenstein(0.9).unwrap(), DVec3::ZERO),
+            (Phase::ISOTROPIC, far),
+        ] {
+            let (low, high) = (DVec3::new(-1.0, -0.7, -0.4), DVec3::new(1.0, 0.8, 0.5));
+            let region = Cuboid::new(low + shift, high + shift, &DAffine3::IDENTITY).unwrap();
+            let density = Density::Homogeneous(Region::Box(region));
+            let cells = Cells::around(&density, 0.17).unwrap();
+            let origin = WorldPoint::from_xyz(shift + DVec3::new(0.3, 0.2, 0.1));
+            let camera = camera();
+            let mut rng = Stream::new(4, Stage::Test, 0, 0);
+            let mut place = |scale: f64| {
+                let at = DVec3::from([(); 3].map(|()| (2.0 * rng.uniform() - 1.0) * scale));
+                WorldPoint::from_xyz(at + shift)
+            };
+            let mut tracks: Vec<Track> = (0..200)
+                .map(|i| {
+                    Track::new(origin, place(1.0), place(3.0), Rgb::new(1.0, f64::from(i), 0.5))
+                })
+                .collect();
+            // Along an axis, along a face, and of no length.
+            let at = |x, y, z| WorldPoint::from_xyz(DVec3::new(x, y, z) + shift);
+            tracks.push(Track::new(origin, at(-9.0, 0.1, 0.1), at(9.0, 0.1, 0.1), Rgb::ONE));
+            let corner = cells.world(DVec3::splat(3.0));
+            tracks.push(Track::new(origin, corner, corner + DVec3::Y, Rgb::ONE));
+            tracks.push(Track::new(origin, at(0.1, 0.2, 0.3), at(0.1, 0.2, 0.3), Rgb::ONE));
+
+            let mut right = vec![DVec3::ZERO; cells.bricks() * VOLUME];
+            for track in &tracks[..201] {
+                let (start, end) = (track.start(), track.end());
+                for index in 0..POINTS {
+                    let u = (f64::from(index) + 0.5) / f64::from(POINTS);
+                    let p = origin + start.lerp(end, u);
+                    let cell = cells.local(p).floor().as_ivec3();
+                    let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { continue };
+                    let share = phase.eval((end - start).normalize().dot(camera.toward(p)));
+                    let power = DVec3::from(track.power().map(f64::from));
+                    right[brick * VOLUME + cell_index(cell & ((1 << BRICK) - 1))] +=
+                        power * share * track.length() / f64::from(POINTS) / cells.edge.powi(3);
+                }
+            }
+            let mut places = Vec::new();
+            cells.for_each_brick(|at| places.push(at));
+            let mut builder = Builder::new(cells, origin, &phase, &camera);
+            builder.add(&[&tracks[..100], &tracks[100..201]]);
+            let bounds = builder.bounds();
+            let (total, mut off) = (right.iter().copied().sum::<DVec3>(), DVec3::ZERO);
+            let lattice = builder.finish(0);
+            for (number, at) in places.iter().enumerate() {
+                for index in 0..VOLUME as i32 {
+                    let within = IVec3::new(index >> 6, index >> 3 & 7, index & 7);
+                    // A little inward, so that rounding asks no cell beyond the first.
+                    let center = ((*at << BRICK) + within).as_dvec3() + 0.5 + 1e-6;
+                    let p = bounds.min + center * lattice.edge();
+                    let right = right[number * VOLUME + index as usize];
+                    off += (lattice.at(p, 0) - right).abs();
+                }
+            }
+            // Brute force puts a point of each flight into the wrong cell at each border, and 32
+            // bits do.
+            assert!((off / total).max_element() < 2e-3, "{phase:?} at {shift}: {}", off / total);
+        }
+    }
 }

@@ -15,30 +15,40 @@ pub(super) type Brick = [[f32; 3]; SIDE * SIDE * SIDE];
 /// Light in a medium on a lattice of cubic cells; see the module's documentation.
 #[derive(Debug)]
 pub struct Lattice {
-    pub(super) cells: Cells,
-    pub(super) bricks: Vec<Brick>,
+    /// The finest, and others each with cells twice as wide.
+    pub(super) levels: Vec<Level>,
+}
+
+/// Light on cells of one width.
+#[derive(Debug)]
+pub(super) struct Level {
+    pub cells: Cells,
+    pub bricks: Vec<Brick>,
 }
 
 impl Lattice {
-    /// Edge of a cell, in metres.
-    pub const fn edge(&self) -> f64 {
-        self.cells.edge
+    /// Edge of the finest cells, in metres.
+    pub fn edge(&self) -> f64 {
+        self.levels.first().map_or(0.0, |level| level.cells.edge)
     }
 
     /// Bytes in memory.
-    pub const fn memory_bytes(&self) -> usize {
-        self.bricks.len() * size_of::<Brick>()
+    pub fn memory_bytes(&self) -> usize {
+        self.levels.iter().map(|level| level.bricks.len() * size_of::<Brick>()).sum()
     }
 
     /// The light scattered at `p` per unit of sigma_s, W/(m² sr): trilinear between the centres of
-    /// the cells, 0 where there are none.
-    pub fn at(&self, p: WorldPoint) -> Rgb {
-        let local = self.cells.local(p) - 0.5;
+    /// cells 2^`level` times as wide as the finest, 0 where there are none.
+    pub fn at(&self, p: WorldPoint, level: usize) -> Rgb {
+        let Some(Level { cells, bricks }) = self.levels.get(level).or(self.levels.last()) else {
+            return Rgb::ZERO;
+        };
+        let local = cells.local(p) - 0.5;
         let low = local.floor();
         let cell = low.as_ivec3();
-        let Some(brick) = self.cells.brick_anywhere(cell >> BRICK) else { return Rgb::ZERO };
+        let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { return Rgb::ZERO };
         let within = cell & ((1 << BRICK) - 1);
-        blend(&self.bricks[brick], within, local - low)
+        blend(&bricks[brick], within, local - low)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::scene::lighting::{self, Draws};
 
 use super::edge::edge_for_direct;
-use super::shape::{BRICK, Cells, VOLUME};
+use super::shape::{BRICK, Cells, VOLUME, cell_index};
 
 /// Cells within which a lamp is too near for its light to be kept.
 const NEAR: f64 = 8.0;
@@ -80,8 +80,7 @@ impl DirectLattice {
     fn cell(&self, scene: &Scene, cell: IVec3, draws: &mut Draws) -> Vec3A {
         let Some(brick) = self.cells.brick_anywhere(cell >> BRICK) else { return Vec3A::ZERO };
         let within = cell & ((1 << BRICK) - 1);
-        let index =
-            brick * VOLUME + ((within.x << (2 * BRICK)) + (within.y << BRICK) + within.z) as usize;
+        let index = brick * VOLUME + cell_index(within);
         let [r, g, b] = &self.values[index];
         let known = r.load(Ordering::Acquire);
         if known != UNKNOWN {

@@ -15,6 +15,7 @@ mod build;
 mod cells;
 mod direct;
 mod edge;
+mod means;
 mod shape;
 mod track;
 mod walk;

@@ -23,6 +23,11 @@ const MOST_CELLS: f64 = (1 << 24) as f64;
 /// Marks a brick that is not held.
 const NONE: u32 = u32::MAX;
 
+/// Place among a brick's cells, z fastest.
+pub(super) fn cell_index(within: IVec3) -> usize {
+    ((within.x << (2 * BRICK)) + (within.y << BRICK) + within.z) as usize
+}
+
 /// The cells of a lattice: bricks of 8³ round a medium.
 #[derive(Debug)]
 pub struct Cells {
@@ -55,14 +60,7 @@ impl Cells {
         if !fits {
             return None;
         }
-        let size = extent.as_ivec3();
-        let layered = (0..3).max_by_key(|&axis| size[axis]).unwrap_or(0);
-        let (a, b) = ((layered + 1) % 3, (layered + 2) % 3);
-        let mut strides = IVec3::ZERO;
-        (strides[b], strides[a], strides[layered]) = (1, size[b], size[a] * size[b]);
-        let slots = vec![NONE; size.element_product() as usize];
-        let corner = bounds.min;
-        let mut cells = Self { corner, edge, size, strides, layered, slots, layers: vec![0] };
+        let mut cells = Self::empty(bounds.min, edge, extent.as_ivec3());
         match density {
             Density::Homogeneous(_) => cells.mark(&bounds),
             Density::Voxel(grid) if grid.background() != 0.0 => cells.mark(&bounds),
@@ -72,6 +70,27 @@ impl Cells {
         }
         cells.number();
         Some(cells)
+    }
+
+    /// None held, of this many bricks along each axis.
+    fn empty(corner: WorldPoint, edge: f64, size: IVec3) -> Self {
+        let layered = (0..3).max_by_key(|&axis| size[axis]).unwrap_or(0);
+        let (a, b) = ((layered + 1) % 3, (layered + 2) % 3);
+        let mut strides = IVec3::ZERO;
+        (strides[b], strides[a], strides[layered]) = (1, size[b], size[a] * size[b]);
+        let slots = vec![NONE; size.element_product() as usize];
+        Self { corner, edge, size, strides, layered, slots, layers: vec![0] }
+    }
+
+    /// Cells twice as wide that hold all of these.
+    pub(super) fn wider(&self) -> Self {
+        let mut cells = Self::empty(self.corner, 2.0 * self.edge, (self.size + 1) / 2);
+        self.for_each_brick(|at| {
+            let slot = cells.slot(at / 2);
+            cells.slots[slot] = 0;
+        });
+        cells.number();
+        cells
     }
 
     /// Marks the bricks that meet `region`.

@@ -109,3 +109,33 @@ impl Iterator for Steps {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn place() -> impl Strategy<Value = DVec3> {
+        let number = prop_oneof![-40.0..40.0, (-4..4).prop_map(f64::from), Just(1e-13)];
+        [number.clone(), number.clone(), number].prop_map(DVec3::from)
+    }
+
+    proptest! {
+        #[test]
+        fn cubes_follow_the_line_without_gaps(from in place(), to in place(), log2 in 0..4) {
+            let line = Line::new(from, to - from);
+            let edge = f64::from(1 << log2);
+            let (low, high) = (IVec3::splat(-3), IVec3::new(2, 4, 3));
+            let (first, last) = line.within(low.as_dvec3() * edge, high.as_dvec3() * edge);
+            let mut at = first;
+            for (cube, begin, end) in Steps::new(&line, first, last, low, high, log2) {
+                prop_assert!(begin == at && end > begin, "from {begin} to {end} after {at}");
+                let middle = line.at(0.5 * (begin + end)) / edge - cube.as_dvec3();
+                prop_assert!(middle.cmpge(DVec3::splat(-1e-9)).all(), "{middle} of {cube}");
+                prop_assert!(middle.cmple(DVec3::splat(1.0 + 1e-9)).all(), "{middle} of {cube}");
+                at = end;
+            }
+            prop_assert!(last <= first || (at - last).abs() < 1e-9, "ended at {at}, not {last}");
+        }
+    }
+}

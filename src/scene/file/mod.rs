@@ -114,7 +114,7 @@ pub use surface::{MaterialSection, ShapeSection, SurfaceSection};
 /// Largest number of media, surfaces and lights a file may list, each.
 pub const MAX_TABLES: usize = 4096;
 /// Largest scene file, in bytes.
-const MAX_BYTES: usize = 16 << 20;
+const MAX_BYTES: u64 = 16 << 20;
 
 /// A scene file, read and checked; the files it names exist but are not read yet.
 #[derive(Debug, Clone, PartialEq)]
@@ -147,13 +147,7 @@ pub enum ColorSection {
 /// # Errors
 /// Where it cannot be read, is no UTF-8 or larger than 16 MiB.
 pub fn read(path: &Path) -> Result<String> {
-    let bytes = std::fs::read(path).map_err(|e| {
-        Error::file(path, format!("cannot be read: {e}; give a scene (.toml) or a VDB file"))
-    })?;
-    if bytes.len() > MAX_BYTES {
-        let problem = format!("{} bytes long; a scene file has at most {MAX_BYTES}", bytes.len());
-        return Err(Error::file(path, problem));
-    }
+    let bytes = crate::file::read(path, MAX_BYTES)?;
     String::from_utf8(bytes).map_err(|_| {
         Error::file(path, "is neither UTF-8 text nor a VDB; give a scene (.toml) or a VDB file")
     })

@@ -102,11 +102,19 @@ impl Scene {
 /// Whether the file begins like a VDB.
 fn is_vdb(path: &Path) -> Result<bool> {
     let mut magic = [0; 4];
-    let mut file = std::fs::File::open(path).map_err(|e| {
-        Error::file(path, format!("cannot be read: {e}; give a scene (.toml) or a VDB file"))
-    })?;
+    let mut file = scene_file(path, crate::file::open(path))?;
     let extension = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vdb"));
     Ok(extension || file.read_exact(&mut magic).is_ok_and(|()| &magic == b" BDV"))
+}
+
+/// `opened`, its error also saying what would be right.
+fn scene_file<T>(path: &Path, opened: Result<T>) -> Result<T> {
+    opened.map_err(|e| match e {
+        Error::File { problem, .. } => {
+            Error::file(path, format!("{problem}; give a scene (.toml) or a VDB file"))
+        }
+        other => other,
+    })
 }
 
 /// A warning where light from infinitely far is to cross endless fog: none arrives.

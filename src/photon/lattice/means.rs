@@ -1,0 +1,69 @@
+//! Cells with their values, before bricks share their borders.
+
+use glam::{IVec3, Vec4};
+use rayon::prelude::*;
+
+use super::cells::{Brick, Level, SIDE};
+use super::shape::{BRICK, Cells, VOLUME, cell_index};
+
+/// Cells of a brick along an edge.
+const EDGE: i32 = 1 << BRICK;
+
+/// Cells with the mean of the light in each: three channels and nothing, 8³ a brick.
+pub(super) struct Means {
+    pub cells: Cells,
+    pub values: Vec<Vec4>,
+}
+
+impl Means {
+    fn value(&self, brick: usize, within: IVec3) -> Vec4 {
+        self.values[brick * VOLUME + cell_index(within)]
+    }
+
+    /// Places of all bricks, by their numbers.
+    fn places(&self) -> Vec<IVec3> {
+        let mut places = Vec::with_capacity(self.cells.bricks());
+        self.cells.for_each_brick(|at| places.push(at));
+        places
+    }
+
+    /// The same light on cells twice as wide: means of those cells that are held.
+    pub fn wider(&self) -> Self {
+        let cells = self.cells.wider();
+        let mut values = vec![Vec4::ZERO; cells.bricks() * VOLUME];
+        let places = Self { cells, values: Vec::new() };
+        let fill = |(at, values): (IVec3, &mut [Vec4])| {
+            for (index, value) in (0..).zip(values) {
+                let within = IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & (EDGE - 1);
+                let first = ((at << BRICK) + within) * 2;
+                // All eight lie in one brick, whose edge is even.
+                let Some(brick) = self.cells.brick_anywhere(first >> BRICK) else { continue };
+                let corner = |i: i32| {
+                    let by = IVec3::new(i & 1, i >> 1 & 1, i >> 2);
+                    self.value(brick, (first & (EDGE - 1)) + by)
+                };
+                *value = (0..8).map(corner).sum::<Vec4>() / 8.0;
+            }
+        };
+        places.places().into_par_iter().zip(values.par_chunks_mut(VOLUME)).for_each(fill);
+        Self { cells: places.cells, values }
+    }
+
+    /// Bricks that hold their neighbours' first values as well.
+    pub fn level(self) -> Level {
+        let brick = |at: &IVec3| -> Brick {
+            let own = self.cells.brick(*at).expect("only bricks that are held are listed");
+            std::array::from_fn(|index| {
+                let (x, y, z) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
+                let within = IVec3::new(x as i32, y as i32, z as i32);
+                let value = match self.cells.brick_anywhere(*at + (within >> BRICK)) {
+                    Some(brick) => self.value(brick, within & (EDGE - 1)),
+                    None => self.value(own, within.min(IVec3::splat(EDGE - 1))),
+                };
+                value.truncate().to_array()
+            })
+        };
+        let bricks = self.places().par_iter().map(brick).collect();
+        Level { cells: self.cells, bricks }
+    }
+}

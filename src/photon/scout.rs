@@ -1,0 +1,64 @@
+//! What the first paths tell of all.
+
+use rayon::prelude::*;
+
+use super::lattice::Track;
+use super::path::{Deposits, Paths};
+
+/// Paths that are asked.
+const PATHS: u64 = 2048;
+
+/// Paths that are asked at once: few, since one may leave very many photons.
+const AT_ONCE: u64 = 8;
+
+/// Volume photons, about, kept of one path.
+const KEPT: f64 = 4.0;
+
+/// Volume photons after which enough is known of how many a path leaves: as at a spike of density.
+const ENOUGH: usize = 1_000_000;
+
+/// What is known of all paths before they are shot.
+#[derive(Debug)]
+pub(super) struct Scouted {
+    /// Share of the volume photons to keep, so that a path leaves few.
+    pub keep: f64,
+    /// Length in metres of all flights through media.
+    pub flown: f64,
+    /// Power, summed over channels, of flights in media: half of their length is flown with less.
+    /// Nothing where there are none.
+    pub usual_power: Option<f64>,
+}
+
+impl Scouted {
+    /// Asks the first of `count` paths.
+    pub fn by(paths: &Paths<'_>, count: u64) -> Self {
+        let (mut traced, mut left, mut tracks) = (0, 0, Vec::new());
+        while traced < PATHS.min(count) && left < ENOUGH {
+            let until = (traced + AT_ONCE).min(count);
+            let each = (traced..until).into_par_iter().map(|path| paths.trace(path..path + 1));
+            for Deposits { volume, tracks: flown, .. } in each.collect::<Vec<_>>() {
+                left += volume.len();
+                tracks.extend(flown);
+            }
+            traced = until;
+        }
+        let per_path = left as f64 / traced.max(1) as f64;
+        let many = count > PATHS || left >= ENOUGH;
+        let keep = if many { (KEPT / per_path).min(1.0) } else { 1.0 };
+        let share = traced as f64 / count.max(1) as f64;
+        let flown = tracks.iter().map(Track::length).sum::<f64>() / share.max(f64::MIN_POSITIVE);
+        Self { keep, flown, usual_power: usual_power(&mut tracks) }
+    }
+}
+
+fn usual_power(tracks: &mut [Track]) -> Option<f64> {
+    let power = |track: &Track| track.power().iter().copied().map(f64::from).sum::<f64>();
+    tracks.sort_by(|a, b| power(a).total_cmp(&power(b)));
+    let total: f64 = tracks.iter().map(Track::length).sum();
+    let mut flown = 0.0;
+    let middle = tracks.iter().find(|track| {
+        flown += track.length();
+        flown >= 0.5 * total
+    });
+    middle.map(power).filter(|power| *power > 0.0)
+}
