@@ -120,11 +120,13 @@ fn memory(scene: &Scene, work: &Work, needs: &Needs, pixels: u64, program: u64) 
     let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
     let building = photons.building + tables;
     let left = |freed: u64| freed.min(RETAINED);
+    // What reading left is taken again for photons.
+    let freed = reading.max(building - photons.held);
     let peak = [
         scene + reading,
         scene + maps + building + left(reading),
-        scene + maps + photons.held + film + left(reading + building - photons.held),
-        scene + pixels * WRITING + left(reading + building),
+        scene + maps + photons.held + film + left(freed),
+        scene + pixels * WRITING + left(freed),
     ];
     let peak = peak.into_iter().fold(0, u64::max);
     Memory { program, grids, surfaces, photons: photons.held, film, maps, peak }
