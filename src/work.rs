@@ -12,6 +12,19 @@ macro_rules! counters {
             $($(#[$doc])* pub $name: u64,)*
         }
 
+        impl Work {
+            /// Each count through `f`.
+            #[must_use]
+            pub fn map(&self, f: impl Fn(u64) -> u64) -> Self {
+                Self { $($name: f(self.$name),)* }
+            }
+
+            /// Each count with its name.
+            pub fn counts(&self) -> impl Iterator<Item = (&'static str, u64)> {
+                [$((stringify!($name), self.$name),)*].into_iter()
+            }
+        }
+
         impl AddAssign for Work {
             fn add_assign(&mut self, other: Self) {
                 $(self.$name += other.$name;)*
@@ -29,14 +42,39 @@ counters! {
     intersections,
     /// Rays or parts of rays along which optical thickness was integrated.
     marches,
+    /// Pixels of the director's maps.
+    map_pixels,
+    /// Escaped rays for which lights infinitely far away were asked.
+    environment_lookups,
+    /// Steps of marches: region crossings, crossed cells, constant blocks, samples.
+    march_steps,
+    /// Values taken out of grids: one a crossed cell, constant block or sampled place, and one a
+    /// region whose majorant free flight crossed.
+    grid_lookups,
+    /// Places where emission was asked of a grid or a temperature.
+    emission_lookups,
     /// Tentative collisions of free flight.
     collisions,
+    /// Those of them at which nothing happened.
+    null_collisions,
     /// Places where light in the medium was evaluated.
     gathers,
+    /// Those of them that asked where photons came from.
+    directed_gathers,
+    /// Places on surfaces where photons were gathered.
+    surface_gathers,
     /// Photons that lay within the radius of a gather.
     gathered,
-    /// Photon paths sent out by lights.
+    /// Choices of one light among several.
+    light_choices,
+    /// Mirrors and panes of glass that camera rays followed.
+    specular_bounces,
+    /// Photon paths begun, those among them that carry nothing.
     photon_paths,
+    /// Photons that left a light or an emissive medium.
+    photons_emitted,
+    /// Those of them that could reach neither a medium nor a surface.
+    photons_missed,
     /// Photons stored in media.
     volume_photons,
     /// Photons stored on surfaces.

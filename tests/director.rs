@@ -8,6 +8,7 @@ use fogbow::image::{Film, read_exr, read_layers};
 use fogbow::math::{Span, WorldPoint, luminance};
 use fogbow::medium::Density;
 use fogbow::render::{Silent, render};
+use fogbow::scene::plan::Needs;
 use fogbow::scene::{
     Directed, Directing, Director, Importance, LoadOptions, Overrides, RenderSettings, Scene,
 };
@@ -112,8 +113,8 @@ fn what_is_handed_out_is_recorded() {
 #[test]
 fn x_is_the_exact_transmittance() {
     let scene = load(&shipped("smoke.toml"), [12, 12], 1, 0);
-    let (sight, _) = Sight::look(&scene, 0);
-    let (x, _) = x_map(&scene, &sight);
+    let (sight, _) = Sight::look(&scene, 0, Needs::EVERYTHING);
+    let (x, _) = x_map(&scene, &sight, Needs::EVERYTHING);
     let medium = scene.media.get(0);
     let Density::Voxel(_) = &medium.density else { panic!("smoke is a grid") };
     let bounds = medium.density.bounds().unwrap();

@@ -12,6 +12,7 @@ use fogbow::medium::{
 };
 use fogbow::shape::{Cuboid, Region, Sphere};
 use fogbow::vdb::{Block, Grid, GridToWrite, ReadAs, Tile, VdbFile, write};
+use fogbow::work::Work;
 use glam::{DAffine3, DQuat, DVec3, IVec3};
 
 const VOXEL: f64 = 0.125;
@@ -185,9 +186,9 @@ fn ratio_tracking_is_unbiased() {
         for (ray, span) in rays() {
             index += 1;
             let mut rng = stream(index);
-            let mut collisions = 0;
+            let mut work = Work::default();
             assert_mean(name, 4000, media.transmittance(&ray, span), || {
-                media.ratio_tracking(&ray, span, &mut rng, &mut collisions)
+                media.ratio_tracking(&ray, span, &mut rng, &mut work)
             });
         }
     }
@@ -445,4 +446,31 @@ fn what_does_not_glow_has_no_sampler_and_what_glows_without_end_is_refused() {
     let glow = Medium { emission: Some(Emission::Density(Rgb::ONE)), ..endless() };
     let error = EmissionSampler::new(&glow).unwrap_err().to_string();
     assert!(error.contains("without end"), "{error}");
+}
+
+/// A medium without emission has a shorter way of its own.
+#[test]
+fn no_emission_is_traced_as_black_emission_is() {
+    let smoke = |emission| {
+        let density = Density::Voxel(grid(0.7, puffs, vec![]));
+        Media::new(vec![Medium { emission, ..medium(density, Rgb::new(3.0, 1.0, 0.2)) }])
+    };
+    let (none, black) = (smoke(None), smoke(Some(Emission::Density(Rgb::ZERO))));
+    for step in [0.5 * VOXEL, 4.0 * VOXEL] {
+        for (ray, span) in rays() {
+            let [a, b] = [&none, &black].map(|media| traced(media, &ray, span, step, 0.3));
+            assert_eq!(a.optical_thickness(), b.optical_thickness());
+            assert_eq!(a.pieces().len(), b.pieces().len());
+            for (a, b) in a.pieces().iter().zip(b.pieces()) {
+                assert_eq!((a.span, a.sigma_t, a.before), (b.span, b.sigma_t, b.before));
+                assert_eq!((a.emission, b.emission), (Rgb::ZERO, Rgb::ZERO));
+            }
+            let [a, b] = [a, b].map(|profile| {
+                let mut work = Work::default();
+                profile.count(&mut work);
+                work
+            });
+            assert_eq!(a, b);
+        }
+    }
 }

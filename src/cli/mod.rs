@@ -10,7 +10,9 @@ mod info;
 mod load;
 mod make;
 mod maps;
+mod memory;
 mod output;
+mod plan;
 mod progress;
 mod render;
 mod settings;
@@ -42,6 +44,8 @@ enum Command {
     Error(error::Args),
     /// Tell what each way of rendering a scene costs in error and saves in time.
     Study(study::Args),
+    /// Tell what rendering a scene needs, what it leaves out, and what it should cost.
+    Plan(plan::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
     Info(info::Args),
     /// Make procedural smoke, a cloud, fog or fire as a VDB file, or a statue as a mesh.
@@ -57,6 +61,7 @@ pub fn main() -> ExitCode {
         Command::Maps(args) => maps::run(args),
         Command::Error(args) => error::run(args),
         Command::Study(args) => study::run(args),
+        Command::Plan(args) => plan::run(args),
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),
     };

@@ -2,17 +2,20 @@
 
 use std::time::{Duration, Instant};
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::{Map, Value, json};
 
 use super::console;
 use super::load;
+use super::memory;
 use super::output::Output;
 use super::progress::Console;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::image::{View, write_exr, write_png};
 use crate::render::{self, Progress, Rendered, Silent};
-use crate::scene::{Director, Scene};
+use crate::scene::plan::RenderPlan;
+use crate::scene::{Director, Planning, Scene};
 
 /// Arguments of `fogbow render`.
 #[derive(Debug, clap::Args)]
@@ -27,6 +30,10 @@ pub(super) struct Args {
     /// For a VDB file that has only a level set: turn it into a fog volume.
     #[arg(long, value_name = "AS", value_parser = ["fog"])]
     level_set: Option<String>,
+    /// What to do of what the scene does not need: nothing, or everything all the same.
+    #[arg(long, value_name = "WHAT", default_value = "needed",
+        value_parser = PossibleValuesParser::new(["needed", "everything"]).map(planning))]
+    plan: Planning,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -35,8 +42,12 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<()> {
     let output = Output::check(&args.paths.output)?;
     let level_set_as_fog = args.level_set.is_some();
-    let (scene, pool, loading) =
+    let (mut scene, pool, loading) =
         load::scene(&args.paths.scene, &args.settings, level_set_as_fog, &args.run)?;
+    scene.render.planning = args.plan;
+    if !args.reference && !args.run.quiet {
+        console::message(&RenderPlan::of(&scene, &scene.render).line());
+    }
 
     let console = Console::new();
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
@@ -58,6 +69,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "settings": settings,
             "seconds": seconds,
             "work": rendered.work,
+            "peak_memory": memory::peak(),
             "warnings": scene.warnings,
             "notes": scene.notes,
             "outputs": [output.exr.display().to_string(), output.png.display().to_string()],
@@ -68,6 +80,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
         console::result(&output.png.display().to_string());
     }
     Ok(())
+}
+
+fn planning(name: String) -> Planning {
+    if name == "everything" { Planning::Everything } else { Planning::Needed }
 }
 
 /// What the picture was made with; the same input gives the same settings.

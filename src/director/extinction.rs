@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use super::quantile::quantile;
 use super::sight::{Sight, middle};
 use crate::image::Image;
-use crate::math::{Rgb, Span, luminance};
+use crate::math::{Ray, Rgb, Span, World, luminance};
 use crate::scene::Scene;
+use crate::scene::plan::Needs;
 use crate::work::Work;
 
 /// Share of the snapshot's pixels that are darker than what counts as white in it.
@@ -16,18 +17,33 @@ const WHITE: f64 = 0.99;
 /// (see [`Media::transmittance`](crate::medium::Media::transmittance)), with the distances of
 /// `sight` in place of intersections. 0 where no light can come along the ray: nothing is hit and
 /// no environment shines (Anson et al. 2006, section 3.1).
-pub fn x_map(scene: &Scene, sight: &Sight) -> (Vec<f32>, Work) {
-    let pixel = |(index, depth): (usize, &f64)| {
-        let ray = middle(scene, index);
-        let dark = || scene.lights.environment_radiance(ray.direction) == Rgb::ZERO;
-        if depth.is_infinite() && dark() {
+/// Without media in `needs` it is 1, without an environment 0 where nothing is hit.
+pub fn x_map(scene: &Scene, sight: &Sight, needs: Needs) -> (Vec<f32>, Work) {
+    let dark = |ray: &Ray<World>| scene.lights.environment_radiance(ray.direction) == Rgb::ZERO;
+    let pixel = |index: usize, depth: f64, work: &mut Work| {
+        if depth.is_infinite() && !needs.environment {
             return 0.0;
         }
-        luminance(scene.media.transmittance(&ray, Span::new(0.0, *depth))) as f32
+        let ray = middle(scene, index);
+        if depth.is_infinite() && dark(&ray) {
+            return 0.0;
+        }
+        if !needs.media {
+            return 1.0;
+        }
+        let span = Span::new(0.0, depth);
+        luminance(scene.media.transmittance_counted(&ray, span, work)) as f32
     };
-    let x = sight.depth.par_iter().enumerate().map(pixel).collect::<Vec<f32>>();
-    let marches = if scene.media.is_empty() { 0 } else { x.len() as u64 };
-    (x, Work { marches, ..Work::default() })
+    let width = scene.film.size[0] as usize;
+    let row = |(y, row): (usize, &[f64])| {
+        let mut work = Work::default();
+        let indices = y * width..;
+        let x = indices.zip(row).map(|(index, depth)| pixel(index, *depth, &mut work)).collect();
+        (x, work)
+    };
+    let rows: Vec<(Vec<f32>, Work)> = sight.depth.par_chunks(width).enumerate().map(row).collect();
+    let work = rows.iter().map(|(_, work)| *work).sum();
+    (rows.into_iter().flat_map(|(x, _)| x).collect(), work)
 }
 
 /// The false medium: the snapshot seen through `x` with the inverted `x` over it, 1 being the

@@ -3,10 +3,11 @@
 use rayon::prelude::*;
 
 use crate::image::Image;
-use crate::math::{Ray, Rgb, Span, Stage, Stream, World};
+use crate::math::{Ray, Rgb, Stage, Stream, World};
 use crate::medium::Media;
 use crate::scene::Scene;
 use crate::scene::lighting::{self, Draws};
+use crate::scene::plan::Needs;
 use crate::surface::TransportMode;
 use crate::work::Work;
 
@@ -25,7 +26,7 @@ pub struct Sight {
 
 impl Sight {
     /// Looks at `scene`, at the size of its film; the same on any number of threads.
-    pub fn look(scene: &Scene, seed: u64) -> (Self, Work) {
+    pub fn look(scene: &Scene, seed: u64, needs: Needs) -> (Self, Work) {
         let [width, height] = scene.film.size.map(|side| side as usize);
         let pixel = |index: usize, draws: &mut Draws| {
             draws.rng = Stream::new(seed, Stage::Director, index as u64, 1);
@@ -35,7 +36,7 @@ impl Sight {
             .into_par_iter()
             .map(|y| {
                 let rng = Stream::new(seed, Stage::Director, 0, 1);
-                let mut draws = Draws { rng, work: Work::default() };
+                let mut draws = Draws { rng, work: Work::default(), needs };
                 let row = (0..width).map(|x| pixel(y * width + x, &mut draws)).collect();
                 (row, draws.work)
             })
@@ -62,9 +63,8 @@ pub(super) fn middle(scene: &Scene, index: usize) -> Ray<World> {
 fn see(scene: &Scene, mut ray: Ray<World>, draws: &mut Draws) -> (f64, Rgb) {
     let (mut first, mut light, mut throughput) = (f64::INFINITY, Rgb::ZERO, Rgb::ONE);
     for bounce in 0..MAX_SPECULAR {
-        draws.work.intersections += u64::from(!scene.surfaces.is_empty());
-        let Some(hit) = scene.surfaces.intersect(&ray, Span::AHEAD) else {
-            light += throughput * scene.lights.environment_radiance(ray.direction);
+        let Some(hit) = lighting::first_surface(scene, &ray, draws) else {
+            light += throughput * lighting::environment(scene, &ray, draws);
             break;
         };
         if bounce == 0 {

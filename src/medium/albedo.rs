@@ -25,6 +25,11 @@ pub enum Albedo {
 }
 
 impl Albedo {
+    /// Whether it is the same everywhere, so that no grid is looked up.
+    pub const fn is_constant(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+
     /// The albedo at `p`.
     pub fn at(&self, p: WorldPoint) -> Rgb {
         let value = match self {

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use crate::math::{Aabb, Ray, Span, World, WorldPoint};
 use crate::shape::Region;
 use crate::vdb::Grid;
+use crate::work::Work;
 
 /// The density field of a medium, without unit.
 #[derive(Debug)]
@@ -38,16 +39,30 @@ impl Density {
     }
 
     /// The integral of the density over `span` of `ray` (unit direction), in metres: exact, by a
-    /// closed form or cell by cell.
-    pub fn integrate(&self, ray: &Ray<World>, span: Span) -> f64 {
+    /// closed form or cell by cell. `work` counts the steps.
+    pub fn integrate(&self, ray: &Ray<World>, span: Span, work: &mut Work) -> f64 {
+        let (mut sum, mut steps) = (0.0, 0);
         match self {
-            Self::Homogeneous(region) => {
-                let mut length = 0.0;
-                region.spans(ray, span, |piece| length += piece.length());
-                length
+            Self::Homogeneous(region) => region.spans(ray, span, |piece| {
+                sum += piece.length();
+                steps += 1;
+            }),
+            Self::Voxel(grid) => {
+                let _ = grid.cells(&grid.transform().ray_to_local(ray), span, |_, integral| {
+                    sum += integral;
+                    steps += 1;
+                    ControlFlow::Continue(())
+                });
+                work.grid_lookups += steps;
             }
-            Self::Voxel(grid) => grid.integrate(&grid.transform().ray_to_local(ray), span),
         }
+        work.march_steps += steps;
+        sum
+    }
+
+    /// Whether it is a voxel grid.
+    pub const fn is_voxel(&self) -> bool {
+        matches!(self, Self::Voxel(_))
     }
 
     /// Hands out consecutive pieces of `ray` (unit direction) front to back, each with its mean

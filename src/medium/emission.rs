@@ -81,6 +81,16 @@ impl Medium {
         }
     }
 
+    /// About the bytes of its [`EmissionSampler`]: the table of voxels that may glow.
+    pub fn sampler_bytes(&self) -> u64 {
+        let grid = match (&self.emission, &self.density) {
+            (None, _) | (Some(Emission::Density(_)), Density::Homogeneous(_)) => return 0,
+            (Some(Emission::Grid { grid, .. }), _) | (Some(_), Density::Voxel(grid)) => grid,
+            (Some(Emission::Blackbody { grid, .. }), Density::Homogeneous(_)) => grid,
+        };
+        grid.active_voxels() * (size_of::<IVec3>() + size_of::<f64>()) as u64
+    }
+
     /// Emission coefficient at `p`, W/(m³ sr).
     pub fn emission_at(&self, p: WorldPoint) -> Rgb {
         match &self.emission {

@@ -56,6 +56,11 @@ impl<'a> Flights<'a> {
         *next = flight.next(rng);
         Some(collision)
     }
+
+    /// Grid lookups since this was last asked: one a region crossed.
+    pub fn take_lookups(&mut self) -> u64 {
+        self.flights.iter_mut().map(|(flight, _)| std::mem::take(&mut flight.lookups)).sum()
+    }
 }
 
 /// The tentative collisions of one medium.
@@ -65,6 +70,7 @@ struct Flight<'a> {
     /// Largest extinction coefficient per unit of density, 1/m.
     sigma_t: f64,
     path: Path<'a>,
+    lookups: u64,
 }
 
 #[derive(Debug)]
@@ -89,7 +95,7 @@ impl<'a> Flight<'a> {
                 Path::Voxel { grid, ray, walk, brick }
             }
         };
-        Self { medium, sigma_t: of.sigma_t_max(), path }
+        Self { medium, sigma_t: of.sigma_t_max(), path, lookups: 0 }
     }
 
     /// The next tentative collision: spends an exponentially distributed optical thickness of
@@ -110,6 +116,7 @@ impl<'a> Flight<'a> {
             }
             Path::Voxel { grid, ray, walk, brick } => {
                 while let Some(segment) = brick {
+                    self.lookups += 1;
                     let majorant = sigma_t * f64::from(segment.max);
                     match spend(&mut left, &mut segment.span, majorant) {
                         Some(t) => {

@@ -4,6 +4,8 @@ use smallvec::SmallVec;
 
 use crate::math::{Aabb, Ray, Rgb, Span, Stream, World, WorldPoint};
 
+use crate::work::Work;
+
 use super::{Collision, Flights, Medium};
 
 /// All media of a scene; where they overlap their coefficients add.
@@ -43,12 +45,7 @@ impl Media {
 
     /// The optical thickness of `span` of `ray` (unit direction) per channel, exact.
     pub fn optical_thickness(&self, ray: &Ray<World>, span: Span) -> Rgb {
-        let mut thickness = Rgb::ZERO;
-        for medium in &self.media {
-            let depth = medium.density.integrate(ray, span);
-            thickness += thickness_of(medium.sigma_t, depth);
-        }
-        thickness
+        self.thickness_counted(ray, span, &mut Work::default())
     }
 
     /// The transmittance of `span` of `ray` (unit direction) per channel, exact.
@@ -56,20 +53,38 @@ impl Media {
         (-self.optical_thickness(ray, span)).exp()
     }
 
+    /// As [`transmittance`](Self::transmittance); `work` counts the march and its steps.
+    pub fn transmittance_counted(&self, ray: &Ray<World>, span: Span, work: &mut Work) -> Rgb {
+        work.marches += u64::from(!self.media.is_empty());
+        (-self.thickness_counted(ray, span, work)).exp()
+    }
+
+    fn thickness_counted(&self, ray: &Ray<World>, span: Span, work: &mut Work) -> Rgb {
+        let mut thickness = Rgb::ZERO;
+        for medium in &self.media {
+            let depth = medium.density.integrate(ray, span, work);
+            thickness += thickness_of(medium.sigma_t, depth);
+        }
+        thickness
+    }
+
     /// An unbiased estimate of the transmittance by ratio tracking (Novák et al. 2014, "Residual
     /// Ratio Tracking"): the product of 1 - sigma_t / sigma_maj over tentative collisions.
-    /// `collisions` counts them.
+    /// `work` counts them.
     pub fn ratio_tracking(
         &self,
         ray: &Ray<World>,
         span: Span,
         rng: &mut Stream,
-        collisions: &mut u64,
+        work: &mut Work,
     ) -> Rgb {
         let mut flights = Flights::start(&self.media, ray, span, rng);
         let mut transmittance = Rgb::ONE;
-        while let Some(c) = flights.next(rng) {
-            *collisions += 1;
+        loop {
+            let next = flights.next(rng);
+            work.grid_lookups += flights.take_lookups();
+            let Some(c) = next else { return transmittance };
+            work.collisions += 1;
             transmittance *= Rgb::ONE - self.get(c.medium).sigma_t * (c.density / c.majorant);
             // Russian roulette keeps thick media from costing time for nothing.
             let left = transmittance.max_element();
@@ -81,7 +96,6 @@ impl Media {
                 transmittance /= survive;
             }
         }
-        transmittance
     }
 
     /// Starts free flight along `ray` (unit direction).
@@ -96,6 +110,17 @@ impl Media {
             (sigma_s != Rgb::ZERO).then_some((index, sigma_s))
         };
         self.media.iter().enumerate().filter_map(scattering).collect()
+    }
+
+    /// How many grids [`sigma_t_at`](Self::sigma_t_at) looks up.
+    pub fn density_grids(&self) -> u64 {
+        self.media.iter().filter(|m| m.density.is_voxel()).count() as u64
+    }
+
+    /// How many grids [`mixture_at`](Self::mixture_at) looks up.
+    pub fn scattering_grids(&self) -> u64 {
+        let albedos = self.media.iter().filter(|m| !m.albedo.is_constant()).count() as u64;
+        self.density_grids() + albedos
     }
 
     /// Extinction coefficient at `p`, 1/m.

@@ -44,6 +44,26 @@ impl Medium {
         self.sigma_t * self.density.value(p)
     }
 
+    /// Bytes in memory of each grid: density, albedo and emission.
+    pub fn grid_bytes(&self) -> impl Iterator<Item = usize> {
+        let density = match &self.density {
+            Density::Homogeneous(_) => None,
+            Density::Voxel(grid) => Some(grid.memory_bytes()),
+        };
+        let albedo = match &self.albedo {
+            Albedo::Constant(_) => None,
+            Albedo::Color { grid, .. } => Some(grid.memory_bytes()),
+            Albedo::Scalar { grid, .. } => Some(grid.memory_bytes()),
+        };
+        let emission = match &self.emission {
+            None | Some(Emission::Density(_)) => None,
+            Some(Emission::Grid { grid, .. } | Emission::Blackbody { grid, .. }) => {
+                Some(grid.memory_bytes())
+            }
+        };
+        [density, albedo, emission].into_iter().flatten()
+    }
+
     /// The largest extinction coefficient of any channel per unit of density, 1/m.
     pub fn sigma_t_max(&self) -> f64 {
         self.sigma_t.max_element()

@@ -3,9 +3,10 @@
 use std::ops::ControlFlow;
 
 use crate::math::{Ray, Rgb, Span, World};
+use crate::work::Work;
 
 use super::media::thickness_of;
-use super::{Emission, Media};
+use super::{Emission, Media, Medium};
 
 /// A stretch of a ray with its mean coefficients.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +43,9 @@ pub struct Profile {
     grey: bool,
     tracks: Vec<Track>,
     borders: Vec<f64>,
+    steps: u64,
+    grid_lookups: u64,
+    emission_lookups: u64,
 }
 
 /// One field along the ray: pieces with a mean value, and what a unit of the value amounts to.
@@ -62,6 +66,12 @@ enum EmissionRate {
     OfMedium(usize),
 }
 
+impl EmissionRate {
+    const fn is_looked_up(self) -> bool {
+        matches!(self, Self::OfMedium(_))
+    }
+}
+
 impl Profile {
     /// Traces `span` of `ray` (unit direction) through `media`. Grids are integrated exactly, cell
     /// by cell, where `step` (metres) is at most a voxel; else they are sampled once a step, at
@@ -70,6 +80,38 @@ impl Profile {
         self.pieces.clear();
         self.total = Rgb::ZERO;
         self.grey = media.iter().all(|m| m.sigma_t == Rgb::splat(m.sigma_t.x));
+        (self.steps, self.grid_lookups, self.emission_lookups) = (0, 0, 0);
+        if let [medium] = media.iter().as_slice()
+            && medium.emission.is_none()
+        {
+            self.trace_dark(medium, ray, span, step, jitter);
+        } else {
+            self.trace_all(media, ray, span, step, jitter);
+        }
+    }
+
+    /// Traces through the only medium, which gives off no light: its pieces are those of the ray.
+    fn trace_dark(
+        &mut self,
+        medium: &Medium,
+        ray: &Ray<World>,
+        span: Span,
+        step: f64,
+        jitter: f64,
+    ) {
+        let (mut steps, mut total) = (0, Rgb::ZERO);
+        let pieces = &mut self.pieces;
+        medium.density.pieces(ray, span, step, jitter, |piece, value| {
+            steps += 1;
+            if value > 0.0 && !piece.is_empty() {
+                push(pieces, &mut total, piece, medium.sigma_t * value, Rgb::ZERO);
+            }
+        });
+        (self.total, self.steps) = (total, steps);
+        self.grid_lookups = if medium.density.is_voxel() { steps } else { 0 };
+    }
+
+    fn trace_all(&mut self, media: &Media, ray: &Ray<World>, span: Span, step: f64, jitter: f64) {
         let mut used = 0;
         for (index, medium) in media.iter().enumerate() {
             let track = next_track(&mut self.tracks, &mut used);
@@ -79,22 +121,34 @@ impl Profile {
                 Some(Emission::Blackbody { .. }) => EmissionRate::OfMedium(index),
                 Some(Emission::Grid { .. }) | None => EmissionRate::None,
             };
+            let mut steps = 0;
             medium.density.pieces(ray, span, step, jitter, |piece, value| {
+                steps += 1;
                 if value > 0.0 && !piece.is_empty() {
                     track.pieces.push((piece, value));
                 }
             });
+            self.steps += steps;
+            self.grid_lookups += if medium.density.is_voxel() { steps } else { 0 };
+            if track.emission.is_looked_up() {
+                self.emission_lookups += track.pieces.len() as u64;
+            }
             if let Some(Emission::Grid { grid, color }) = &medium.emission {
                 let track = next_track(&mut self.tracks, &mut used);
                 track.sigma_t = Rgb::ZERO;
                 track.emission = EmissionRate::PerUnit(*color);
                 let local = grid.transform().ray_to_local(ray);
+                let mut steps = 0;
                 let _ = grid.cells(&local, span, |piece, integral| {
+                    steps += 1;
                     if integral > 0.0 && !piece.is_empty() {
                         track.pieces.push((piece, integral / piece.length()));
                     }
                     ControlFlow::Continue(())
                 });
+                self.steps += steps;
+                self.grid_lookups += steps;
+                self.emission_lookups += steps;
             }
         }
         self.tracks.truncate(used);
@@ -146,6 +200,14 @@ impl Profile {
                 push(&mut self.pieces, &mut self.total, piece, sigma_t, emitted);
             }
         }
+    }
+
+    /// Adds what tracing the ray took to `work`.
+    pub const fn count(&self, work: &mut Work) {
+        work.marches += 1;
+        work.march_steps += self.steps;
+        work.grid_lookups += self.grid_lookups;
+        work.emission_lookups += self.emission_lookups;
     }
 
     /// The pieces, front to back.

@@ -65,6 +65,11 @@ impl<'a> Emitters<'a> {
         self.emitters.is_empty()
     }
 
+    /// How many emit.
+    pub const fn len(&self) -> usize {
+        self.emitters.len()
+    }
+
     /// The start of a path; nothing where the light sends this one nowhere. `u` chooses the light
     /// and how it emits.
     pub fn emit(&self, u: [f64; 5], rng: &mut Stream) -> Option<Start> {

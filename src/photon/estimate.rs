@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::math::{Ray, Rgb, Span, World, WorldPoint};
+use crate::math::{Ray, Rgb, Span, World, WorldPoint, warp};
 use crate::medium::Phase;
 
 use super::kernel::DiskKernel;
@@ -30,6 +30,17 @@ pub struct PhotonMaps {
 }
 
 impl PhotonMaps {
+    /// No photons, to be gathered within `radius` metres.
+    pub fn empty(radius: f64) -> Self {
+        let origin = WorldPoint::new(0.0, 0.0, 0.0);
+        Self {
+            volume: vec![BeamMap::new(origin, &[], &[])],
+            volume_radius: radius,
+            surface: PhotonMap::new(origin, &[]),
+            surface_radius: radius,
+        }
+    }
+
     /// The photons' light scattered along `ray` (unit direction) to its origin, W/(m² sr): the sum
     /// over the photons near the ray of power · phase · sigma_s · transmittance · kernel (Jarosz,
     /// Zwicker and Jensen 2008, equation 12, with photons that carry fluence in place of
@@ -37,8 +48,9 @@ impl PhotonMaps {
     /// they are of [`volume_radius`](Self::volume_radius), at most all, in the level whose radii
     /// are nearest. `respond` is called with the distance along the ray
     /// and returns, for each phase function there, sigma_s times transmittance. `gathered` counts
-    /// the photons.
-    pub fn along<'p, R: AsRef<[(&'p Phase, Rgb)]>>(
+    /// the photons. Without `DIRECTED` all phase functions are isotropic, and nobody asks where
+    /// photons came from.
+    pub fn along<'p, const DIRECTED: bool, R: AsRef<[(&'p Phase, Rgb)]>>(
         &self,
         ray: &Ray<World>,
         span: Span,
@@ -53,8 +65,12 @@ impl PhotonMaps {
             count += 1;
             let mut spread = Rgb::ZERO;
             for (phase, weight) in respond(beside.t).as_ref() {
-                let cosine = -beside.photon.direction().dot(ray.direction);
-                spread += *weight * phase.eval(cosine);
+                spread += *weight
+                    * if DIRECTED {
+                        phase.eval(-beside.photon.direction().dot(ray.direction))
+                    } else {
+                        warp::uniform_sphere_pdf()
+                    };
             }
             let kernel = DiskKernel::new(beside.radius);
             sum += beside.photon.power() * spread * kernel.at(beside.distance2);

@@ -61,6 +61,15 @@ impl Paths<'_> {
             let mut rng = Stream::new(self.shooting.seed, Stage::Photons, index, 0);
             let u = self.pattern(index);
             let Some(start) = self.emitters.emit(u, &mut rng) else { continue };
+            if !self.reaches(&start.ray) {
+                if !self.shooting.needs.void {
+                    continue;
+                }
+                out.work.photons_missed += 1;
+            }
+            out.work.photons_emitted += 1;
+            out.work.emission_lookups += u64::from(!start.direct);
+            out.work.light_choices += u64::from(self.emitters.len() > 1);
             let mut photon = Flying {
                 ray: start.ray,
                 power: start.power / self.shooting.photons as f64,
@@ -72,6 +81,13 @@ impl Paths<'_> {
             out.work.capped_paths += u64::from(!ended);
         }
         out
+    }
+
+    /// Whether a photon along `ray` can leave anything behind.
+    fn reaches(&self, ray: &Ray<World>) -> bool {
+        let needs = &self.shooting.needs;
+        (needs.volume_photons && (self.scene.media.is_endless() || self.zones.meet(ray)))
+            || (needs.surfaces && self.scene.surfaces.occluded(ray, Span::AHEAD))
     }
 
     /// The choices at a path's start: an Owen-scrambled Sobol sequence (Burley 2020) over the
@@ -87,10 +103,13 @@ impl Paths<'_> {
 
     /// Flies to the next scattering or surface and through it; whether the path goes on.
     fn step(&self, photon: &mut Flying, rng: &mut Stream, out: &mut Deposits) -> bool {
-        out.work.intersections += u64::from(!self.scene.surfaces.is_empty());
-        let hit = self.scene.surfaces.intersect(&photon.ray, Span::AHEAD);
+        let mut hit = None;
+        if self.shooting.needs.surfaces {
+            out.work.intersections += 1;
+            hit = self.scene.surfaces.intersect(&photon.ray, Span::AHEAD);
+        }
         let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
-        if photon.inside == 0 {
+        if photon.inside == 0 && self.shooting.needs.media {
             match self.fly(photon, end, rng, out) {
                 Flight::Through => (),
                 Flight::Scattered => return true,
@@ -99,7 +118,7 @@ impl Paths<'_> {
         }
         let Some(hit) = hit else { return false };
         let incoming = photon.ray.direction;
-        if !hit.material.is_specular() && !photon.direct {
+        if self.shooting.needs.surface_photons && !hit.material.is_specular() && !photon.direct {
             out.surface.push(self.deposit(hit.point, incoming, photon.power));
         }
         let u = [rng.uniform(), rng.uniform(), rng.uniform()];
@@ -121,13 +140,15 @@ impl Paths<'_> {
     /// Flies through the media as far as `end`, leaving photons behind.
     fn fly(&self, photon: &mut Flying, end: f64, rng: &mut Stream, out: &mut Deposits) -> Flight {
         // A photon kept here is scattered once more towards the eye.
-        let keeps =
-            !photon.direct && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
+        let keeps = self.shooting.needs.volume_photons
+            && !photon.direct
+            && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
         let media = &self.scene.media;
         let mut flights = media.flights(&photon.ray, Span::new(0.0, end), rng);
         let mut at = 0.0;
         loop {
             let next = flights.next(rng);
+            out.work.grid_lookups += flights.take_lookups();
             let until = next.map_or(end, |c| c.t);
             if keeps {
                 let (ray, power) = (photon.ray, photon.power);
@@ -142,6 +163,7 @@ impl Paths<'_> {
                 self.store(p, photon.ray.direction, photon.power, Some(&c), rng, out);
             }
             let medium = media.get(c.medium);
+            out.work.grid_lookups += u64::from(!medium.albedo.is_constant());
             let scattering = photon.power * media.sigma_s(&c, p);
             let null = photon.power * (Rgb::splat(c.majorant) - medium.sigma_t * c.density);
             let null = null.max(Rgb::ZERO);
@@ -159,6 +181,7 @@ impl Paths<'_> {
                 photon.ray = Ray::new(p, direction);
                 return Flight::Scattered;
             } else if u < p_scatter + p_null {
+                out.work.null_collisions += 1;
                 photon.power = null / (c.majorant * p_null);
                 at = c.t;
             } else {
@@ -182,7 +205,10 @@ impl Paths<'_> {
         }
         let collisions = match collision {
             Some(c) if self.scene.media.len() == 1 => c.majorant,
-            _ => self.scene.media.majorant_at(p),
+            _ => {
+                out.work.grid_lookups += self.scene.media.density_grids();
+                self.scene.media.majorant_at(p)
+            }
         };
         let rate = (collisions + self.zones.rate_at(p)) * self.keep;
         if rate > 0.0 {

@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use crate::light::Reach;
 use crate::math::{Aabb, World, WorldPoint, warp};
 use crate::scene::Scene;
+use crate::scene::plan::Needs;
 use crate::work::Work;
 
 use super::emitters::Emitters;
@@ -45,6 +46,8 @@ pub struct Shooting {
     /// Levels of thinned volume photons beside the full one, for gathers up to 2^levels times as
     /// wide.
     pub levels: u32,
+    /// Which photons are needed.
+    pub needs: Needs,
 }
 
 /// Shoots photons into `scene` and builds the maps. `advance` is told how many paths are done.
@@ -56,9 +59,12 @@ pub fn shoot(
     shooting: &Shooting,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<(PhotonMaps, Work)> {
+    if !shooting.needs.photons() {
+        return Ok((PhotonMaps::empty(shooting.radius.unwrap_or(0.0)), Work::default()));
+    }
     let media = scene.media.bounds();
     let everything = media.union(scene.surfaces.bounds());
-    let visible = Visible::look(scene, shooting.seed);
+    let visible = Visible::look(scene, shooting.seed, shooting.needs);
     let margin = shooting.radius.unwrap_or_else(|| 0.02 * extent(media, everything));
     let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
     let mut paths = Paths {
@@ -92,6 +98,7 @@ pub fn shoot(
     let volume: Vec<Placed> = chunks.iter().flat_map(|c| &c.volume).copied().collect();
     let surface: Vec<Placed> = chunks.iter().flat_map(|c| &c.surface).copied().collect();
     drop(chunks);
+    work += visible.work;
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;

@@ -3,7 +3,9 @@
 use crate::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
 use crate::medium::Profile;
 use crate::scene::Scene;
+use crate::scene::plan::Needs;
 use crate::surface::TransportMode;
+use crate::work::Work;
 
 /// Rays along each side of the film.
 const RAYS: u32 = 48;
@@ -18,11 +20,13 @@ pub(super) struct Visible {
     pub media: Vec<WorldPoint>,
     /// Places on surfaces that are not mirrors or glass.
     pub surfaces: Vec<WorldPoint>,
+    /// What finding them took.
+    pub work: Work,
 }
 
 impl Visible {
-    /// Looks at `scene` through its camera.
-    pub fn look(scene: &Scene, seed: u64) -> Self {
+    /// Looks at `scene` through its camera, for what `needs` say.
+    pub fn look(scene: &Scene, seed: u64, needs: Needs) -> Self {
         let mut visible = Self::default();
         let mut profile = Profile::default();
         let scale = scene.film.size.map(|side| f64::from(side) / f64::from(RAYS));
@@ -31,7 +35,7 @@ impl Visible {
             let x = (f64::from(index % RAYS) + rng.uniform()) * scale[0];
             let y = (f64::from(index / RAYS) + rng.uniform()) * scale[1];
             let ray = scene.camera.ray(x, y, rng.uniform2());
-            visible.follow(scene, ray, &mut profile, &mut rng);
+            visible.follow(scene, needs, ray, &mut profile, &mut rng);
         }
         visible
     }
@@ -39,16 +43,19 @@ impl Visible {
     fn follow(
         &mut self,
         scene: &Scene,
+        needs: Needs,
         mut ray: Ray<World>,
         profile: &mut Profile,
         rng: &mut Stream,
     ) {
         let mut inside = 0;
         for _ in 0..MAX_SPECULAR {
+            self.work.intersections += u64::from(needs.surfaces);
             let hit = scene.surfaces.intersect(&ray, Span::AHEAD);
-            if inside == 0 {
+            if inside == 0 && needs.media {
                 let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
                 profile.trace(&scene.media, &ray, Span::new(0.0, end), 0.0, 0.5);
+                profile.count(&mut self.work);
                 let opacity = (Rgb::ONE - profile.transmittance()).max_element();
                 if let Some(place) = profile.sample(rng.uniform2())
                     && rng.uniform() < opacity

@@ -30,6 +30,12 @@ impl Zones {
         Self(boxes.map(zone).filter(|z| z.rate.is_normal()).collect())
     }
 
+    /// Whether `ray` crosses any.
+    pub fn meet(&self, ray: &Ray<World>) -> bool {
+        let ahead = |zone: &Zone| !zone.bounds.clip(ray).intersect(Span::AHEAD).is_empty();
+        self.0.iter().any(ahead)
+    }
+
     /// Photons kept per metre at `p` on account of the zones.
     pub fn rate_at(&self, p: WorldPoint) -> f64 {
         self.0.iter().filter(|z| z.bounds.contains(p)).map(|z| z.rate).sum()

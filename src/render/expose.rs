@@ -7,6 +7,7 @@ use crate::image::{Accumulator, Film, FilmPixel, Sample};
 use crate::math::{Ray, Stage, Stream, World, luminance};
 use crate::medium::Profile;
 use crate::scene::lighting::Draws;
+use crate::scene::plan::Needs;
 use crate::work::Work;
 
 use super::Progress;
@@ -35,7 +36,7 @@ impl Direction {
 /// What an estimator needs at hand for one ray: random numbers, counters, memory to reuse.
 #[derive(Debug)]
 pub struct State {
-    /// Random numbers of this ray and the work done so far.
+    /// Random numbers of this ray, the work done so far and what is needed.
     pub draws: Draws,
     /// Memory for the march.
     pub profile: Profile,
@@ -44,18 +45,30 @@ pub struct State {
     pub shared: f64,
 }
 
-/// Exposes a film of this width and height: `camera` aims a ray through a place on it and on the
+/// What is exposed.
+#[derive(Debug, Clone, Copy)]
+pub struct Sheet {
+    /// Width and height of the film in pixels.
+    pub size: [u32; 2],
+    /// Seed of the random streams.
+    pub seed: u64,
+    /// What they are drawn for.
+    pub stage: Stage,
+    /// What rays need.
+    pub needs: Needs,
+}
+
+/// Exposes the film of `sheet`: `camera` aims a ray through a place on it and on the
 /// lens, `direct` says what the pixel (x, y) may spend, `estimate` what one ray brings. Pixels are sampled with an Owen-scrambled Sobol sequence (Burley 2020) over a box
 /// filter; the samples of a pixel depend on nothing but the seed, the pixel and their number.
 pub fn expose(
-    [width, height]: [u32; 2],
-    seed: u64,
-    stage: Stage,
+    sheet: Sheet,
     camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
     direct: impl Fn(u32, u32) -> Direction + Sync,
     estimate: impl Fn(Ray<World>, &Budget, &mut State) -> Sample + Sync,
     progress: &dyn Progress,
 ) -> (Film, Work) {
+    let Sheet { size: [width, height], seed, stage, needs } = sheet;
     let across = width.div_ceil(TILE);
     let tiles = u64::from(across) * u64::from(height.div_ceil(TILE));
     progress.stage("rays", u64::from(width) * u64::from(height));
@@ -84,7 +97,7 @@ pub fn expose(
             let (left, top) = corner(tile, across);
             let (right, bottom) = ((left + TILE).min(width), (top + TILE).min(height));
             let mut state = State {
-                draws: Draws { rng: Stream::new(seed, stage, 0, 0), work: Work::default() },
+                draws: Draws { rng: Stream::new(seed, stage, 0, 0), work: Work::default(), needs },
                 profile: Profile::default(),
                 shared: 1.0,
             };

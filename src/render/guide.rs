@@ -9,10 +9,11 @@ use crate::error::Result;
 use crate::image::{Film, Image};
 use crate::math::Stage;
 use crate::photon::{self, Shooting};
+use crate::scene::plan::Needs;
 use crate::scene::{Director, Importance, RenderSettings, Scene};
 use crate::work::Work;
 
-use super::expose::{Direction, expose};
+use super::expose::{Direction, Sheet, expose};
 use super::march::Marcher;
 use super::{Silent, Stages};
 
@@ -83,17 +84,20 @@ pub fn maps(
         Director::Fixed | Director::Xs | Director::Variance => asked.weights,
     };
     let all = extent == Extent::All;
+    let needs = Needs::of(scene, settings);
     let needs_saliency = all || weights[1] > 0.0;
     let looks = all || (weights[0] > 0.0 && asked.x == Importance::Scattering);
     let mut maps = Maps::default();
     let needs_transmittance = needs_saliency || !looks;
     if needs_transmittance {
         let start = Instant::now();
-        let (sight, looking) =
-            sight.map_or_else(|| Sight::look(scene, settings.seed), |kept| (kept, Work::default()));
+        let (sight, looking) = sight.map_or_else(
+            || Sight::look(scene, settings.seed, needs),
+            |kept| (kept, Work::default()),
+        );
         stages.done("snapshot", start);
         let start = Instant::now();
-        let (transmittance, marching) = x_map(scene, &sight);
+        let (transmittance, marching) = x_map(scene, &sight, needs);
         stages.done("x", start);
         maps.work += looking;
         maps.work += marching;
@@ -121,6 +125,7 @@ pub fn maps(
     }
     let saliency = maps.saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
     maps.xs = xs_map(&maps.x, saliency, weights, asked.operator);
+    maps.work.map_pixels += maps.xs.len() as u64;
     Ok(maps)
 }
 
@@ -130,22 +135,25 @@ fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
         photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
         seed: settings.seed ^ PILOT_SEED,
         levels: 0,
-        ..shooting(settings)
+        ..shooting(scene, settings)
     };
     let (photons, mut work) = photon::shoot(scene, &shooting, &|_| ())?;
     let voxel = scene.media.detail();
     let asked = &settings.directing;
     let step = voxel.map_or(0.0, |voxel| voxel * asked.coarsest_step);
     let budget = Budget::fixed(PILOT_RAYS, photons.volume_radius, step);
-    let marcher = Marcher::new(scene, &photons, settings.max_scatter);
+    let marcher = Marcher::new(scene, &photons, shooting.needs);
     let size = scene.film.size.map(|side| side.div_ceil(PILOT_PIXELS));
     let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
     // All rays of one place lead through the same pixel, the middle one of its square.
     let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
     let (film, marching) = expose(
-        size,
-        settings.seed ^ PILOT_SEED,
-        Stage::Director,
+        Sheet {
+            size,
+            seed: settings.seed ^ PILOT_SEED,
+            stage: Stage::Director,
+            needs: shooting.needs,
+        },
         |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
         |_, _| Direction::fixed(budget),
         |ray, budget, state| marcher.radiance(ray, budget, state),
@@ -180,22 +188,26 @@ fn enlarged(map: &[f32], width: usize, size: [u32; 2]) -> Vec<f32> {
 }
 
 /// Photons shot where nothing thins them.
-pub(super) fn shooting(settings: &RenderSettings) -> Shooting {
+pub(super) fn shooting(scene: &Scene, settings: &RenderSettings) -> Shooting {
     Shooting {
         photons: settings.photons,
         seed: settings.seed,
         max_scatter: settings.max_scatter,
         radius: settings.radius,
         levels: 0,
+        needs: Needs::of(scene, settings),
     }
 }
 
 impl Maps {
     /// How photons are shot: with the levels that the widest gathers need.
-    pub(super) fn shooting(&self, settings: &RenderSettings) -> Shooting {
+    pub(super) fn shooting(&self, scene: &Scene, settings: &RenderSettings) -> Shooting {
         let asked = &settings.directing;
         let level = |xs: &f32| if asked.directed.radius { radius_level(asked, *xs) } else { 0 };
-        Shooting { levels: self.xs.iter().map(level).max().unwrap_or(0), ..shooting(settings) }
+        Shooting {
+            levels: self.xs.iter().map(level).max().unwrap_or(0),
+            ..shooting(scene, settings)
+        }
     }
 
     /// What each pixel may spend out of `gold`, which all would have had.

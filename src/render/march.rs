@@ -7,6 +7,7 @@ use crate::image::Sample;
 use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
 use crate::medium::{Phase, Place, Profile};
 use crate::photon::PhotonMaps;
+use crate::scene::plan::Needs;
 use crate::scene::{Scene, lighting};
 use crate::surface::{SurfaceHit, TransportMode};
 
@@ -34,13 +35,22 @@ type Scatterers<'a> = SmallVec<[(&'a Phase, Rgb); 1]>;
 pub struct Marcher<'a> {
     scene: &'a Scene,
     maps: &'a PhotonMaps,
-    scatters: bool,
+    needs: Needs,
+    /// Grid lookups of [`scatterers`](Self::scatterers).
+    lookups: u64,
 }
 
 impl<'a> Marcher<'a> {
-    /// Marches through `scene` with volume scattering up to the order `max_scatter`.
-    pub fn new(scene: &'a Scene, maps: &'a PhotonMaps, max_scatter: Option<u32>) -> Self {
-        Self { scene, maps, scatters: max_scatter != Some(0) }
+    /// Marches through `scene` for what `needs` say.
+    pub fn new(scene: &'a Scene, maps: &'a PhotonMaps, needs: Needs) -> Self {
+        let media = &scene.media;
+        let lookups = media.scattering_grids();
+        // One medium's share of the extinction does not depend on the density.
+        let lookups = match media.len() {
+            1 => lookups - media.density_grids(),
+            _ => lookups + media.density_grids(),
+        };
+        Self { scene, maps, needs, lookups }
     }
 
     /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
@@ -50,9 +60,9 @@ impl<'a> Marcher<'a> {
             Sample { radiance: Rgb::ZERO, alpha: 0.0, depth: f64::INFINITY, transmittance: 1.0 };
         let (mut throughput, mut inside) = (Rgb::ONE, 0);
         for depth in 0..MAX_SPECULAR {
-            let hit = self.intersect(&ray, state);
+            let hit = lighting::first_surface(self.scene, &ray, &mut state.draws);
             let mut transmittance = Rgb::ONE;
-            if inside == 0 && !self.scene.media.is_empty() {
+            if inside == 0 && self.needs.media {
                 let (light, through) = self.through_media(&ray, hit.as_ref(), budget, state);
                 sample.radiance += throughput * light;
                 transmittance = through;
@@ -64,7 +74,7 @@ impl<'a> Marcher<'a> {
             }
             throughput *= transmittance;
             let Some(hit) = hit else {
-                let sky = self.scene.lights.environment_radiance(ray.direction);
+                let sky = lighting::environment(self.scene, &ray, &mut state.draws);
                 sample.radiance += throughput * sky;
                 break;
             };
@@ -77,18 +87,11 @@ impl<'a> Marcher<'a> {
             let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
             let Some(scattered) = scattered else { break };
             throughput *= scattered.weight;
+            state.draws.work.specular_bounces += 1;
             inside = (inside + i32::from(scattered.crossing)).max(0);
             ray = hit.leave(scattered.direction);
         }
         sample
-    }
-
-    fn intersect(&self, ray: &Ray<World>, state: &mut State) -> Option<SurfaceHit<'a>> {
-        if self.scene.surfaces.is_empty() {
-            return None;
-        }
-        state.draws.work.intersections += 1;
-        self.scene.surfaces.intersect(ray, Span::AHEAD)
     }
 
     /// Light from the media in front of `hit`, and their transmittance.
@@ -103,9 +106,9 @@ impl<'a> Marcher<'a> {
         let jitter = state.draws.rng.uniform();
         let mut profile = std::mem::take(&mut state.profile);
         profile.trace(&self.scene.media, ray, Span::new(0.0, end), budget.step, jitter);
-        state.draws.work.marches += 1;
-        let mut light = profile.emitted();
-        if self.scatters {
+        profile.count(&mut state.draws.work);
+        let mut light = if self.needs.emission { profile.emitted() } else { Rgb::ZERO };
+        if self.needs.scattering {
             light += self.direct(ray, &profile, state);
             if state.shared > 0.0 {
                 let indirect = self.indirect(ray, hit, &profile, budget.radius, state);
@@ -136,6 +139,7 @@ impl<'a> Marcher<'a> {
             let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
             let p = ray.at(place.t);
             let scatterers = self.scatterers(p);
+            state.draws.work.grid_lookups += self.lookups;
             if !scatterers.is_empty() {
                 state.draws.work.gathers += 1;
                 let count = |light, choice| count(&place, light, choice);
@@ -156,6 +160,7 @@ impl<'a> Marcher<'a> {
                 let Some(place) = profile.place_at(t) else { continue };
                 let p = ray.at(t);
                 let (choice, scatterers) = (lights.pick_probability(p, *lamp), self.scatterers(p));
+                state.draws.work.grid_lookups += self.lookups;
                 let sample = lights.lights[*lamp].sample(p, state.draws.rng.uniform2());
                 if let Some(light) = sample.filter(|_| choice > 0.0 && !scatterers.is_empty()) {
                     state.draws.work.gathers += 1;
@@ -193,9 +198,11 @@ impl<'a> Marcher<'a> {
             let cosine = ray.direction.dot(h.normal).abs().min(1.0);
             radius * ((1.0 - cosine * cosine).sqrt() / cosine).min(MOST_BEYOND)
         });
-        state.draws.work.gathers += 1;
+        let work = &mut state.draws.work;
+        work.gathers += 1;
+        let before = work.gathered;
         let span = Span::new(0.0, end + beyond);
-        self.maps.along(ray, span, radius, &mut state.draws.work.gathered, |t| {
+        let respond = |t: f64| {
             let t = t.min(end);
             let Some((transmittance, sigma_t)) = profile.at(t) else {
                 return Scatterers::new();
@@ -205,7 +212,15 @@ impl<'a> Marcher<'a> {
                 *share *= transmittance * sigma_t;
             }
             scatterers
-        })
+        };
+        work.directed_gathers += u64::from(self.needs.directions);
+        let light = if self.needs.directions {
+            self.maps.along::<true, _>(ray, span, radius, &mut work.gathered, respond)
+        } else {
+            self.maps.along::<false, _>(ray, span, radius, &mut work.gathered, respond)
+        };
+        work.grid_lookups += (work.gathered - before) * self.lookups;
+        light
     }
 
     /// The phase functions at `p`, each weighed by its share of the extinction there.
@@ -236,6 +251,7 @@ impl<'a> Marcher<'a> {
             return direct;
         }
         let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
+        state.draws.work.surface_gathers += 1;
         let irradiance = self.maps.irradiance(hit.point, facing, &mut state.draws.work.gathered);
         let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
         direct + state.shared * reflectance * irradiance

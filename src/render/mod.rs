@@ -3,6 +3,7 @@
 //! Only this room knows both the budget of a pixel and the estimators; below it plain numbers are
 //! passed. The unbiased reference renders the same scene onto the same film.
 
+mod costs;
 mod expose;
 mod guide;
 mod lamps;
@@ -10,6 +11,7 @@ mod march;
 mod progress;
 mod reference;
 
+pub use costs::{Costs, Memory, costs};
 pub use guide::{Extent, Maps, maps};
 pub use progress::{Progress, Silent, Stages};
 
@@ -20,10 +22,11 @@ use crate::error::Result;
 use crate::image::Film;
 use crate::math::Stage;
 use crate::photon;
+use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::work::Work;
 
-use expose::Direction;
+use expose::{Direction, Sheet};
 
 /// A finished picture and what it took.
 #[derive(Debug)]
@@ -49,16 +52,18 @@ pub fn render(
     progress: &dyn Progress,
 ) -> Result<Rendered> {
     let mut stages = Stages::default();
-    let maps = match settings.director {
-        Director::Fixed | Director::Variance => Maps::default(),
-        Director::X | Director::S | Director::Xs => {
-            guide::maps(scene, settings, None, Extent::Needed, &mut stages)?
-        }
-    };
+    let needs = Needs::of(scene, settings);
+    let mut maps = Maps::default();
+    if needs.maps {
+        maps = guide::maps(scene, settings, None, Extent::Needed, &mut stages)?;
+    }
+    if matches!(settings.director, Director::Fixed | Director::Variance) {
+        maps.xs.clear(); // made for nothing, where everything is asked for
+    }
     let mut work = maps.work;
     work += maps.pilot_work;
     let start = Instant::now();
-    let shooting = maps.shooting(settings);
+    let shooting = maps.shooting(scene, settings);
     progress.stage("photons", shooting.photons);
     let (photons, shot) = photon::shoot(scene, &shooting, &|n| progress.advance(n))?;
     progress.finish();
@@ -73,11 +78,9 @@ pub fn render(
     }
     let directions = maps.directions(scene, settings, gold);
     let width = scene.film.size[0] as usize;
-    let marcher = march::Marcher::new(scene, &photons, settings.max_scatter);
+    let marcher = march::Marcher::new(scene, &photons, needs);
     let (film, marching) = expose::expose(
-        scene.film.size,
-        settings.seed,
-        Stage::March,
+        Sheet { size: scene.film.size, seed: settings.seed, stage: Stage::March, needs },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |x, y| {
             let index = y as usize * width + x as usize;
@@ -103,9 +106,12 @@ pub fn render_reference(
     let tracer = reference::PathTracer::new(scene, settings.max_scatter);
     let budget = Budget::fixed(settings.rays, 0.0, 0.0);
     let (film, work) = expose::expose(
-        scene.film.size,
-        settings.seed,
-        Stage::Reference,
+        Sheet {
+            size: scene.film.size,
+            seed: settings.seed,
+            stage: Stage::Reference,
+            needs: Needs::of(scene, settings),
+        },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| Direction::fixed(budget),
         |ray, _, state| tracer.radiance(ray, &mut state.draws),

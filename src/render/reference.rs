@@ -53,7 +53,7 @@ impl<'a> PathTracer<'a> {
 
     /// An estimate of the light that arrives along `ray` (unit direction) at its origin.
     pub fn radiance(&self, ray: Ray<World>, draws: &mut Draws) -> Sample {
-        let first = self.intersect(&ray, draws).map(|h| h.t);
+        let first = lighting::first_surface(self.scene, &ray, draws).map(|h| h.t);
         let transmittance = self.transmittance(&ray, first.unwrap_or(f64::INFINITY), draws);
         let mut path = Path {
             ray,
@@ -76,22 +76,14 @@ impl<'a> PathTracer<'a> {
         }
     }
 
-    fn intersect(&self, ray: &Ray<World>, draws: &mut Draws) -> Option<SurfaceHit<'a>> {
-        if self.scene.surfaces.is_empty() {
-            return None;
-        }
-        draws.work.intersections += 1;
-        self.scene.surfaces.intersect(ray, Span::AHEAD)
-    }
-
     fn transmittance(&self, ray: &Ray<World>, end: f64, draws: &mut Draws) -> Rgb {
-        let collisions = &mut draws.work.collisions;
-        self.scene.media.ratio_tracking(ray, Span::new(0.0, end), &mut draws.rng, collisions)
+        let span = Span::new(0.0, end);
+        self.scene.media.ratio_tracking(ray, span, &mut draws.rng, &mut draws.work)
     }
 
     /// Flies to the next scattering or surface and through it; whether the path goes on.
     fn step(&self, path: &mut Path, draws: &mut Draws) -> bool {
-        let hit = self.intersect(&path.ray, draws);
+        let hit = lighting::first_surface(self.scene, &path.ray, draws);
         let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
         if path.inside == 0 {
             match self.fly(path, end, draws) {
@@ -139,8 +131,10 @@ impl<'a> PathTracer<'a> {
         let mut at = 0.0;
         loop {
             let next = flights.next(&mut draws.rng);
+            draws.work.grid_lookups += flights.take_lookups();
             let flown = Span::new(at, next.map_or(end, |c| c.t));
-            for medium in media.iter() {
+            for medium in media.iter().filter(|m| m.emission.is_some()) {
+                draws.work.emission_lookups += 1;
                 path.radiance += path.throughput * medium.emission_apart(&path.ray, flown);
             }
             let Some(c) = next else { return Flight::Through };
@@ -148,6 +142,7 @@ impl<'a> PathTracer<'a> {
             at = c.t;
             let p = path.ray.at(c.t);
             let medium = media.get(c.medium);
+            draws.work.grid_lookups += u64::from(!medium.albedo.is_constant());
             let emission = medium.emission_of(c.density, p);
             path.radiance += path.throughput * emission / c.majorant;
             let scattering = path.throughput * media.sigma_s(&c, p);
@@ -163,7 +158,7 @@ impl<'a> PathTracer<'a> {
                     return Flight::Ended;
                 }
                 let incoming = path.ray.direction;
-                let flux = self.flux(&path.ray, c.t, &lamps);
+                let flux = self.flux(&path.ray, c.t, &lamps, draws);
                 let lit = |index: usize, choice: f64, light: &LightSample| {
                     let value = medium.phase.eval(incoming.dot(light.direction));
                     let beside = lamps.pdf(index, c.t);
@@ -178,6 +173,7 @@ impl<'a> PathTracer<'a> {
                 path.ray = Ray::new(p, direction);
                 return Flight::Scattered;
             } else if u < p_scatter + p_null {
+                draws.work.null_collisions += 1;
                 path.throughput = null / (c.majorant * p_null);
             } else {
                 return Flight::Ended;
@@ -195,12 +191,14 @@ impl<'a> PathTracer<'a> {
 
     /// About the density of collisions at the distance `t` along `ray`, 1/m, which weighs the two
     /// ways of finding the light of `lamps`.
-    fn flux(&self, ray: &Ray<World>, t: f64, lamps: &Lamps) -> f64 {
+    fn flux(&self, ray: &Ray<World>, t: f64, lamps: &Lamps, draws: &mut Draws) -> f64 {
         if lamps.is_empty() {
             return 0.0;
         }
         let media = &self.scene.media;
-        let transmittance = media.transmittance(ray, Span::new(0.0, t));
+        let span = Span::new(0.0, t);
+        let transmittance = media.transmittance_counted(ray, span, &mut draws.work);
+        draws.work.grid_lookups += media.density_grids();
         (transmittance * media.sigma_t_at(ray.at(t))).element_sum() / 3.0
     }
 
@@ -220,6 +218,7 @@ impl<'a> PathTracer<'a> {
                 *sigma_s * media.get(*medium).phase.eval(ray.direction.dot(direction))
             };
             let scattering: Rgb = media.mixture_at(p).iter().map(scattering).sum();
+            draws.work.grid_lookups += media.scattering_grids();
             let shadow = Ray::new(p, direction);
             if scattering == Rgb::ZERO || !lighting::is_visible(self.scene, &shadow, &light, draws)
             {
@@ -227,7 +226,8 @@ impl<'a> PathTracer<'a> {
             }
             let through = self.transmittance(ray, t, draws)
                 * self.transmittance(&shadow, light.distance, draws);
-            let at_collisions = lights.pick_probability(p, *index) * self.flux(ray, t, lamps);
+            let flux = self.flux(ray, t, lamps, draws);
+            let at_collisions = lights.pick_probability(p, *index) * flux;
             sum += light.radiance * through * scattering / (at_collisions + lamps.pdf(*index, t));
         }
         sum

@@ -9,6 +9,7 @@ use crate::surface::{SurfaceHit, TransportMode};
 use crate::work::Work;
 
 use super::Scene;
+use super::plan::Needs;
 
 /// Shadow rays end this share short of a light that is a surface itself.
 const SHORT_OF_LIGHT: f64 = 1.0 - 1e-7;
@@ -20,6 +21,8 @@ pub struct Draws {
     pub rng: Stream,
     /// Work done so far.
     pub work: Work,
+    /// What is needed.
+    pub needs: Needs,
 }
 
 /// A phase function at a place with its weight there.
@@ -37,6 +40,28 @@ pub fn emitter(hit: &SurfaceHit<'_>) -> EmitterHit {
     EmitterHit { distance: hit.t, normal: hit.normal }
 }
 
+/// The nearest surface that `ray` (unit direction) meets.
+pub fn first_surface<'s>(
+    scene: &'s Scene,
+    ray: &Ray<World>,
+    draws: &mut Draws,
+) -> Option<SurfaceHit<'s>> {
+    if !draws.needs.surfaces {
+        return None;
+    }
+    draws.work.intersections += 1;
+    scene.surfaces.intersect(ray, Span::AHEAD)
+}
+
+/// Radiance, W/(m² sr), that `ray` (unit direction) sees of lights infinitely far away.
+pub fn environment(scene: &Scene, ray: &Ray<World>, draws: &mut Draws) -> Rgb {
+    if !draws.needs.environment {
+        return Rgb::ZERO;
+    }
+    draws.work.environment_lookups += 1;
+    scene.lights.environment_radiance(ray.direction)
+}
+
 /// Sums `contribution` over samples of the lights picked for `at`: it is given the light's index,
 /// the sample, and the probability of picking the light.
 pub fn each_light(
@@ -45,19 +70,26 @@ pub fn each_light(
     draws: &mut Draws,
     mut contribution: impl FnMut(usize, &LightSample, f64, &mut Draws) -> Rgb,
 ) -> Rgb {
-    let mut sum = Rgb::ZERO;
-    for (index, probability) in scene.lights.pick(at, draws.rng.uniform()) {
+    let u = draws.rng.uniform();
+    let mut of = |index: usize, probability: f64, draws: &mut Draws| {
         let sample = scene.lights.lights[index].sample(at, draws.rng.uniform2());
-        if let Some(light) = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO) {
-            sum += contribution(index, &light, probability, draws);
-        }
+        let light = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO);
+        light.map_or(Rgb::ZERO, |light| contribution(index, &light, probability, draws))
+    };
+    if !draws.needs.light_choice {
+        return if scene.lights.lights.is_empty() { Rgb::ZERO } else { of(0, 1.0, draws) };
+    }
+    let mut sum = Rgb::ZERO;
+    for (index, probability) in scene.lights.pick(at, u) {
+        draws.work.light_choices += u64::from(probability < 1.0);
+        sum += of(index, probability, draws);
     }
     sum
 }
 
 /// Whether no surface stands on `ray` before a sampled light.
 pub fn is_visible(scene: &Scene, ray: &Ray<World>, light: &LightSample, draws: &mut Draws) -> bool {
-    if scene.surfaces.is_empty() {
+    if !draws.needs.surfaces {
         return true;
     }
     draws.work.shadow_rays += 1;
@@ -121,8 +153,9 @@ pub fn scattered(
     if spread == Rgb::ZERO || !is_visible(scene, &ray, light, draws) {
         return Rgb::ZERO;
     }
-    draws.work.marches += 1;
-    light.radiance * spread * scene.media.transmittance(&ray, Span::new(0.0, light.distance))
+    let span = Span::new(0.0, light.distance);
+    let transmittance = scene.media.transmittance_counted(&ray, span, &mut draws.work);
+    light.radiance * spread * transmittance
 }
 
 /// Radiance of lights that `ray` finds by chance, each times `share` of its index, the probability
@@ -154,9 +187,8 @@ fn found(
     if radiance == Rgb::ZERO {
         return radiance;
     }
-    draws.work.marches += 1;
     let end = hit.map_or(f64::INFINITY, |h| h.t);
-    radiance * scene.media.transmittance(ray, Span::new(0.0, end))
+    radiance * scene.media.transmittance_counted(ray, Span::new(0.0, end), &mut draws.work)
 }
 
 /// Direct light that the diffuse surface at `hit` reflects back along the unit `incoming`, seen
@@ -209,9 +241,9 @@ fn arriving(
     if share == Rgb::ZERO || !is_visible(scene, &ray, light, draws) {
         return Rgb::ZERO;
     }
-    if media.is_empty() {
+    if media.is_empty() || !draws.needs.media {
         return light.radiance * share;
     }
-    draws.work.marches += 1;
-    light.radiance * share * media.transmittance(&ray, Span::new(0.0, light.distance))
+    let span = Span::new(0.0, light.distance);
+    light.radiance * share * media.transmittance_counted(&ray, span, &mut draws.work)
 }

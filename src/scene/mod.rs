@@ -10,6 +10,7 @@ pub mod file;
 mod hash;
 pub mod lighting;
 mod load;
+pub mod plan;
 mod reader;
 mod settings;
 
@@ -26,7 +27,7 @@ pub use directing::{
 pub use load::LoadOptions;
 pub use reader::{FileReference, MAX_MAGNITUDE, Place};
 pub use settings::{
-    FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
+    FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides, Planning,
     RenderSettings,
 };
 

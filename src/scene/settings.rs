@@ -31,6 +31,16 @@ impl Default for FilmSettings {
     }
 }
 
+/// Whether a render leaves out what the scene does not need.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Planning {
+    /// It does.
+    #[default]
+    Needed,
+    /// It does all work that there is, to show that leaving it out changes nothing.
+    Everything,
+}
+
 /// How the picture is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderSettings {
@@ -50,6 +60,8 @@ pub struct RenderSettings {
     pub seed: u64,
     /// Highest order of volume scattering, 1 being single scattering; no limit by default.
     pub max_scatter: Option<u32>,
+    /// Whether what the scene does not need is left out.
+    pub planning: Planning,
 }
 
 impl Default for RenderSettings {
@@ -63,6 +75,7 @@ impl Default for RenderSettings {
             directing: Directing::default(),
             seed: 0,
             max_scatter: None,
+            planning: Planning::Needed,
         }
     }
 }
@@ -118,6 +131,7 @@ impl RenderSettings {
             directing: self.directing.overridden(&over.directing),
             seed: over.seed.unwrap_or(self.seed),
             max_scatter: over.max_scatter.or(self.max_scatter),
+            planning: self.planning,
         }
     }
 }

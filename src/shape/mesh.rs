@@ -68,6 +68,18 @@ impl Mesh {
         self.data.triangles.len()
     }
 
+    /// About the bytes it takes in memory, its tree included: two nodes a triangle.
+    pub fn memory_bytes(&self) -> usize {
+        let MeshData { positions, triangles, normals, uvs, slots } = &self.data;
+        let tree = size_of::<u32>() + 2 * size_of::<obvhs::bvh2::node::Bvh2Node>();
+        size_of_val(&positions[..])
+            + size_of_val(&triangles[..])
+            + size_of_val(&normals[..])
+            + size_of_val(&uvs[..])
+            + size_of_val(&slots[..])
+            + triangles.len() * tree
+    }
+
     /// The corners of a triangle, in metres.
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.data.triangles[triangle as usize].map(|i| self.data.positions[i as usize])

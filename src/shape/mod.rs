@@ -106,6 +106,14 @@ struct Foot {
 }
 
 impl Shape {
+    /// The mesh that it is, if it is one.
+    pub const fn mesh(&self) -> Option<&Arc<Mesh>> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh),
+            Self::Sphere(_) | Self::Quad(_) | Self::Box(_) | Self::Plane(_) => None,
+        }
+    }
+
     /// The box round the shape, or nothing where it is infinite.
     pub fn bounds(&self) -> Option<Aabb<World>> {
         match self {

@@ -149,6 +149,15 @@ impl Surfaces {
         self.bvh.bounds()
     }
 
+    /// About the bytes they take in memory: a mesh in use twice counts once.
+    pub fn memory_bytes(&self) -> usize {
+        let mut meshes: Vec<_> = self.surfaces.iter().filter_map(|s| s.shape.mesh()).collect();
+        meshes.sort_unstable_by_key(|mesh| std::sync::Arc::as_ptr(mesh));
+        meshes.dedup_by_key(|mesh| std::sync::Arc::as_ptr(mesh));
+        let meshes: usize = meshes.iter().map(|mesh| mesh.memory_bytes()).sum();
+        meshes + self.surfaces.len() * 2 * size_of::<Surface>()
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.surfaces.is_empty()

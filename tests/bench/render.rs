@@ -12,6 +12,7 @@ use std::time::Instant;
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint, warp};
 use fogbow::photon::{BeamMap, Photon, PhotonMap, PhotonMaps, Placed, Shooting, shoot};
 use fogbow::render::{Silent, render};
+use fogbow::scene::plan::Needs;
 use fogbow::scene::{LoadOptions, Overrides, Scene};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -117,8 +118,9 @@ fn load(name: &str) -> fogbow::Result<Scene> {
 }
 
 fn maps(scene: &Scene) -> PhotonMaps {
+    let needs = Needs::of(scene, &scene.render);
     let shooting =
-        Shooting { photons: PHOTONS, seed: 0, max_scatter: None, radius: None, levels: 0 };
+        Shooting { photons: PHOTONS, seed: 0, max_scatter: None, radius: None, levels: 0, needs };
     shoot(scene, &shooting, &|_| {}).expect("a shipped scene can be shot").0
 }
 

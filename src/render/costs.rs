@@ -1,0 +1,133 @@
+//! About how much work and memory a render will take, from a small look at the scene.
+
+use serde::Serialize;
+
+use super::expose::{Direction, Sheet, expose};
+use super::march::Marcher;
+use super::{Silent, finest_step, guide};
+use crate::director::Budget;
+use crate::error::Result;
+use crate::math::Stage;
+use crate::medium::Medium;
+use crate::photon::{self, Shooting};
+use crate::scene::plan::Needs;
+use crate::scene::{RenderSettings, Scene};
+use crate::work::Work;
+
+/// Photon paths of the look, at most.
+const PATHS: u64 = 1 << 14;
+
+/// Rays of the look, about.
+const RAYS: f64 = 30_000.0;
+
+/// Bytes a pixel: what its samples leave and the film's layers.
+const FILM: u64 = 96 + 48;
+
+/// Bytes a pixel of the layers, their copies for the file and the file itself.
+const WRITING: u64 = 48 + 48 + 48;
+
+/// Bytes a pixel: distances, snapshot, X, S, XS and what pixels may spend.
+const MAPS: u64 = 8 + 12 + 4 + 4 + 4 + 80;
+
+/// Bytes, at most, that the allocator keeps of what was freed: larger blocks go back at once.
+const RETAINED: u64 = 32 << 20;
+
+/// Bytes of threads, small tables and what the file formats keep.
+const WORKING: u64 = 4 << 20;
+
+/// About what a render takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Costs {
+    /// Work, by the counters that the render itself will report; at most so much where a director
+    /// hands out rays.
+    pub work: Work,
+    /// Memory.
+    pub memory: Memory,
+}
+
+/// Memory in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// The program and its libraries.
+    pub program: u64,
+    /// Voxel grids.
+    pub grids: u64,
+    /// Surfaces with their trees.
+    pub surfaces: u64,
+    /// Photon maps once they are built.
+    pub photons: u64,
+    /// The film and what is gathered for it.
+    pub film: u64,
+    /// The director's maps.
+    pub maps: u64,
+    /// The most that is in use at any time.
+    pub peak: u64,
+}
+
+/// Estimates what rendering `scene` under `settings` takes, by a small part of it, in a program that
+/// takes `program` bytes before it loads the scene.
+///
+/// # Errors
+/// As [`render`](super::render()).
+pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Costs> {
+    let needs = Needs::of(scene, settings);
+    let paths = PATHS.min(settings.photons);
+    let shooting = Shooting { photons: paths, ..guide::shooting(scene, settings) };
+    let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
+    let mut work = scaled(&shot, settings.photons as f64 / paths.max(1) as f64);
+
+    let [width, height] = scene.film.size.map(f64::from);
+    let all = width * height * f64::from(settings.rays);
+    let coarser = (all / RAYS).sqrt().max(1.0);
+    let size = [width, height].map(|side| (side / coarser).ceil().max(1.0));
+    let step = settings.step.unwrap_or_else(|| finest_step(scene));
+    let budget = Budget::fixed(settings.rays, photons.volume_radius, step);
+    let marcher = Marcher::new(scene, &photons, needs);
+    let (_, marched) = expose(
+        Sheet {
+            size: size.map(|side| side as u32),
+            seed: settings.seed,
+            stage: Stage::Director,
+            needs,
+        },
+        |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens),
+        |_, _| Direction::fixed(budget),
+        |ray, budget, state| marcher.radiance(ray, budget, state),
+        &Silent,
+    );
+    work += scaled(&marched, width * height / (size[0] * size[1]));
+    let pixels = (width * height) as u64;
+    work.map_pixels = if needs.maps { pixels } else { 0 };
+    Ok(Costs { memory: memory(scene, &work, &needs, pixels, program + WORKING), work })
+}
+
+fn scaled(work: &Work, factor: f64) -> Work {
+    work.map(|count| (count as f64 * factor).round() as u64)
+}
+
+fn memory(scene: &Scene, work: &Work, needs: &Needs, pixels: u64, program: u64) -> Memory {
+    let media = &scene.media;
+    let sizes = || media.iter().flat_map(Medium::grid_bytes);
+    let grids = sizes().map(|bytes| bytes as u64).sum::<u64>();
+    let surfaces = scene.surfaces.memory_bytes() as u64;
+    let photons = photon::memory(work.volume_photons, work.surface_photons);
+    let film = pixels * FILM;
+    let maps = if needs.maps { pixels * MAPS } else { 0 };
+    let scene = program + grids + surfaces;
+    // Grids are read one after another, the last beside the others; its source and OpenVDB's own
+    // copy come and go. So do the lists that a mesh is read into.
+    let reading = sizes().last().map_or(0, |bytes| 2 * bytes as u64) + surfaces;
+    let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
+    let building = photons.building + tables;
+    let left = |freed: u64| freed.min(RETAINED);
+    // What reading left is taken again for photons.
+    let freed = reading.max(building - photons.held);
+    let peak = [
+        scene + reading,
+        scene + maps + building + left(reading),
+        scene + maps + photons.held + film + left(freed),
+        scene + pixels * WRITING + left(freed),
+    ];
+    let peak = peak.into_iter().fold(0, u64::max);
+    Memory { program, grids, surfaces, photons: photons.held, film, maps, peak }
+}

@@ -1,0 +1,143 @@
+//! What a render of a scene needs: plain facts.
+
+use serde::Serialize;
+
+use crate::light::Light;
+use crate::math::{Rgb, WorldPoint};
+use crate::medium::{Albedo, Emission, Medium};
+use crate::scene::{Director, Planning, RenderSettings, Scene};
+use crate::surface::{Material, Surface};
+
+/// What a render needs, each true where its work can change the picture. Stages are given these
+/// facts and ask nothing further.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Needs {
+    /// The director's maps are made.
+    pub maps: bool,
+    /// Rays look for surfaces.
+    pub surfaces: bool,
+    /// Rays are marched through media.
+    pub media: bool,
+    /// Light that media scatter is evaluated along rays.
+    pub scattering: bool,
+    /// Light that media give off is integrated along rays.
+    pub emission: bool,
+    /// Photons are kept in media.
+    pub volume_photons: bool,
+    /// Photons are kept on surfaces.
+    pub surface_photons: bool,
+    /// Gathers in media ask where photons came from.
+    pub directions: bool,
+    /// Photons are shot that can reach neither a medium nor a surface.
+    pub void: bool,
+    /// Rays are followed through mirrors and glass.
+    pub specular: bool,
+    /// Lights are chosen among.
+    pub light_choice: bool,
+    /// Rays that leave the scene may see a light infinitely far away.
+    pub environment: bool,
+}
+
+impl Needs {
+    /// All work, whatever the scene.
+    pub const EVERYTHING: Self = Self {
+        maps: true,
+        surfaces: true,
+        media: true,
+        scattering: true,
+        emission: true,
+        volume_photons: true,
+        surface_photons: true,
+        directions: true,
+        void: true,
+        specular: true,
+        light_choice: true,
+        environment: true,
+    };
+
+    /// What rendering `scene` under `settings` needs; all where [`Planning::Everything`] is asked
+    /// for.
+    pub fn of(scene: &Scene, settings: &RenderSettings) -> Self {
+        match settings.planning {
+            Planning::Needed => Self::least(scene, settings),
+            Planning::Everything => Self::EVERYTHING,
+        }
+    }
+
+    /// As [`of`](Self::of) with [`Planning::Needed`].
+    pub(super) fn least(scene: &Scene, settings: &RenderSettings) -> Self {
+        let lights = &scene.lights.lights;
+        let media = || scene.media.iter();
+        let materials = || scene.surfaces.surfaces().iter().flat_map(Surface::materials);
+        let glows = media().any(emits);
+        let lit = glows || lights.iter().any(shines);
+        let orders = settings.max_scatter.unwrap_or(u32::MAX);
+        let scattering = lit && orders > 0 && media().any(scatters);
+        let reflects = materials().any(|m| m.is_specular() || receives(m));
+        Self {
+            maps: matches!(settings.director, Director::X | Director::S | Director::Xs),
+            surfaces: !scene.surfaces.is_empty(),
+            media: media().any(|m| attenuates(m) || emits(m)),
+            scattering,
+            emission: glows,
+            // Light that is scattered once straight from a lamp is sampled, not mapped.
+            volume_photons: scattering && (orders > 1 || glows || reflects),
+            surface_photons: lit && materials().any(receives),
+            directions: scattering && media().any(|m| scatters(m) && !m.phase.is_isotropic()),
+            void: false,
+            specular: materials().any(Material::is_specular),
+            light_choice: lights.len() > 1,
+            environment: lights.iter().any(is_seen_afar),
+        }
+    }
+
+    /// Whether any photon is shot.
+    pub const fn photons(&self) -> bool {
+        self.volume_photons || self.surface_photons
+    }
+}
+
+/// Whether `medium` weakens light that crosses it.
+pub(super) fn attenuates(medium: &Medium) -> bool {
+    medium.sigma_t != Rgb::ZERO && medium.density.maximum() > 0.0
+}
+
+/// Whether `medium` scatters light.
+pub(super) fn scatters(medium: &Medium) -> bool {
+    let scatters = match &medium.albedo {
+        Albedo::Constant(albedo) => *albedo != Rgb::ZERO,
+        Albedo::Color { grid, scale } => grid.max_value() > 0.0 && *scale != Rgb::ZERO,
+        Albedo::Scalar { grid, scale } => grid.max_value() > 0.0 && *scale != Rgb::ZERO,
+    };
+    scatters && attenuates(medium)
+}
+
+/// Whether `medium` gives off light.
+pub(super) fn emits(medium: &Medium) -> bool {
+    match &medium.emission {
+        None => false,
+        Some(Emission::Density(color)) => *color != Rgb::ZERO && medium.density.maximum() > 0.0,
+        Some(Emission::Grid { grid, color }) => *color != Rgb::ZERO && grid.max_value() > 0.0,
+        Some(Emission::Blackbody { scale, .. }) => *scale > 0.0 && attenuates(medium),
+    }
+}
+
+/// Whether a photon map on `material` shows.
+fn receives(material: &Material) -> bool {
+    matches!(material, Material::Diffuse { .. })
+}
+
+/// Whether `light` gives any light.
+fn shines(light: &Light) -> bool {
+    !light.is_infinite() || is_bright(light)
+}
+
+/// Whether a ray that leaves the scene can see `light`.
+pub(super) fn is_seen_afar(light: &Light) -> bool {
+    light.is_infinite() && !light.is_delta() && is_bright(light)
+}
+
+/// Whether `light`, infinitely far away and so the same from everywhere, is not black.
+fn is_bright(light: &Light) -> bool {
+    light.incident_estimate(WorldPoint::new(0.0, 0.0, 0.0)) > 0.0
+}

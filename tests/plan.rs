@@ -1,0 +1,438 @@
+//! What a plan leaves out changes nothing and costs nothing: each scene is rendered as planned and
+//! with everything on.
+//!
+//! Pictures are equal to the byte where leaving out does not touch the random numbers, and else in
+//! their means within 4.5 standard errors (false alarm 7e-6 a comparison), with fixed seeds.
+
+#![allow(clippy::print_stderr)] // skipped tests say so
+
+use std::path::{Path, PathBuf};
+
+use fogbow::image::Film;
+use fogbow::math::{Ray, Span, WorldPoint};
+use fogbow::render::{Rendered, Silent, costs, render};
+use fogbow::scene::plan::{Needs, RenderPlan};
+use fogbow::scene::{LoadOptions, Overrides, Planning, RenderSettings, Scene};
+use fogbow::vdb::{GridToWrite, Tile, write};
+use fogbow::work::Work;
+use glam::{DVec3, IVec3};
+
+const CAMERA: &str = "[camera]\nposition = [0.0, 0.5, 6.0]\ntarget = [0.0, 0.5, 0.0]\nfov = 32.0\n\
+                      [film]\nsize = [32, 32]\n[render]\nrays = 8\nphotons = 20000\n";
+const POINT: &str = "[[light]]\ntype = \"point\"\nposition = [2.0, 3.0, 1.0]\nintensity = 20.0\n";
+const SKY: &str = "[[light]]\ntype = \"environment\"\nradiance = 0.5\n";
+const SPOT: &str = "[[light]]\ntype = \"spot\"\nposition = [3.0, 0.5, 0.0]\ntarget = [0.0, 0.5, 0.0]\n\
+                    intensity = 30.0\nangle = 60.0\n";
+const FOG: &str = "[[medium]]\nregion = { box = { min = [-1.0, 0.0, -1.0], max = [1.0, 1.0, 1.0] } }\n\
+                   sigma_t = 1.5\nalbedo = 0.9\n";
+const SOOT: &str = "[[medium]]\nregion = { sphere = { center = [0.0, 0.5, 0.0], radius = 0.8 } }\n\
+                    sigma_t = 2.0\nalbedo = 0.0\n";
+const GLOW: &str = "[[medium]]\nregion = { sphere = { center = [0.0, 0.5, 0.0], radius = 0.8 } }\n\
+                    sigma_t = 2.0\nalbedo = 0.0\nemission = { color = [3.0, 2.0, 1.0] }\n";
+const BALL: &str = "[[surface]]\nshape = \"sphere\"\ncenter = [0.0, 0.5, 0.0]\nradius = 0.4\n\
+                    material = { type = \"diffuse\", reflectance = 0.6 }\n";
+const FLOOR: &str = "[[surface]]\nshape = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\n\
+                     material = { type = \"diffuse\", reflectance = 0.5 }\n";
+
+/// The scene of these tables.
+fn scene(tables: &[&str]) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, CAMERA.to_owned() + &tables.concat()).unwrap();
+    Scene::load(&path, &LoadOptions::default()).unwrap()
+}
+
+/// As planned, and with everything on.
+fn both(scene: &Scene) -> [Rendered; 2] {
+    [Planning::Needed, Planning::Everything].map(|planning| {
+        let settings = RenderSettings { planning, ..scene.render };
+        render(scene, &settings, &Silent).unwrap()
+    })
+}
+
+/// Layers that do not tell of photons that were left out.
+const PICTURE: [&str; 7] = ["R", "G", "B", "A", "Z", "transmittance", "variance"];
+
+fn assert_same_bytes(name: &str, [planned, all]: &[Rendered; 2]) {
+    for layer in PICTURE {
+        let [a, b] = [planned, all].map(|r| r.film.layer(layer).unwrap());
+        assert!(a == b, "{name}: layer {layer} differs");
+    }
+}
+
+/// Mean of the green channel and its standard error, without that of the photons.
+fn mean(film: &Film) -> (f64, f64) {
+    let sum = |name: &str| film.layer(name).unwrap().iter().map(|v| f64::from(*v)).sum::<f64>();
+    let count = film.layer("G").unwrap().len() as f64;
+    (sum("G") / count, sum("variance").sqrt() / count)
+}
+
+fn assert_same_mean(name: &str, [planned, all]: &[Rendered; 2], photons: f64) {
+    let (a, b) = (mean(&planned.film), mean(&all.film));
+    let bound = 4.5 * a.1.hypot(b.1) + photons * b.0;
+    assert!((a.0 - b.0).abs() < bound, "{name}: {a:?} as planned, {b:?} with everything");
+}
+
+/// The counters of everything that the plan of `scene` leaves out are 0; the names of it.
+fn left_out(name: &str, scene: &Scene, work: &Work) -> Vec<&'static str> {
+    let plan = RenderPlan::of(scene, &scene.render);
+    let omitted: Vec<_> = plan.items.iter().filter(|item| !item.needed).collect();
+    for item in &omitted {
+        let count = work.counts().find(|(counter, _)| *counter == item.counter);
+        assert_eq!(count, Some((item.counter, 0)), "{name}: {}", item.name);
+    }
+    omitted.iter().map(|item| item.name).collect()
+}
+
+#[test]
+fn what_is_left_out_costs_nothing_and_changes_nothing() {
+    let void = "photons into the void";
+    let void_fog = FOG.replace("sigma_t = 1.5", "sigma_t = 0.0");
+    let rows: &[(&str, &[&str], &[&str], bool)] = &[
+        (
+            "nothing but a ball under a lamp",
+            &[POINT, BALL],
+            &[
+                "voxel grids",
+                "maps",
+                "volume photons",
+                void,
+                "media",
+                "scattering in media",
+                "emission",
+                "mirrors and glass",
+                "choice of lights",
+                "environment",
+            ],
+            true,
+        ),
+        (
+            "absorbing smoke under a sky",
+            &[SKY, SOOT],
+            &[
+                "voxel grids",
+                "tree of surfaces",
+                "maps",
+                "volume photons",
+                "surface photons",
+                "scattering in media",
+                "emission",
+                "mirrors and glass",
+                "choice of lights",
+            ],
+            true,
+        ),
+        (
+            "a glowing ball alone",
+            &[GLOW],
+            &[
+                "voxel grids",
+                "tree of surfaces",
+                "maps",
+                "volume photons",
+                "surface photons",
+                "scattering in media",
+                "choice of lights",
+                "environment",
+                "mirrors and glass",
+            ],
+            true,
+        ),
+        (
+            "fog under a lamp",
+            &[POINT, FOG],
+            &[
+                "voxel grids",
+                "tree of surfaces",
+                "maps",
+                "surface photons",
+                void,
+                "emission",
+                "mirrors and glass",
+                "choice of lights",
+                "environment",
+            ],
+            true,
+        ),
+        (
+            "fog under a sky",
+            &[SKY, FOG],
+            &["voxel grids", "tree of surfaces", "emission", "choice of lights"],
+            true,
+        ),
+        ("a ball in fog", &[POINT, FOG, BALL, FLOOR], &["voxel grids", "emission"], true),
+        (
+            "a medium that does nothing",
+            &[POINT, BALL, FLOOR, &void_fog],
+            &["media", "scattering in media", "volume photons", "emission"],
+            false,
+        ),
+        ("fog in two lights", &[POINT, SPOT, FOG], &["tree of surfaces", void], true),
+    ];
+    for (name, tables, expected, same_bytes) in rows {
+        let scene = scene(tables);
+        let pictures = both(&scene);
+        let omitted = left_out(name, &scene, &pictures[0].work);
+        for item in *expected {
+            assert!(omitted.contains(item), "{name}: {item} is not left out: {omitted:?}");
+        }
+        if *same_bytes {
+            assert_same_bytes(name, &pictures);
+        } else {
+            assert_same_mean(name, &pictures, 0.02);
+        }
+        let shown = pictures[0].film.layer("G").unwrap();
+        assert!(shown.iter().any(|v| *v > 0.0), "{name} is black");
+    }
+}
+
+#[test]
+fn everything_is_everything() {
+    let scene = scene(&[POINT, BALL]);
+    let settings = RenderSettings { planning: Planning::Everything, ..scene.render };
+    assert_eq!(Needs::of(&scene, &settings), Needs::EVERYTHING);
+    let plan = RenderPlan::of(&scene, &settings);
+    let left_out: Vec<_> = plan.items.iter().filter(|i| !i.needed).map(|i| i.name).collect();
+    assert_eq!(left_out, ["voxel grids"], "no flag gives a scene grids");
+    let work = render(&scene, &settings, &Silent).unwrap().work;
+    for count in [work.marches, work.map_pixels, work.environment_lookups, work.photons_missed] {
+        assert!(count > 0, "{work:?}");
+    }
+}
+
+#[test]
+fn nothing_is_done_for_what_is_not_there() {
+    let work = |tables: &[&str]| both(&scene(tables))[0].work;
+    let no_medium = work(&[POINT, BALL, FLOOR]);
+    assert_eq!((no_medium.marches, no_medium.march_steps, no_medium.collisions), (0, 0, 0));
+    let homogeneous = work(&[POINT, FOG, BALL]);
+    assert!(homogeneous.marches > 0 && homogeneous.gathers > 0 && homogeneous.volume_photons > 0);
+    assert_eq!((homogeneous.grid_lookups, homogeneous.null_collisions), (0, 0));
+    let absorbing = work(&[SKY, SOOT]);
+    assert_eq!((absorbing.photon_paths, absorbing.volume_photons), (0, 0));
+    assert_eq!((absorbing.gathers, absorbing.gathered, absorbing.intersections), (0, 0, 0));
+}
+
+/// A spot that shines past a box of fog on all sides, and a sun over it.
+#[test]
+fn no_photon_is_shot_past_the_fog() {
+    const SUN: &str = "[[light]]\ntype = \"sun\"\ndirection = [-1.0, -2.0, -0.5]\n\
+                       irradiance = 3.0\nangle = 0.0\n";
+    for light in [SPOT, SUN] {
+        let [planned, all] = both(&scene(&[light, FOG])).map(|r| r.work);
+        assert_eq!(planned.photons_missed, 0);
+        assert!(planned.photons_emitted > 0 && all.photons_missed > 0, "{all:?}");
+        assert!(planned.photons_emitted < all.photons_emitted);
+    }
+}
+
+/// Fog in a region against the same fog as a grid: it needs no lookups and looks alike.
+#[test]
+fn homogeneous_fog_needs_no_grid() {
+    let folder = tempfile::tempdir().unwrap();
+    let medium = format!("[[medium]]\nfile = \"{}\"\n", block(folder.path()).display());
+    // Between voxels the grid's density falls off; its half lies half a voxel beyond the last one.
+    let region = "[[medium]]\nregion = { box = { min = [-0.005, -0.005, -0.005], \
+                  max = [1.275, 1.275, 1.275] } }\n";
+    let [as_grid, as_region] = [medium.as_str(), region].map(|medium| {
+        let scene = scene(&[POINT, medium, "sigma_t = 1.5\nalbedo = 0.9\n"]);
+        render(&scene, &scene.render, &Silent).unwrap()
+    });
+    assert!(as_grid.work.grid_lookups > 0);
+    assert_eq!(as_region.work.grid_lookups, 0);
+    assert_same_mean("fog", &[as_region, as_grid], 0.02);
+}
+
+/// A VDB file of 128³ voxels of the density 1, 1.28 m wide from the origin on.
+fn block(folder: &Path) -> PathBuf {
+    let tile = Tile { origin: IVec3::ZERO, edge: 128, value: [1.0, 0.0, 0.0], active: true };
+    let block = GridToWrite { tiles: vec![tile], ..GridToWrite::fog("density", 0.01, DVec3::ZERO) };
+    let path = folder.join("block.vdb");
+    write(&path, &[block]).unwrap();
+    path
+}
+
+#[test]
+fn single_scattering_is_offered_with_a_bound_that_holds() {
+    let thin = FOG.replace("sigma_t = 1.5", "sigma_t = 0.01");
+    for (fog, offered) in [(thin.as_str(), true), (FOG, false)] {
+        let scene = scene(&[SKY, fog]);
+        let plan = RenderPlan::of(&scene, &scene.render);
+        assert_eq!(plan.offers.len(), usize::from(offered), "{:?}", plan.offers);
+        assert!(scene.render.max_scatter.is_none(), "it is not taken");
+    }
+    let scene = scene(&[SKY, &thin]);
+    let offer = &RenderPlan::of(&scene, &scene.render).offers[0];
+    let percent: f64 =
+        offer.split("at most ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    // Light scattered in front of a black ground, by difference: the sky is seen through the fog.
+    let mean_of = |max_scatter| {
+        let settings = RenderSettings { max_scatter, rays: 64, ..scene.render };
+        mean(&render(&scene, &settings, &Silent).unwrap().film).0
+    };
+    let [none, once, all] = [Some(0), Some(1), None].map(mean_of);
+    let brightest = 0.01 * 3.0 * 0.9 * 0.5; // optical thickness at most, albedo, radiance
+    assert!(once > none && all - once < percent / 100.0 * brightest, "{none} {once} {all}");
+}
+
+/// The estimates of a small look against what the render counts: within a quarter.
+#[test]
+fn costs_are_estimated() {
+    let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
+    for name in ["smoke.toml", "balls_a.toml"] {
+        let overrides = Overrides {
+            size: Some([96, 72]),
+            rays: Some(8),
+            photons: Some(60_000),
+            ..Overrides::default()
+        };
+        let options = LoadOptions { overrides, ..LoadOptions::default() };
+        let scene = Scene::load(&volumes.join(name), &options).unwrap();
+        let expected = costs(&scene, &scene.render, 0).unwrap().work;
+        let work = render(&scene, &scene.render, &Silent).unwrap().work;
+        for (found, estimate, what) in [
+            (work.rays, expected.rays, "rays"),
+            (work.grid_lookups, expected.grid_lookups, "grid lookups"),
+            (work.volume_photons, expected.volume_photons, "volume photons"),
+            (work.gathers, expected.gathers, "gathers"),
+            (work.march_steps, expected.march_steps, "march steps"),
+        ] {
+            let ratio = estimate as f64 / found as f64;
+            assert!((0.75..1.33).contains(&ratio), "{name}: {what}: {estimate} for {found}");
+        }
+    }
+}
+
+/// Two grids of a file that has 24 cost what the two cost: its others have 65 MiB.
+#[test]
+fn grids_that_are_not_named_are_not_read() {
+    let file =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes/gas_sequence/fluid_data_0010.vdb");
+    if !Path::new(file).exists() || !Path::new("/proc/self/status").exists() {
+        eprintln!("skipped: no {file}, or no system that tells of memory");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let medium = format!(
+        "[[medium]]\nfile = \"{file}\"\ngrid = \"density\"\nsigma_t = 1.0\n\
+         emission = {{ temperature = \"temperature\", kelvin_scale = 1000.0 }}\n"
+    );
+    let peak = |medium: &str| {
+        std::fs::write(folder.path().join("s.toml"), CAMERA.to_owned() + POINT + medium).unwrap();
+        let args = ["render", "s.toml", "-o", "a.exr", "--json", "--photons", "0"];
+        let report: serde_json::Value =
+            serde_json::from_slice(&fogbow(folder.path(), &args).stdout).unwrap();
+        report["peak_memory"].as_f64().unwrap()
+    };
+    let extra = (peak(&medium) - peak("")) / f64::from(1 << 20);
+    assert!(extra < 20.0, "{extra} MiB for two grids of 2.5 MiB");
+}
+
+/// Work is counted alike on any number of threads, and stands in the file's header.
+#[test]
+fn counters_do_not_depend_on_the_number_of_threads() {
+    let scene = scene(&[POINT, FOG, BALL, FLOOR]);
+    let on = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| render(&scene, &scene.render, &Silent).unwrap().work)
+    };
+    assert_eq!(on(1), on(3));
+}
+
+fn fogbow(folder: &Path, args: &[&str]) -> std::process::Output {
+    let output = assert_cmd::Command::new(assert_cmd::cargo::cargo_bin!("fogbow"))
+        .current_dir(folder)
+        .args(args)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+#[test]
+fn the_command_tells_items_work_and_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.toml"), CAMERA.to_owned() + POINT + FOG).unwrap();
+    let text = String::from_utf8(fogbow(folder.path(), &["plan", "s.toml"]).stdout).unwrap();
+    for words in ["left out", "there is no surface", "rays 8.2 k", "MiB at most"] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let json = fogbow(folder.path(), &["plan", "s.toml", "--json", "--max-scatter", "0"]).stdout;
+    let report: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!(report["needs"]["scattering"], false);
+    assert_eq!(report["work"]["rays"], 8192);
+    assert!(report["memory"]["peak"].as_u64().unwrap() > 1 << 20);
+    let item = |name: &str| {
+        report["items"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .find(|item| item["name"] == name)
+            .unwrap()
+            .clone()
+    };
+    assert_eq!(item("scattering in media")["why"], "max_scatter is 0");
+}
+
+#[test]
+fn a_render_tells_its_plan_and_its_work() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.toml"), CAMERA.to_owned() + POINT + BALL).unwrap();
+    let args = ["render", "s.toml", "-o", "a.exr", "--json"];
+    let output = fogbow(folder.path(), &args);
+    let said = String::from_utf8(output.stderr).unwrap();
+    let line = said.lines().find(|line| line.starts_with("plan: ")).unwrap();
+    assert!(line.contains("tree of surfaces") && line.contains("left out: voxel grids"), "{line}");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let layers = fogbow::image::read_layers(&folder.path().join("a.exr")).unwrap();
+    for (counter, count) in report["work"].as_object().unwrap() {
+        let header = layers.attributes.get(&format!("fogbow:work:{counter}"));
+        assert_eq!(header, Some(&count.to_string()), "{counter}");
+    }
+    assert_eq!(report["work"]["marches"], 0);
+    let quiet = fogbow(folder.path(), &[&args[..], &["--quiet", "--plan", "everything"]].concat());
+    let report: serde_json::Value = serde_json::from_slice(&quiet.stdout).unwrap();
+    assert!(report["work"]["marches"].as_u64().unwrap() > 0 && quiet.stderr.is_empty());
+}
+
+/// The most memory that a render takes, as planned: within a fifth, of which most is the program.
+#[test]
+fn memory_is_estimated() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("fog.toml"), CAMERA.to_owned() + POINT + FOG).unwrap();
+    let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
+    let volume = |name: &str| volumes.join(name).display().to_string();
+    for (scene, photons, size) in [
+        ("fog.toml".into(), "400000", "640x360"),
+        (volume("smoke.toml"), "200000", "320x240"),
+        (volume("balls_a.toml"), "100000", "512x384"),
+    ] {
+        let peak = |command: &[&str], key: &str| {
+            let budget = ["--rays", "1", "--photons", photons, "--size", size, "--json", "--quiet"];
+            let output = fogbow(folder.path(), &[command, &budget].concat()).stdout;
+            let report: serde_json::Value = serde_json::from_slice(&output).unwrap();
+            report.pointer(key).and_then(serde_json::Value::as_f64)
+        };
+        let planned = peak(&["plan", &scene], "/memory/peak").unwrap();
+        let Some(taken) = peak(&["render", &scene, "-o", "a.exr"], "/peak_memory") else {
+            eprintln!("skipped: the system does not tell of memory");
+            return;
+        };
+        let ratio = planned / taken;
+        assert!((0.8..1.25).contains(&ratio), "{scene}: {planned} planned, {taken} taken");
+    }
+}
+
+/// A grid of one value all through: inside it a step crosses a block, not a voxel.
+#[test]
+fn constant_blocks_cost_one_step_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = block(folder.path());
+    let medium = format!("[[medium]]\nfile = \"{}\"\nsigma_t = 1.0\n", path.display());
+    let scene = scene(&[POINT, &medium]);
+    let ray = Ray::new(WorldPoint::new(-1.0, 0.6, 0.6), DVec3::X);
+    let mut work = Work::default();
+    let transmittance = scene.media.transmittance_counted(&ray, Span::AHEAD, &mut work);
+    assert!((transmittance.x - (-1.28_f64).exp()).abs() < 1e-6, "{transmittance}");
+    assert!(work.grid_lookups <= 40, "{} steps through 128 voxels", work.grid_lookups);
+}
