@@ -12,6 +12,7 @@ mod output;
 mod progress;
 mod render;
 mod settings;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -37,6 +38,8 @@ enum Command {
     Info(info::Args),
     /// Make procedural smoke, a cloud, fog or fire as a VDB file.
     Make(make::Args),
+    /// Hold fogbow's figures against closed forms, published values and extremes.
+    Verify(verify::Args),
 }
 
 /// Runs the program with the process's arguments.
@@ -48,6 +51,7 @@ pub fn main() -> ExitCode {
         Command::Error(args) => error::run(args),
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),
+        Command::Verify(args) => verify::run(args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,61 @@
+//! Optical thickness, albedo and mean cosine.
+
+use super::judge::{Bounds, judge};
+use super::setup::Setup;
+use crate::verify::case::{Case, Effort, Group};
+
+/// A cube of 1 m seen from the front, through all of which rays lead.
+const CAMERA: &str = "type = \"orthographic\"\nposition = [0.0, 0.0, 5.0]\n\
+                      target = [0.0, 0.0, 0.0]\nheight = 0.5";
+
+const WORDS: [&str; 2] = [
+    "furnace of radiance 1: L = 1 for albedo 1, exp(-tau) for albedo 0, between them else",
+    "noise of 500 photons; less what the cap on a path's events took",
+];
+
+pub(super) fn cases(effort: Effort) -> Vec<Case> {
+    let quick = effort == Effort::Quick;
+    let pick = |all: &'static [f64], few: &'static [f64]| if quick { few } else { all };
+    let thicknesses = pick(&[1e-8, 1e-4, 1e-2, 1.0, 1e2, 1e4, 1e6, 1e8], &[1e-8, 1.0, 1e4, 1e8]);
+    let albedos = pick(&[0.0, 0.5, 0.999_999, 1.0], &[0.0, 0.5, 1.0]);
+    let cosines = pick(&[-0.9999, -0.9, 0.0, 0.9, 0.9999], &[-0.9999, 0.0, 0.9]);
+    let mut cases = Vec::new();
+    for &g in cosines {
+        for &thickness in thicknesses {
+            for &albedo in albedos {
+                let plane = format!("optical thickness x albedo, g = {g}");
+                let name = format!("matrix/optics/thickness={thickness:e}/albedo={albedo}/g={g}");
+                let case = Case::new(Group::Matrix, name, WORDS, move |parts| {
+                    judge(parts, &setup(thickness, albedo, g, quick), bounds(thickness, albedo))
+                });
+                cases.push(case.at(&plane, format!("{thickness:e}"), albedo.to_string()));
+            }
+        }
+    }
+    cases
+}
+
+fn setup(thickness: f64, albedo: f64, g: f64, quick: bool) -> Setup {
+    Setup {
+        camera: CAMERA.into(),
+        photons: if quick { 100 } else { 500 },
+        medium: format!(
+            "region = {{ box = {{ min = [-0.5, -0.5, -0.5], max = [0.5, 0.5, 0.5] }} }}\n\
+             sigma_t = {thickness:?}\nalbedo = {albedo:?}\n\
+             phase = {{ type = \"henyey-greenstein\", g = {g:?} }}"
+        ),
+        ..Setup::default()
+    }
+}
+
+fn bounds(thickness: f64, albedo: f64) -> Bounds {
+    let straight = (-thickness).exp();
+    if albedo == 0.0 {
+        // The film holds f32.
+        Bounds { low: straight - 1e-6, high: straight + 1e-6 }
+    } else if albedo == 1.0 {
+        Bounds::WHITE
+    } else {
+        Bounds { low: straight - 1e-6, ..Bounds::ENERGY }
+    }
+}
