@@ -10,6 +10,17 @@ use serde_json::Value;
 
 const CAMERA: &str = "[camera]\nposition = [0, 1, 8]\ntarget = [0, 1, 0]\n";
 
+/// The scenes that ship with all their files.
+const SCENES: [&str; 7] = [
+    "balls_a.toml",
+    "balls_b.toml",
+    "cloud.toml",
+    "fire.toml",
+    "lucy.toml",
+    "road.toml",
+    "smoke.toml",
+];
+
 fn fogbow() -> Command {
     Command::new(assert_cmd::cargo::cargo_bin!("fogbow"))
 }
@@ -85,6 +96,7 @@ fn misuse_exits_with_2() {
         (&["rendre"], "render"),
         (&["render", "s.toml"], "--output"),
         (&["render", "s.toml", "-o", "a.png"], ".exr"),
+        (&["make", "statue", "-o", "a.vdb"], "name a .ply file"),
         (&["render", "s.toml", "-o", "a.exr", "--size", "0x10"], "960x540"),
         (&["render", "s.toml", "-o", "a.exr", "--size", "0x4"], "960x540"),
         (&["render", "s.toml", "-o", "a.exr", "--size", "10"], "960x540"),
@@ -92,7 +104,10 @@ fn misuse_exits_with_2() {
         (&["render", "s.toml", "-o", "a.exr", "--rays", "0"], "1..="),
         (&["render", "s.toml", "-o", "a.exr", "--radius", "-1"], "--radius"),
         (&["render", "s.toml", "-o", "a.exr", "--radius", "nan"], "above 0"),
-        (&["render", "s.toml", "-o", "a.exr", "--director", "x"], "fixed"),
+        (&["render", "s.toml", "-o", "a.exr", "--director", "z"], "fixed"),
+        (&["render", "s.toml", "-o", "a.exr", "--weights", "1"], "0.5,0.5"),
+        (&["render", "s.toml", "-o", "a.exr", "--directs", "light"], "rays, radius, step"),
+        (&["render", "s.toml", "-o", "a.exr", "--coarsest-step", "0.5"], "from 1 to 256"),
         (&["render", "s.toml", "-o", "a.exr", "--threads", "0"], "1..="),
         (&["render", "s.toml", "-o", "a.exr", "--level-set", "fog"], "level_set"),
     ];
@@ -233,8 +248,10 @@ fn a_level_set_is_refused_and_converted_on_request() {
 #[test]
 fn threads_do_not_change_a_byte() {
     let folder = tempfile::tempdir().unwrap();
-    let cases: [(&str, &[&str]); 4] = [
+    let cases: [(&str, &[&str]); 6] = [
         ("smoke.toml", &[]),
+        ("balls_b.toml", &[]),
+        ("lucy.toml", &[]),
         ("fire.toml", &[]),
         ("road.toml", &[]),
         ("smoke.toml", &["--reference"]),
@@ -253,7 +270,7 @@ fn threads_do_not_change_a_byte() {
 #[test]
 fn pictures_hold_every_layer_and_what_they_were_made_with() {
     let folder = tempfile::tempdir().unwrap();
-    for scene in ["smoke.toml", "fire.toml", "road.toml", "cloud.toml"] {
+    for scene in SCENES {
         small(folder.path(), scene, "a", &["--seed", "7"]);
         let layers = read_layers(&folder.path().join("a.exr")).unwrap();
         assert_eq!((layers.width, layers.height), (32, 24));
@@ -276,6 +293,22 @@ fn pictures_hold_every_layer_and_what_they_were_made_with() {
         }
         assert!(!layers.attributes.keys().any(|name| name.contains("second")), "timings");
     }
+}
+
+#[test]
+fn lucy_herself_stands_in_for_the_statue_where_she_is_at_hand() {
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/meshes/lucy.obj");
+    if !Path::new(mesh).is_file() {
+        eprintln!("skipped: {mesh} is not here");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let depths = ["lucy_mesh.toml", "lucy.toml"].map(|scene| {
+        small(folder.path(), scene, "a", &[]);
+        let layers = read_layers(&folder.path().join("a.exr")).unwrap();
+        layers.get("Z").unwrap()[12 * 32 + 16] // her middle, 6.6 m from the camera
+    });
+    assert!(depths.iter().all(|z| (6.0..7.0).contains(z)), "{depths:?}");
 }
 
 /// All layers that are promised are there, finite and in their range.

@@ -1,11 +1,14 @@
 //! Procedural volumes: determinism, ranges, sparsity, errors, the way through a file.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use fogbow::Error;
-use fogbow::make::{Kind, MAX_RESOLUTION, Settings, make};
+use fogbow::make::{Kind, MAX_RESOLUTION, MAX_STATUE_RESOLUTION, Settings, make, make_statue};
 use fogbow::math::Point;
+use fogbow::shape::{MeshData, load_mesh, write_ply};
 use fogbow::vdb::{self, Grid, GridToWrite, ReadAs, VdbFile};
+use glam::{DAffine3, DVec3};
 
 const KINDS: [Kind; 4] = [Kind::Smoke, Kind::Cloud, Kind::Fog, Kind::Fire];
 
@@ -158,21 +161,89 @@ fn shipped(extension: &str) -> Vec<PathBuf> {
     files
 }
 
+fn extent(mesh: &MeshData) -> (DVec3, DVec3) {
+    let all = || mesh.positions.iter().copied();
+    (all().fold(DVec3::INFINITY, DVec3::min), all().fold(DVec3::NEG_INFINITY, DVec3::max))
+}
+
+/// The bytes of the statue's file, made on `threads` threads.
+fn statue_bytes(settings: &Settings, threads: usize) -> Vec<u8> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("statue.ply");
+    pool.install(|| write_ply(&path, &make_statue(settings).unwrap())).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+#[test]
+fn a_statue_has_the_same_bytes_on_any_number_of_threads() {
+    let one = statue_bytes(&settings(40), 1);
+    assert_eq!(one, statue_bytes(&settings(40), 2));
+    assert_ne!(one, statue_bytes(&Settings { seed: 4, ..settings(40) }, 1));
+}
+
+#[test]
+fn a_statue_stands_on_the_ground_and_is_as_high_as_asked() {
+    for (voxel, height) in [(None, 2.0), (Some(0.05), 4.8)] {
+        let (min, max) = extent(&make_statue(&Settings { voxel, ..settings(96) }).unwrap());
+        assert!(min.y.abs() < 0.005 * height, "{voxel:?}: from {min}");
+        assert!((max.y / height - 0.985).abs() < 0.02, "{voxel:?}: to {max}");
+        assert!((min.x + max.x).abs() < 0.01 * height, "{voxel:?}: {min} to {max}");
+    }
+}
+
+/// Every edge is crossed as often one way as the other, so that the mesh has no hole; normals have
+/// length 1 and point outward; and by the divergence theorem the solid has the volume of one.
+#[test]
+fn a_statue_is_closed_and_wound_outward() {
+    let mesh = make_statue(&settings(96)).unwrap();
+    let mut edges = HashMap::new();
+    let (mut volume, mut agreeing) = (0.0, 0);
+    for &[a, b, c] in &mesh.triangles {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            *edges.entry((from.min(to), from.max(to))).or_insert(0) +=
+                if from < to { 1 } else { -1 };
+        }
+        let [p, q, r] = [a, b, c].map(|i| mesh.positions[i as usize]);
+        volume += p.dot(q.cross(r)) / 6.0;
+        let normal = (q - p).cross(r - p);
+        agreeing += i32::from(normal.dot(mesh.normals[a as usize].as_dvec3()) > 0.0);
+    }
+    assert!(edges.values().all(|balance| *balance == 0), "an open edge");
+    assert!((0.15..0.6).contains(&volume), "{volume} m³"); // 2 m high
+    assert!(f64::from(agreeing) > 0.98 * mesh.triangles.len() as f64, "{agreeing}");
+    assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
+}
+
+#[test]
+fn a_statue_of_any_resolution_is_one_or_an_error() {
+    for resolution in 1..20 {
+        match make_statue(&settings(resolution)) {
+            Ok(mesh) => assert!(mesh.positions.iter().all(|p| p.is_finite())),
+            Err(error) => assert!(error.to_string().contains("too coarse"), "{error}"),
+        }
+    }
+    let error = make_statue(&settings(MAX_STATUE_RESOLUTION + 1)).unwrap_err();
+    assert_eq!(error.to_string(), "--resolution 1025: give 1 to 1024 voxels");
+}
+
 #[test]
 fn shipped_volumes_are_small_and_as_their_commands_make_them() {
+    let settings = |seed, resolution| Settings { seed, resolution, voxel: None };
     let made = [
-        ("cloud", Kind::Cloud, 128),
-        ("fire", Kind::Fire, 128),
-        ("fog", Kind::Fog, 96),
-        ("smoke", Kind::Smoke, 128),
+        ("cloud", Kind::Cloud, settings(1, 128)),
+        ("fire", Kind::Fire, settings(1, 128)),
+        ("fog", Kind::Fog, settings(1, 96)),
+        ("smoke", Kind::Smoke, settings(1, 128)),
+        ("wisps", Kind::Smoke, Settings { voxel: Some(0.03125), ..settings(5, 96) }),
     ];
     let files = shipped("vdb");
     assert_eq!(files.len(), made.len());
-    for (path, (stem, kind, resolution)) in files.iter().zip(made) {
+    for (path, (stem, kind, settings)) in files.iter().zip(made) {
         assert_eq!(path.file_stem().unwrap(), stem);
         assert!(path.metadata().unwrap().len() < 1_500_000, "{}", path.display());
         // Compared as values: the compression and the maths library may differ elsewhere.
-        let grids = make(kind, &Settings { seed: 1, resolution, voxel: None }).unwrap();
+        let grids = make(kind, &settings).unwrap();
         let file = VdbFile::open(path).unwrap();
         for grid in &grids {
             let read = read(&file, &grid.name);
@@ -184,6 +255,21 @@ fn shipped_volumes_are_small_and_as_their_commands_make_them() {
             }
         }
     }
+}
+
+#[test]
+fn the_shipped_statue_is_small_and_as_its_command_makes_it() {
+    let path = &shipped("ply")[0];
+    assert!(path.metadata().unwrap().len() < 2_000_000);
+    let shipped = load_mesh(path, &DAffine3::IDENTITY).unwrap().mesh;
+    let made = make_statue(&Settings { seed: 1, resolution: 150, voxel: None }).unwrap();
+    // The maths library may differ elsewhere, and so a vertex or two.
+    let (is, would_be) = (shipped.triangle_count() as f64, made.triangles.len() as f64);
+    assert!((is / would_be - 1.0).abs() < 1e-3, "{is} triangles, {would_be} made");
+    let bounds = shipped.bounds();
+    let (min, max) = extent(&made);
+    assert!((bounds.min.xyz - min).abs().max_element() < 1e-3, "{bounds:?}");
+    assert!((bounds.max.xyz - max).abs().max_element() < 1e-3, "{bounds:?}");
 }
 
 #[test]

@@ -9,6 +9,10 @@ use super::console;
 use crate::error::{Error, Result};
 use crate::image::read_exr;
 use crate::study::metric::{Display, Errors, Options, check_pair, compare};
+use crate::study::significant;
+
+/// Significant digits of a figure in the table.
+const DIGITS: usize = 5;
 
 /// Tells how far a picture is from its reference, by every metric.
 #[derive(Debug, clap::Args)]
@@ -128,7 +132,7 @@ fn table(report: &Report<'_>) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(out, "\n{title}");
         for (name, value, unit) in rows {
-            let value = value.map_or_else(|| "-".into(), figure);
+            let value = value.map_or_else(|| "-".into(), |v| significant(v, DIGITS));
             let _ = writeln!(out, "  {name:<26}{value:>12}{unit}");
         }
     };
@@ -173,19 +177,6 @@ fn table(report: &Report<'_>) -> String {
         settings.colorvideovdp_display
     );
     out
-}
-
-/// Five significant digits.
-fn figure(value: f64) -> String {
-    let magnitude = value.abs();
-    if magnitude == 0.0 {
-        "0".into()
-    } else if (1e-3..1e5).contains(&magnitude) {
-        let decimals = (4 - magnitude.log10().floor() as i32).max(0) as usize;
-        format!("{value:.decimals$}")
-    } else {
-        format!("{value:.4e}")
-    }
 }
 
 fn resolution(text: &str) -> Result<[u32; 2], String> {

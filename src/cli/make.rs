@@ -1,10 +1,11 @@
-//! `fogbow make`: procedural volumes.
+//! `fogbow make`: procedural volumes and the statue.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::file::PendingFile;
-use crate::make::{Kind, Settings, make};
+use crate::make::{Kind, Settings, make, make_statue};
+use crate::shape::write_ply;
 use crate::vdb;
 
 /// What to make and where to put it.
@@ -14,7 +15,7 @@ pub(super) struct Args {
     #[arg(value_enum)]
     kind: KindName,
 
-    /// The VDB file to write.
+    /// The VDB file to write, or the PLY file of the statue.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
@@ -22,17 +23,17 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 
-    /// Voxels along the longest side, 1 to 4096.
+    /// Voxels along the longest side, 1 to 4096; the statue's up to 1024.
     #[arg(long, value_name = "N", default_value_t = 128)]
     resolution: u32,
 
-    /// Edge of a voxel in metres; by default smoke is 4 m high, fire 2 m, fog 80 m and a cloud 800 m
-    /// wide.
+    /// Edge of a voxel in metres; by default smoke is 4 m high, fire and the statue 2 m, fog 80 m and
+    /// a cloud 800 m wide.
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     voxel: Option<f64>,
 }
 
-/// The kinds by their names on the command line.
+/// What can be made, by its name on the command line.
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum KindName {
     /// A turbulent plume; grid "density".
@@ -43,25 +44,32 @@ enum KindName {
     Fog,
     /// A campfire with its smoke; grids "density" and "temperature" (times 1500 to 2000 K).
     Fire,
+    /// A winged figure on a pedestal, facing +z; a mesh, written as PLY.
+    Statue,
 }
 
-impl From<KindName> for Kind {
-    fn from(name: KindName) -> Self {
-        match name {
-            KindName::Smoke => Self::Smoke,
-            KindName::Cloud => Self::Cloud,
-            KindName::Fog => Self::Fog,
-            KindName::Fire => Self::Fire,
-        }
-    }
-}
-
-/// Makes the volume and writes it.
+/// Makes the volume or the statue and writes it.
 ///
 /// # Errors
-/// Where a setting is out of range or the file cannot be written; the latter before any work.
+/// Where a setting is out of range, the statue's file is no PLY, or the file cannot be written; the
+/// latter before any work.
 pub(super) fn run(args: &Args) -> Result<()> {
     drop(PendingFile::new(&args.output)?);
     let settings = Settings { seed: args.seed, resolution: args.resolution, voxel: args.voxel };
-    vdb::write(&args.output, &make(args.kind.into(), &settings)?)
+    let volume = |kind| vdb::write(&args.output, &make(kind, &settings)?);
+    match args.kind {
+        KindName::Smoke => volume(Kind::Smoke),
+        KindName::Cloud => volume(Kind::Cloud),
+        KindName::Fog => volume(Kind::Fog),
+        KindName::Fire => volume(Kind::Fire),
+        KindName::Statue => write_ply(as_ply(&args.output)?, &make_statue(&settings)?),
+    }
+}
+
+/// `path`, whose name says that it is a PLY file: scenes go by it.
+fn as_ply(path: &Path) -> Result<&Path> {
+    let is_ply = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply"));
+    is_ply.then_some(path).ok_or_else(|| {
+        Error::Usage(format!("--output {}: a statue is a mesh; name a .ply file", path.display()))
+    })
 }

@@ -7,11 +7,14 @@ mod console;
 mod directing;
 mod error;
 mod info;
+mod load;
 mod make;
+mod maps;
 mod output;
 mod progress;
 mod render;
 mod settings;
+mod study;
 mod verify;
 
 use std::process::ExitCode;
@@ -29,14 +32,19 @@ struct Cli {
 }
 
 #[derive(Debug, Subcommand)]
+#[allow(clippy::large_enum_variant, reason = "there is one a process")]
 enum Command {
     /// Render a scene, or a VDB file alone, to an EXR with layers and a PNG beside it.
     Render(render::Args),
+    /// Make the director's maps: where in the picture it pays to be accurate.
+    Maps(maps::Args),
     /// Tell how far a picture is from its reference, by every metric.
     Error(error::Args),
+    /// Tell what each way of rendering a scene costs in error and saves in time.
+    Study(study::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
     Info(info::Args),
-    /// Make procedural smoke, a cloud, fog or fire as a VDB file.
+    /// Make procedural smoke, a cloud, fog or fire as a VDB file, or a statue as a mesh.
     Make(make::Args),
     /// Hold fogbow's figures against closed forms, published values and extremes.
     Verify(verify::Args),
@@ -48,7 +56,9 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
+        Command::Maps(args) => maps::run(args),
         Command::Error(args) => error::run(args),
+        Command::Study(args) => study::run(args),
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),
         Command::Verify(args) => verify::run(args),

@@ -5,13 +5,14 @@ use std::time::{Duration, Instant};
 use serde_json::{Map, Value, json};
 
 use super::console;
+use super::load;
 use super::output::Output;
 use super::progress::Console;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::image::{View, write_exr, write_png};
 use crate::render::{self, Progress, Rendered, Silent};
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{Director, Scene};
 
 /// Arguments of `fogbow render`.
 #[derive(Debug, clap::Args)]
@@ -33,18 +34,9 @@ pub(super) struct Args {
 /// Renders and writes the pictures.
 pub(super) fn run(args: &Args) -> Result<()> {
     let output = Output::check(&args.paths.output)?;
-    let options = LoadOptions {
-        overrides: args.settings.overrides(),
-        level_set_as_fog: args.level_set.is_some(),
-    };
-    let pool = thread_pool(args.run.threads)?;
-    let start = Instant::now();
-    let scene = pool.install(|| Scene::load(&args.paths.scene, &options))?;
-    let loading = start.elapsed();
-    if !args.run.quiet {
-        scene.notes.iter().for_each(|note| console::message(&format!("note: {note}")));
-    }
-    scene.warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}")));
+    let level_set_as_fog = args.level_set.is_some();
+    let (scene, pool, loading) =
+        load::scene(&args.paths.scene, &args.settings, level_set_as_fog, &args.run)?;
 
     let console = Console::new();
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
@@ -78,13 +70,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-fn thread_pool(threads: Option<u16>) -> Result<rayon::ThreadPool> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.map_or(0, usize::from)) // 0 is one a core
-        .build()
-        .map_err(|e| Error::Usage(format!("--threads: {e}; give a smaller number")))
-}
-
 /// What the picture was made with; the same input gives the same settings.
 fn settings(scene: &Scene, rendered: &Rendered, reference: bool) -> Map<String, Value> {
     let (film, render) = (&scene.film, &scene.render);
@@ -103,7 +88,24 @@ fn settings(scene: &Scene, rendered: &Rendered, reference: bool) -> Map<String, 
         "seed": render.seed,
         "max_scatter": render.max_scatter,
     });
-    if let Value::Object(settings) = settings { settings } else { Map::new() }
+    let mut settings = if let Value::Object(settings) = settings { settings } else { Map::new() };
+    if render.director != Director::Fixed && !reference {
+        let asked = &render.directing;
+        settings.insert(
+            "directing".into(),
+            json!({
+                "x": asked.x.name(),
+                "weights": asked.weights,
+                "op": asked.operator.name(),
+                "directs": asked.directed.to_string(),
+                "floor": asked.floor,
+                "coarsest_radius": asked.coarsest_radius,
+                "coarsest_step": asked.coarsest_step,
+                "tolerance": asked.tolerance,
+            }),
+        );
+    }
+    settings
 }
 
 fn seconds(loading: Duration, rendered: &Rendered, writing: Duration) -> Map<String, Value> {

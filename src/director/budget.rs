@@ -39,6 +39,8 @@ impl Budget {
             let rays = (f64::from(self.rays) * importance).round() as u32;
             budget.rays = rays.clamp(asked.floor.min(self.rays), self.rays);
             budget.least = budget.rays;
+            // As many gathers a ray as the gold standard has.
+            budget.gathers = (self.gathers * budget.rays).div_ceil(self.rays).max(1);
         }
         if asked.directed.radius {
             budget.radius *= f64::from(1_u32 << radius_level(asked, xs));

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::quantile::quantile;
 use super::sight::{Sight, middle};
 use crate::image::Image;
 use crate::math::{Rgb, Span, luminance};
@@ -40,8 +41,6 @@ pub fn false_medium(snapshot: &Image, x: &[f32]) -> Image {
 
 /// The luminance that nearly all pixels stay below, or 1 where all are black.
 fn white(image: &Image) -> f32 {
-    let level = |pixel: &[f32; 3]| luminance(Rgb::from(pixel.map(f64::from))) as f32;
-    let mut levels: Vec<f32> = image.pixels().iter().map(level).filter(|v| *v > 0.0).collect();
-    let rank = (levels.len().saturating_sub(1) as f64 * WHITE) as usize;
-    if levels.is_empty() { 1.0 } else { *levels.select_nth_unstable_by(rank, f32::total_cmp).1 }
+    let level = |pixel: &[f32; 3]| luminance(Rgb::from(pixel.map(f64::from)));
+    quantile(image.pixels().iter().map(level), WHITE).map_or(1.0, |white| white as f32)
 }

@@ -6,15 +6,17 @@
 //! on gather radius and march step, and X may know the light that the medium scatters.
 
 mod budget;
-mod contrast;
 mod extinction;
 mod importance;
+mod kept;
+mod noise;
+mod quantile;
 mod saliency;
 mod sight;
 
 pub use budget::{Budget, radius_level};
-pub use contrast::contrast;
 pub use extinction::{false_medium, x_map};
 pub use importance::xs_map;
+pub use noise::uncertainty;
 pub use saliency::Saliency;
 pub use sight::Sight;

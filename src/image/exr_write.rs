@@ -10,7 +10,7 @@ use exr::prelude::{
     LayerAttributes, Text, WritableImage,
 };
 
-use super::{Film, exr_header};
+use super::{Film, Image, exr_header};
 use crate::error::{Error, Result};
 use crate::file;
 
@@ -21,6 +21,16 @@ use crate::file;
 pub fn write_exr(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Result<()> {
     let layers: Vec<(&str, &[f32])> = film.layers().collect();
     write_exr_layers(path, film.width(), film.height(), &layers, attributes)
+}
+
+/// Writes a picture as `R`, `G` and `B`; see [`write_exr_layers`].
+///
+/// # Errors
+/// As [`write_exr_layers`].
+pub fn write_exr_image(path: &Path, image: &Image) -> Result<()> {
+    let [r, g, b] = image.channels();
+    let layers: [(&str, &[f32]); 3] = [("R", &r), ("G", &g), ("B", &b)];
+    write_exr_layers(path, image.width(), image.height(), &layers, &[])
 }
 
 /// Writes `layers`, each row by row from the top, as 32-bit float channels of one flat EXR part,

@@ -45,6 +45,11 @@ impl Image {
         &self.pixels
     }
 
+    /// Red, green and blue by themselves, row by row from the top.
+    pub fn channels(&self) -> [Vec<f32>; 3] {
+        [0, 1, 2].map(|channel| self.pixels.iter().map(|pixel| pixel[channel]).collect())
+    }
+
     /// The pixel in column `x` from the left and row `y` from the top.
     ///
     /// # Panics

@@ -1,4 +1,5 @@
-//! Procedural volumes, so that nothing must be downloaded to see something.
+//! Procedural volumes and a statue to stand in them, so that nothing must be downloaded to see
+//! something.
 //!
 //! The same arguments give the same values on any number of threads. Each kind is a function of
 //! space in units of its longest side, with y up from the ground.
@@ -9,21 +10,32 @@ mod fog;
 mod noise;
 mod plume;
 mod sparse;
+mod statue;
+mod surface;
 
 use glam::DVec3;
 
 use crate::error::{Error, Result};
+use crate::shape::MeshData;
 use crate::vdb::GridToWrite;
 use cloud::Cloud;
 use fire::Fire;
 use fog::Fog;
 use plume::Plume;
 use sparse::{Domain, fill};
+use statue::Statue;
+use surface::surface;
 
 /// The most voxels along the longest side.
 pub const MAX_RESOLUTION: u32 = 4096;
 
-/// What can be made.
+/// The most voxels along the height of the statue: its grid is held whole.
+pub const MAX_STATUE_RESOLUTION: u32 = 1024;
+
+/// Height of the statue in metres where no voxel size is given.
+pub const STATUE_HEIGHT: f64 = 2.0;
+
+/// What volume can be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A turbulent plume over a small source; grid `density`.
@@ -59,27 +71,28 @@ impl Kind {
     }
 }
 
-/// How a volume is made.
+/// How a volume or the statue is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Chooses one of many alike.
     pub seed: u64,
-    /// Voxels along the longest side, from 1 to [`MAX_RESOLUTION`].
+    /// Voxels along the longest side, from 1 to [`MAX_RESOLUTION`], or [`MAX_STATUE_RESOLUTION`].
     pub resolution: u32,
-    /// Edge of a voxel in metres; `None` for the kind's [natural size](Kind::natural_size).
+    /// Edge of a voxel in metres; `None` for the kind's [natural size](Kind::natural_size),
+    /// or [`STATUE_HEIGHT`].
     pub voxel: Option<f64>,
 }
 
 impl Settings {
-    /// Edge of a voxel in metres.
-    fn checked_voxel(&self, kind: Kind) -> Result<f64> {
+    /// Edge of a voxel in metres, where `longest` is the natural length of the longest side.
+    fn checked_voxel(&self, longest: f64, max_resolution: u32) -> Result<f64> {
         let resolution = self.resolution;
-        if !(1..=MAX_RESOLUTION).contains(&resolution) {
+        if !(1..=max_resolution).contains(&resolution) {
             return Err(Error::Usage(format!(
-                "--resolution {resolution}: give 1 to {MAX_RESOLUTION} voxels"
+                "--resolution {resolution}: give 1 to {max_resolution} voxels"
             )));
         }
-        let voxel = self.voxel.unwrap_or(kind.natural_size() / f64::from(resolution));
+        let voxel = self.voxel.unwrap_or(longest / f64::from(resolution));
         if !(voxel > 0.0 && voxel.is_finite()) {
             return Err(Error::Usage(format!(
                 "--voxel {voxel}: give a positive edge length in metres"
@@ -99,7 +112,7 @@ impl Settings {
 /// Where the resolution is 0 or beyond [`MAX_RESOLUTION`], or the voxel size is not positive.
 pub fn make(kind: Kind, settings: &Settings) -> Result<Vec<GridToWrite>> {
     let Settings { seed, resolution, .. } = *settings;
-    let voxel = settings.checked_voxel(kind)?;
+    let voxel = settings.checked_voxel(kind.natural_size(), MAX_RESOLUTION)?;
     let domain = Domain::standing(kind.proportions(), resolution);
     let detail = f64::from(resolution);
     let grid = |name: &str, blocks| GridToWrite {
@@ -129,4 +142,26 @@ pub fn make(kind: Kind, settings: &Settings) -> Result<Vec<GridToWrite>> {
             vec![grid("density", density), grid("temperature", temperature)]
         }
     })
+}
+
+/// Makes the statue: a winged figure that holds up a torch, facing +z, as a closed mesh with
+/// normals in metres. It stands on y = 0 and the y axis runs through its pedestal. The seed chooses
+/// the folds of the robe.
+///
+/// # Errors
+/// Where the resolution is 0 or beyond [`MAX_STATUE_RESOLUTION`], the voxel size is not positive, or
+/// the voxels are too large for anything to show.
+pub fn make_statue(settings: &Settings) -> Result<MeshData> {
+    let voxel = settings.checked_voxel(STATUE_HEIGHT, MAX_STATUE_RESOLUTION)?;
+    let proportions = DVec3::new(2.0 * statue::HALF_WIDTH, 1.0, 2.0 * statue::HALF_DEPTH);
+    let domain = Domain::standing(proportions, settings.resolution);
+    let statue = Statue::new(settings.seed);
+    let mesh = surface(domain, voxel * f64::from(settings.resolution), |p| statue.distance(p));
+    if mesh.triangles.is_empty() {
+        return Err(Error::Usage(format!(
+            "--resolution {}: too coarse for a statue; give 32 or more",
+            settings.resolution
+        )));
+    }
+    Ok(mesh)
 }

@@ -80,7 +80,8 @@ fn matching_functions(wavelength: f64) -> Rgb {
 }
 
 /// [`blackbody_radiance`] from a table, for use per sample: within 1e-3 of the brightest channel
-/// between 300 and 20000 K, computed directly outside.
+/// between 300 and 20000 K, computed directly above. What is colder glows below 1e-18 W/(m² sr) and
+/// counts as dark.
 #[derive(Debug, Clone)]
 pub struct Blackbody {
     nodes: Vec<Node>,
@@ -115,7 +116,10 @@ impl Blackbody {
     pub fn radiance(&self, kelvin: f64) -> Rgb {
         let place = (kelvin / Self::COLDEST).ln() / (Self::HOTTEST / Self::COLDEST).ln()
             * f64::from(Self::INTERVALS);
-        if !(place >= 0.0 && place < f64::from(Self::INTERVALS)) {
+        if place < 0.0 {
+            return Rgb::ZERO;
+        }
+        if place.is_nan() || place >= f64::from(Self::INTERVALS) {
             return blackbody_radiance(kelvin);
         }
         let below = place as usize;
@@ -165,8 +169,10 @@ mod tests {
         for kelvin in [f64::NEG_INFINITY, -1.0, -0.0, 0.0, 1e-300, 1.0, 30.0, f64::NAN] {
             let rgb = blackbody_radiance(kelvin);
             assert!(rgb.is_finite() && rgb.max_element() < 1e-100, "{kelvin} K: {rgb}");
-            assert_eq!(Blackbody::new().radiance(kelvin), rgb, "{kelvin} K");
+            assert_eq!(Blackbody::new().radiance(kelvin), Rgb::ZERO, "{kelvin} K");
         }
+        let coldest = blackbody_radiance(300.0);
+        assert!(coldest.max_element() < 1e-18, "all below may count as dark: {coldest}");
         for kelvin in [1000.0, 1e5, 1e30, f64::INFINITY] {
             let rgb = blackbody_radiance(kelvin);
             assert!(rgb.is_finite() && rgb.min_element() >= 0.0, "{kelvin} K: {rgb}");

@@ -22,7 +22,8 @@ pub struct PhotonMaps {
     /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
     /// its own.
     pub volume_radius: f64,
-    /// Photons on diffuse surfaces, of the same light.
+    /// Photons on diffuse surfaces, of the same light. They are not thinned: light on surfaces has
+    /// edges, which a wide gather would smear.
     pub surface: PhotonMap,
     /// Gather radius that suits the surface photons, in metres.
     pub surface_radius: f64,
@@ -45,9 +46,8 @@ impl PhotonMaps {
         gathered: &mut u64,
         respond: impl Fn(f64) -> R,
     ) -> Rgb {
-        let ratio = radius / self.volume_radius;
-        let level = (ratio.max(1.0).log2().round() as usize).min(self.volume.len() - 1);
-        let scale = (ratio / f64::from(1_u32 << level)).min(1.0);
+        let level = self.level(radius);
+        let scale = (radius / self.volume_radius / f64::from(1_u32 << level)).min(1.0);
         let (mut sum, mut count) = (Rgb::ZERO, 0);
         self.volume[level].along(ray, span, scale, |beside| {
             count += 1;
@@ -64,12 +64,11 @@ impl PhotonMaps {
     }
 
     /// The photons' irradiance at `p` on the side of the unit `normal`, W/m², from the surface
-    /// photons within `radius` metres that arrived on that side (Jensen 1996). `gathered` counts
-    /// them.
-    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, radius: f64, gathered: &mut u64) -> Rgb {
-        let kernel = DiskKernel::new(radius);
+    /// photons nearby that arrived on that side (Jensen 1996). `gathered` counts them.
+    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, gathered: &mut u64) -> Rgb {
+        let kernel = DiskKernel::new(self.surface_radius);
         let (mut sum, mut count) = (Rgb::ZERO, 0);
-        self.surface.within(p, radius, |photon, distance2| {
+        self.surface.within(p, self.surface_radius, |photon, distance2| {
             if photon.direction().dot(normal) < 0.0 {
                 count += 1;
                 sum += photon.power() * kernel.at(distance2);
@@ -77,5 +76,11 @@ impl PhotonMaps {
         });
         *gathered += count;
         sum
+    }
+
+    /// The level whose radii are nearest to `radius` metres.
+    fn level(&self, radius: f64) -> usize {
+        let octaves = (radius / self.volume_radius).max(1.0).log2().round();
+        (octaves as usize).min(self.volume.len() - 1)
     }
 }

@@ -25,6 +25,9 @@ const GROUND: f64 = 4.0;
 /// Volume photons, about, kept of one path.
 const KEPT: f64 = 4.0;
 
+/// Volume photons after which enough is known of how many a path leaves.
+const PROBED: usize = 1_000_000;
+
 /// Paths that are traced as one piece of work.
 const CHUNK: u64 = 2048;
 
@@ -57,7 +60,7 @@ pub fn shoot(
     let everything = media.union(scene.surfaces.bounds());
     let visible = Visible::look(scene, shooting.seed);
     let margin = shooting.radius.unwrap_or_else(|| 0.02 * extent(media, everything));
-    let origin = visible.sphere().map_or(everything.center(), |(center, _)| center);
+    let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
     let mut paths = Paths {
         scene,
         emitters: Emitters::new(scene, reach(scene, &visible, everything.grown(margin))?)?,
@@ -67,10 +70,15 @@ pub fn shoot(
         keep: 1.0,
     };
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
-    // A first chunk tells how many photons a path leaves, so that about one of them is kept.
-    if count > CHUNK {
-        let left = paths.trace(0..CHUNK).volume.len();
-        paths.keep = (KEPT * CHUNK as f64 / left.max(1) as f64).min(1.0);
+    // The first paths tell how many photons one leaves, so that few of them are kept. Where a path
+    // leaves very many, as at a spike of density, few paths tell.
+    let (mut traced, mut left) = (0, 0);
+    while traced < CHUNK.min(count) && left < PROBED {
+        left += paths.trace(traced..traced + 1).volume.len();
+        traced += 1;
+    }
+    if count > CHUNK || left >= PROBED {
+        paths.keep = (KEPT * traced as f64 / left.max(1) as f64).min(1.0);
     }
     let chunks: Vec<Deposits> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
@@ -100,16 +108,20 @@ pub fn shoot(
         .radius
         .or_else(|| around(&surface, &visible.surfaces))
         .unwrap_or_else(|| 0.02 * extent(everything, media));
-    let volume = (0..=shooting.levels)
-        .map(|level| {
-            let stride = THINNING.pow(level);
-            let thin: Vec<Placed> = volume.iter().step_by(stride).copied().collect();
-            let wider = (1_u32 << level) as f32;
-            let radii: Vec<f32> = radii.each.iter().step_by(stride).map(|r| r * wider).collect();
-            BeamMap::new(origin, &thin, &radii)
-        })
-        .collect();
+    let thinner = |level: u32| {
+        let wider = (1_u32 << level) as f32;
+        let radii: Vec<f32> = thinned(&radii.each, level).map(|r| r * wider).collect();
+        BeamMap::new(origin, &thinned(&volume, level).copied().collect::<Vec<_>>(), &radii)
+    };
+    let mut levels = vec![BeamMap::new(origin, &volume, &radii.each)];
+    levels.extend((1..=shooting.levels).map(thinner));
+    let volume = levels;
     Ok((PhotonMaps { volume, volume_radius: radii.typical, surface, surface_radius }, work))
+}
+
+/// What is left of `all` in a level.
+fn thinned<T>(all: &[T], level: u32) -> impl Iterator<Item = &T> {
+    all.iter().step_by(THINNING.pow(level))
 }
 
 /// How much more a photon's light scatters toward the camera than if it were spread evenly, by the
@@ -124,7 +136,7 @@ fn toward_camera(scene: &Scene, p: WorldPoint, photon: &Photon) -> f64 {
 /// and finite surfaces, with the ground about them where a plane is infinite; everything where a
 /// medium is endless.
 fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach> {
-    let (center, seen) = visible.sphere().unwrap_or((bounds.center(), f64::INFINITY));
+    let (center, seen) = visible.sphere().unwrap_or((middle(bounds), f64::INFINITY));
     let mut all = bounds.corners().iter().fold(seen, |r, c| r.max((*c - center).length()));
     if scene.surfaces.surfaces().iter().any(|s| s.shape().bounds().is_none()) {
         all *= GROUND;
@@ -133,6 +145,11 @@ fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach>
         return Reach::new(center, ENDLESS).map_err(Error::Usage);
     }
     Reach::with_ground(center, seen.clamp(1e-3 * all, all), all).map_err(Error::Usage)
+}
+
+/// The centre of `bounds`, or the world's origin where they are empty: a scene of infinite planes.
+fn middle(bounds: Aabb<World>) -> WorldPoint {
+    if bounds.is_empty() { WorldPoint::new(0.0, 0.0, 0.0) } else { bounds.center() }
 }
 
 /// The diagonal of `first`, or of `second` where that is empty, or 1 m.

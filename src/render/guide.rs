@@ -3,10 +3,10 @@
 use std::time::Instant;
 
 use crate::director::{
-    Budget, Saliency, Sight, contrast, false_medium, radius_level, x_map, xs_map,
+    Budget, Saliency, Sight, false_medium, radius_level, uncertainty, x_map, xs_map,
 };
 use crate::error::Result;
-use crate::image::Image;
+use crate::image::{Film, Image};
 use crate::math::Stage;
 use crate::photon::{self, Shooting};
 use crate::scene::{Director, Importance, RenderSettings, Scene};
@@ -19,11 +19,15 @@ use super::{Silent, Stages};
 /// Share of the photons with which the light is first looked at.
 const PILOT_PHOTONS: u64 = 64;
 
-/// Pixels along each side that share a ray of that look.
-const PILOT_PIXELS: u32 = 2;
+/// Pixels along each side of the squares of which that look takes one.
+const PILOT_PIXELS: u32 = 4;
 
-/// Least share of the photons that is shot, however little matters.
-const LEAST_PHOTONS: f64 = 1.0 / 16.0;
+/// Distinguishes the photons of that look from those of the picture, so that what they happen to
+/// show has no part in both.
+const PILOT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
+
+/// Rays through each of those pixels.
+const PILOT_RAYS: u32 = 4;
 
 /// The director's maps, one value a pixel, row by row from the top. What was not asked for is
 /// empty.
@@ -33,9 +37,15 @@ pub struct Maps {
     pub sight: Option<Sight>,
     /// Transmittance to the first surface.
     pub transmittance: Vec<f32>,
+    /// Work done for those, without that of the pilot.
+    pub work: Work,
     /// A coarse look at the picture, light scattered by media included.
     pub pilot: Option<Image>,
-    /// What X says: one of the two above, as asked.
+    /// Work done for it, few photons among it.
+    pub pilot_work: Work,
+    /// How uncertain the light in it is.
+    pub uncertainty: Vec<f32>,
+    /// What X says: transmittance or uncertainty, as asked.
     pub x: Vec<f32>,
     /// The snapshot seen through X with the inverted X over it.
     pub false_medium: Option<Image>,
@@ -65,7 +75,7 @@ pub fn maps(
     sight: Option<Sight>,
     extent: Extent,
     stages: &mut Stages,
-) -> Result<(Maps, Work)> {
+) -> Result<Maps> {
     let asked = &settings.directing;
     let weights = match settings.director {
         Director::X => [1.0, 0.0],
@@ -75,7 +85,7 @@ pub fn maps(
     let all = extent == Extent::All;
     let needs_saliency = all || weights[1] > 0.0;
     let looks = all || (weights[0] > 0.0 && asked.x == Importance::Scattering);
-    let (mut maps, mut work) = (Maps::default(), Work::default());
+    let mut maps = Maps::default();
     let needs_transmittance = needs_saliency || !looks;
     if needs_transmittance {
         let start = Instant::now();
@@ -85,8 +95,8 @@ pub fn maps(
         let start = Instant::now();
         let (transmittance, marching) = x_map(scene, &sight);
         stages.done("x", start);
-        work += looking;
-        work += marching;
+        maps.work += looking;
+        maps.work += marching;
         maps.x.clone_from(&transmittance);
         if needs_saliency {
             let start = Instant::now();
@@ -100,24 +110,25 @@ pub fn maps(
     }
     if looks {
         let start = Instant::now();
-        let (pilot, looking) = pilot(scene, settings)?;
-        work += looking;
+        let (pilot, work) = pilot(scene, settings)?;
+        maps.pilot_work = work;
+        maps.uncertainty = enlarged(&uncertainty(&pilot), pilot.width(), scene.film.size);
         if asked.x == Importance::Scattering {
-            let [width, height] = scene.film.size;
-            maps.x = enlarged(&contrast(&pilot), pilot.width(), [width, height]);
+            maps.x.clone_from(&maps.uncertainty);
         }
-        maps.pilot = Some(pilot);
+        maps.pilot = Some(pilot.image());
         stages.done("pilot", start);
     }
     let saliency = maps.saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
     maps.xs = xs_map(&maps.x, saliency, weights, asked.operator);
-    Ok((maps, work))
+    Ok(maps)
 }
 
-/// A coarse look at the picture: few photons in wide gathers, and a ray for several pixels.
-fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Image, Work)> {
+/// A coarse look at the picture: few photons in wide gathers, and rays for few pixels.
+fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
     let shooting = Shooting {
         photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
+        seed: settings.seed ^ PILOT_SEED,
         levels: 0,
         ..shooting(settings)
     };
@@ -125,21 +136,23 @@ fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Image, Work)> {
     let voxel = scene.media.detail();
     let asked = &settings.directing;
     let step = voxel.map_or(0.0, |voxel| voxel * asked.coarsest_step);
-    let budget = Budget::fixed(1, photons.volume_radius, step);
+    let budget = Budget::fixed(PILOT_RAYS, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, settings.max_scatter);
     let size = scene.film.size.map(|side| side.div_ceil(PILOT_PIXELS));
     let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
+    // All rays of one place lead through the same pixel, the middle one of its square.
+    let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
     let (film, marching) = expose(
         size,
-        settings.seed,
+        settings.seed ^ PILOT_SEED,
         Stage::Director,
-        |x, y, lens| scene.camera.ray(x * scale[0], y * scale[1], lens),
+        |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
         |_, _| Direction::fixed(budget),
         |ray, budget, state| marcher.radiance(ray, budget, state),
         &Silent,
     );
     work += marching;
-    Ok((film.image(), work))
+    Ok((film, work))
 }
 
 /// A map enlarged to `size`, mixed between the places of its values.
@@ -178,18 +191,11 @@ pub(super) fn shooting(settings: &RenderSettings) -> Shooting {
 }
 
 impl Maps {
-    /// How photons are shot for a picture of this importance. Where the gather radius is handed
-    /// out and not given, photons are shot in proportion to the mean importance.
+    /// How photons are shot: with the levels that the widest gathers need.
     pub(super) fn shooting(&self, settings: &RenderSettings) -> Shooting {
         let asked = &settings.directing;
-        let all = shooting(settings);
-        if !asked.directed.radius || self.xs.is_empty() {
-            return all;
-        }
-        let levels = self.xs.iter().map(|xs| radius_level(asked, *xs)).max().unwrap_or(0);
-        let mean = self.xs.iter().map(|v| f64::from(*v)).sum::<f64>() / self.xs.len() as f64;
-        let share = if all.radius.is_some() { 1.0 } else { mean.clamp(LEAST_PHOTONS, 1.0) };
-        Shooting { photons: (all.photons as f64 * share).round() as u64, levels, ..all }
+        let level = |xs: &f32| if asked.directed.radius { radius_level(asked, *xs) } else { 0 };
+        Shooting { levels: self.xs.iter().map(level).max().unwrap_or(0), ..shooting(settings) }
     }
 
     /// What each pixel may spend out of `gold`, which all would have had.

@@ -236,12 +236,7 @@ impl<'a> Marcher<'a> {
             return direct;
         }
         let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
-        let irradiance = self.maps.irradiance(
-            hit.point,
-            facing,
-            self.maps.surface_radius,
-            &mut state.draws.work.gathered,
-        );
+        let irradiance = self.maps.irradiance(hit.point, facing, &mut state.draws.work.gathered);
         let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
         direct + state.shared * reflectance * irradiance
     }

@@ -49,12 +49,14 @@ pub fn render(
     progress: &dyn Progress,
 ) -> Result<Rendered> {
     let mut stages = Stages::default();
-    let (maps, mut work) = match settings.director {
-        Director::Fixed | Director::Variance => (Maps::default(), Work::default()),
+    let maps = match settings.director {
+        Director::Fixed | Director::Variance => Maps::default(),
         Director::X | Director::S | Director::Xs => {
             guide::maps(scene, settings, None, Extent::Needed, &mut stages)?
         }
     };
+    let mut work = maps.work;
+    work += maps.pilot_work;
     let start = Instant::now();
     let shooting = maps.shooting(settings);
     progress.stage("photons", shooting.photons);

@@ -41,8 +41,8 @@ impl Director {
 pub enum Importance {
     /// Transmittance to the first surface, as in Anson et al. 2006.
     Transmittance,
-    /// Contrast of the light that will be seen, scattered light included, from a coarse look with
-    /// few photons.
+    /// How uncertain the light is that will be seen, scattered light included, from a coarse look
+    /// with few photons.
     #[default]
     Scattering,
 }
@@ -83,7 +83,7 @@ impl Operator {
 pub struct Directed {
     /// Camera rays.
     pub rays: bool,
-    /// Gather radius, and with it the number of photons.
+    /// Gather radius of volume photons.
     pub radius: bool,
     /// March step.
     pub step: bool,
@@ -149,7 +149,7 @@ impl Default for Directing {
             operator: Operator::default(),
             directed: Directed { rays: true, radius: true, step: true },
             floor: 1,
-            coarsest_radius: 4.0,
+            coarsest_radius: 2.0,
             coarsest_step: 4.0,
             tolerance: 0.05,
         }

@@ -1,3 +1,81 @@
-//! What a shortcut costs in error.
+//! What a shortcut costs in error and saves in time, against a fixed gold standard.
+//!
+//! A [`Study`] renders a scene at full quality, its *gold standard*, and with every [`Candidate`],
+//! at several budgets and with several seeds. Trials take turns, so that a machine that drifts
+//! hurts all alike, and each is on disk before the next begins. Then every picture is compared
+//! with a [`Target`] and the questions are answered: how much faster, how much worse, and what
+//! would uniform sampling have given for the same time or the same error.
+//!
+//! ```
+//! use fogbow::render::Silent;
+//! use fogbow::scene::{LoadOptions, Scene};
+//! use fogbow::study::{Request, Study, write_report};
+//!
+//! # fn main() -> fogbow::Result<()> {
+//! # let folder = tempfile::tempdir().expect("a folder for the example");
+//! # let (path, out) = (folder.path().join("fog.toml"), folder.path().join("study"));
+//! # std::fs::write(&path, SCENE).expect("the scene can be written");
+//! let scene = Scene::load(&path, &LoadOptions::default())?;
+//! let request = Request {
+//!     candidates: vec!["fixed".into(), "x-transmittance".into()],
+//!     budgets: vec![8, 4, 2],
+//!     seeds: 2,
+//!     ..Request::default()
+//! };
+//! let results = Study::new(&scene, &out, &request, false)?.run("an example", &Silent)?;
+//! write_report(&results, &out)?;
+//! for point in &results.points {
+//!     let seconds = point.seconds.estimate;
+//!     println!("{} with {}: {seconds:.3} s", point.candidate, point.label);
+//! }
+//! println!("{}", results.verdict.join("\n"));
+//! # assert!(out.join("report.html").is_file());
+//! # Ok(())
+//! # }
+//! # const SCENE: &str = "
+//! # film = { size = [12, 12] }
+//! # render = { rays = 8, photons = 200 }
+//! # camera = { position = [0, 0, 4], target = [0, 0, 0] }
+//! # [[medium]]
+//! # region = { sphere = { center = [0, 0, 0], radius = 1 } }
+//! # sigma_t = 1
+//! # albedo = 0.5
+//! # [[light]]
+//! # type = \"point\"
+//! # position = [0, 3, 0]
+//! # intensity = [9, 9, 9]
+//! # ";
+//! ```
 
+mod answer;
+mod candidate;
+mod curve;
+mod figure;
+mod machine;
 pub mod metric;
+mod plan;
+mod report;
+mod request;
+mod results;
+mod run;
+mod statistics;
+mod store;
+mod target;
+mod trial;
+mod verdict;
+
+pub use candidate::{CANDIDATES, Candidate, Point, Settings};
+pub use curve::{Curve, Reach};
+pub use figure::significant;
+pub use machine::Machine;
+pub use plan::Plan;
+pub use report::write_report;
+pub use request::{Metric, Request};
+pub use results::{
+    Answer, CurveResult, Measured, PointResult, Results, SCHEMA, Split, TrialResult,
+};
+pub use run::Study;
+pub use statistics::{CONFIDENCE, Interval, slope};
+pub use store::TRIALS;
+pub use target::Target;
+pub use trial::Trial;

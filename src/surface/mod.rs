@@ -13,7 +13,7 @@ use crate::shape::{Bvh, Nearest, Shape, offset_origin};
 
 pub use glass::{Glass, dielectric_reflectance};
 pub use material::{Material, Scattered, TransportMode};
-pub use texture::{Texture, TextureImage};
+pub use texture::Texture;
 
 /// A shape with what it is made of.
 #[derive(Debug, Clone)]

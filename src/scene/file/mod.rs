@@ -22,12 +22,22 @@
 //!
 //! [render]                     # all overridden by the command line
 //! rays = 16                    # camera rays a pixel; default
-//! photons = 1_000_000          # in the map; default
+//! photons = 4_000_000          # in the map; default
 //! radius = 0.05                # gather radius, m; default from photons and voxel size
 //! step = 0.05                  # march step, m; default from the voxel size
-//! director = "fixed"           # default
+//! director = "fixed"           # default; "x", "s", "xs": by its maps; "variance"
 //! seed = 0                     # default
 //! max_scatter = 8              # highest order of volume scattering; default no limit
+//!
+//! [director]                   # how the maps are made and what they hand out; defaults
+//! x = "scattering"             # or "transmittance", as in Anson et al. 2006
+//! weights = [0.5, 0.5]         # of X and S in "xs"
+//! op = "+"                     # or "*": X^w_x S^w_s
+//! directs = "rays,radius,step" # some of these, or "nothing"
+//! floor = 1                    # rays of the least important pixel
+//! radius = 2.0                 # its gather radius over the most important one's
+//! step = 4.0                   # its march step, voxels
+//! tolerance = 0.05             # relative error at which "variance" ends a pixel
 //!
 //! [[medium]]                   # any number; where they overlap, coefficients add
 //! name = "smoke"               # in messages; default medium[i]
@@ -167,7 +177,7 @@ pub fn parse(path: &Path, text: &str) -> Result<SceneFile> {
     Ok(SceneFile {
         camera: camera::read(&camera.table("a table [camera]")?)?,
         film,
-        render: render(&root)?,
+        render: RenderSettings { directing: director::read(&root)?, ..render(&root)? },
         media: each(&root, "medium", medium::read)?,
         surfaces: each(&root, "surface", surface::read)?,
         lights: each(&root, "light", light::read)?,
@@ -222,7 +232,7 @@ fn render(root: &Section<'_>) -> Result<RenderSettings> {
         radius: section.maybe("radius", |v| v.number(Range::POSITIVE))?,
         step: section.maybe("step", |v| v.number(Range::POSITIVE))?,
         director: section.or("director", default.director, |v| v.word(Director::ALL))?,
-        directing: director::read(root)?,
+        directing: default.directing,
         seed: whole("seed", default.seed, i64::MAX as u64)?,
         max_scatter: section
             .maybe("max_scatter", |v| v.integer(0, u64::from(MAX_SCATTER)))?

@@ -14,7 +14,7 @@ use crate::scene::reader::{FileReference, Place};
 use crate::shape::{
     Cuboid, LoadedMesh, Mesh, MeshMaterial, Plane, Quad, Shape, Sphere, TextureSource, load_mesh,
 };
-use crate::surface::{Glass, Material, Surface, Texture, TextureImage};
+use crate::surface::{Glass, Material, Surface, Texture};
 
 /// A surface with the light that it emits.
 pub(super) struct Built {
@@ -134,9 +134,7 @@ fn reflectance(place: &Place, image: &Image, color: Rgb) -> Result<Texture> {
         );
     }
     let pixels = image.pixels().iter().map(|p| std::array::from_fn(|i| p[i] * tint[i])).collect();
-    TextureImage::new(image.width(), image.height(), pixels)
-        .map(|image| Texture::Image(Arc::new(image)))
-        .ok_or_else(|| place.error("the picture has no pixels"))
+    Ok(Texture::Image(Arc::new(Image::new(image.width(), image.height(), pixels))))
 }
 
 /// The light of a shape that shines where its normal points.

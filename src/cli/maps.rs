@@ -1,0 +1,150 @@
+//! `fogbow maps`.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value, json};
+
+use super::console;
+use super::load;
+use super::settings::{RunArgs, SettingArgs};
+use crate::director::Sight;
+use crate::error::{Error, Result};
+use crate::image::{
+    Image, Picture, ScalarMap, View, ViewTransform, contact_sheet, titled, write_exr_image,
+    write_exr_layers, write_picture,
+};
+use crate::render::{self, Extent, Maps, Stages};
+use crate::scene::Scene;
+
+/// Panels side by side on the contact sheet.
+const COLUMNS: usize = 4;
+
+/// Arguments of `fogbow maps`.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A scene (.toml), or a VDB file, which gets a camera and lights.
+    #[arg(value_name = "SCENE|FILE.vdb")]
+    scene: PathBuf,
+    /// The folder to write to; it is made where it is missing.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// A z.exr that this command wrote for the same camera and surfaces: nothing is intersected.
+    #[arg(long, value_name = "FILE.exr")]
+    z: Option<PathBuf>,
+    #[command(flatten)]
+    settings: SettingArgs,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// One map to write: its file name, its title, and what it shows.
+struct Shown<'a> {
+    name: &'a str,
+    title: &'a str,
+    content: Content<'a>,
+}
+
+enum Content<'a> {
+    Values(&'a [f32], [f32; 2]),
+    Light(&'a Image),
+    /// What is written beside its picture in another way.
+    Distances(&'a [f32]),
+}
+
+/// Makes the director's maps and writes them as EXR and PNG, with a contact sheet.
+pub(super) fn run(args: &Args) -> Result<()> {
+    std::fs::create_dir_all(&args.output)
+        .map_err(|e| Error::file(&args.output, format!("cannot be made: {e}; give a folder")))?;
+    let (scene, pool, _) = load::scene(&args.scene, &args.settings, false, &args.run)?;
+    let kept = args.z.as_ref().map(|path| Sight::read(path, &scene)).transpose()?;
+    let mut stages = Stages::default();
+    let maps =
+        pool.install(|| render::maps(&scene, &scene.render, kept, Extent::All, &mut stages))?;
+    let outputs = write(&args.output, &scene, &maps)?;
+    if args.run.json {
+        let seconds: Map<String, Value> = stages
+            .timings
+            .iter()
+            .map(|(name, time)| ((*name).to_owned(), json!(time.as_secs_f64())))
+            .collect();
+        let mean = maps.xs.iter().map(|v| f64::from(*v)).sum::<f64>() / maps.xs.len() as f64;
+        let outputs: Vec<String> = outputs.iter().map(|p| p.display().to_string()).collect();
+        let report = json!({
+            "scene": scene.hash, "size": scene.film.size, "mean_xs": mean,
+            "seconds": seconds, "work": maps.work, "pilot_work": maps.pilot_work, "outputs": outputs,
+        });
+        console::result(&report.to_string());
+    } else {
+        outputs.iter().for_each(|path| console::result(&path.display().to_string()));
+    }
+    Ok(())
+}
+
+fn write(folder: &Path, scene: &Scene, maps: &Maps) -> Result<Vec<PathBuf>> {
+    let mut outputs = Vec::new();
+    let mut panels = Vec::new();
+    let width = scene.film.size[0] as usize;
+    let distances: Vec<f32> = maps.sight.iter().flat_map(|s| &s.depth).map(|z| *z as f32).collect();
+    if let Some(sight) = &maps.sight {
+        let path = folder.join("z.exr");
+        sight.write(&path, scene)?;
+        outputs.push(path);
+    }
+    for shown in shown(maps, &distances) {
+        let exr = folder.join(format!("{}.exr", shown.name));
+        let panel = match shown.content {
+            Content::Values(values, range) => {
+                write_exr_layers(&exr, width, values.len() / width, &[("Y", values)], &[])?;
+                outputs.push(exr);
+                ScalarMap { name: shown.title, width, values, range }.panel()
+            }
+            Content::Light(image) => {
+                write_exr_image(&exr, image)?;
+                outputs.push(exr);
+                let view = View { exposure: scene.film.exposure, transform: ViewTransform::Srgb };
+                titled(shown.title, &Picture::developed(image, &view))
+            }
+            Content::Distances(values) => ScalarMap::fitted(shown.title, width, values).panel(),
+        };
+        let png = folder.join(format!("{}.png", shown.name));
+        write_picture(&png, &panel)?;
+        outputs.push(png);
+        panels.push(panel);
+    }
+    let sheet = folder.join("sheet.png");
+    write_picture(&sheet, &contact_sheet(&panels, COLUMNS))?;
+    outputs.push(sheet);
+    Ok(outputs)
+}
+
+/// All maps in the order of the contact sheet.
+fn shown<'a>(maps: &'a Maps, distances: &'a [f32]) -> Vec<Shown<'a>> {
+    let unit = |name, title, values: &'a [f32]| {
+        let content = Content::Values(values, [0.0, 1.0]);
+        Shown { name, title, content }
+    };
+    let mut all = vec![
+        unit("x", "X: transmittance", &maps.transmittance),
+        Shown { name: "z", title: "Z: distance, m", content: Content::Distances(distances) },
+    ];
+    if let Some(sight) = &maps.sight {
+        let content = Content::Light(&sight.snapshot);
+        all.push(Shown { name: "snapshot", title: "snapshot", content });
+    }
+    if let Some(image) = &maps.false_medium {
+        let content = Content::Light(image);
+        all.push(Shown { name: "false_medium", title: "false medium", content });
+    }
+    if let Some(saliency) = &maps.saliency {
+        all.push(unit("intensity", "conspicuity: intensity", &saliency.intensity));
+        all.push(unit("color", "conspicuity: colour", &saliency.color));
+        all.push(unit("orientation", "conspicuity: orientation", &saliency.orientation));
+        all.push(unit("saliency", "S: saliency", &saliency.map));
+    }
+    if let Some(pilot) = &maps.pilot {
+        all.push(Shown { name: "pilot", title: "coarse look", content: Content::Light(pilot) });
+    }
+    all.push(unit("x_scattering", "X: uncertainty of visible light", &maps.uncertainty));
+    all.push(unit("xs", "XS", &maps.xs));
+    all
+}

@@ -1,0 +1,125 @@
+//! `fogbow study`.
+
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde_json::json;
+
+use super::console;
+use super::load;
+use super::progress::Console;
+use super::settings::{RunArgs, SettingArgs};
+use crate::error::Result;
+use crate::render::{Progress, Silent};
+use crate::scene::MAX_RAYS;
+use crate::study::{CANDIDATES, Metric, Request, Study, write_report};
+
+/// Arguments of `fogbow study`.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "The gold standard is the scene's picture with the ceiling of rays in every \
+    pixel. Every trial is on disk at once: after a kill, the same command with --resume goes on."
+)]
+pub(super) struct Args {
+    /// A scene (.toml), or a VDB file, which gets a camera and lights.
+    #[arg(value_name = "SCENE|FILE.vdb")]
+    scene: PathBuf,
+    /// The folder for report.html, results.json, results.csv and the pictures.
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Go on with the study that lies in the folder.
+    #[arg(long)]
+    resume: bool,
+    /// Time to keep within, such as 90s, 10m or 2h: fewer budgets and seeds where need be.
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    time: Option<f64>,
+    /// Measure against an unbiased picture of this many rays a pixel as well.
+    #[arg(long, value_name = "RAYS",
+        value_parser = clap::value_parser!(u32).range(2..=i64::from(MAX_RAYS)))]
+    reference: Option<u32>,
+    /// Some of the candidates, with commas between; all by default.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',',
+        value_parser = PossibleValuesParser::new(CANDIDATES.map(|(name, _)| name)))]
+    candidates: Vec<String>,
+    /// Ceilings of rays, with commas between; the scene's and its halves by default.
+    #[arg(long, value_name = "RAYS", value_delimiter = ',',
+        value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_RAYS)))]
+    budgets: Vec<u32>,
+    /// Seeds of every candidate at every budget.
+    #[arg(long, value_name = "N", default_value_t = Request::default().seeds,
+        value_parser = clap::value_parser!(u32).range(1..=1000))]
+    seeds: u32,
+    /// The error that answers are about.
+    #[arg(long, default_value = Metric::default().name(), value_parser = metric())]
+    metric: Metric,
+    /// Errors to tell the time to, with commas between.
+    #[arg(long, value_name = "ERRORS", value_delimiter = ',')]
+    errors: Vec<f64>,
+    #[command(flatten)]
+    settings: SettingArgs,
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Runs the study and writes its report.
+pub(super) fn run(args: &Args) -> Result<()> {
+    let request = Request {
+        candidates: args.candidates.clone(),
+        budgets: args.budgets.clone(),
+        seeds: args.seeds,
+        reference: args.reference,
+        seconds: args.time,
+        metric: args.metric,
+        errors: args.errors.clone(),
+    };
+    request.check()?;
+    let (scene, pool, _) = load::scene(&args.scene, &args.settings, false, &args.run)?;
+    let console = Console::new();
+    let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
+    let results = pool.install(|| {
+        let study = Study::new(&scene, &args.output, &request, args.resume)?;
+        let results = study.run(&command(), progress)?;
+        write_report(&results, &args.output)?;
+        Ok(results)
+    })?;
+    let report = args.output.join("report.html");
+    if args.run.json {
+        let told = json!({
+            "verdict": results.verdict,
+            "plan": results.plan,
+            "report": report,
+            "results": args.output.join("results.json"),
+        });
+        console::result(&told.to_string());
+    } else {
+        results.verdict.iter().for_each(|sentence| console::result(sentence));
+        console::result(&report.display().to_string());
+    }
+    Ok(())
+}
+
+/// The command as it was given.
+fn command() -> String {
+    let words = std::env::args()
+        .skip(1)
+        .map(|word| if word.contains(char::is_whitespace) { format!("'{word}'") } else { word });
+    std::iter::once("fogbow".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
+fn metric() -> impl TypedValueParser<Value = Metric> {
+    PossibleValuesParser::new(Metric::ALL.iter().map(|row| row.0)).try_map(|given| {
+        let known = Metric::ALL.iter().find(|row| row.0 == given);
+        known.map(|row| row.1).ok_or("unknown")
+    })
+}
+
+/// Seconds of `90`, `90s`, `10m` or `2h`.
+fn time(text: &str) -> Result<f64, String> {
+    let units = [("s", 1.0), ("m", 60.0), ("h", 3600.0)];
+    let (number, unit) = units
+        .iter()
+        .find_map(|(name, unit)| Some((text.strip_suffix(name)?, *unit)))
+        .unwrap_or((text, 1.0));
+    let seconds = number.parse().ok().map(|n: f64| n * unit).filter(|s| *s > 0.0 && s.is_finite());
+    seconds.ok_or_else(|| "give a time above 0 such as 90s, 10m or 2h".into())
+}

@@ -1,0 +1,58 @@
+//! Binary PLY, through ply-rs-bw.
+
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
+use ply_rs_bw::ply::{
+    Addable, DefaultElement, ElementDef, Encoding, Ply, Property, PropertyDef, PropertyType,
+    ScalarType,
+};
+use ply_rs_bw::writer::Writer;
+
+use super::MeshData;
+use crate::error::Result;
+use crate::file;
+
+/// Writes the positions, the normals where there are any, and the triangles of `mesh` as a binary
+/// PLY file, in 32 bits each.
+///
+/// # Errors
+/// Where the file cannot be written; an earlier one is intact then.
+pub fn write_ply(path: &Path, mesh: &MeshData) -> Result<()> {
+    let float = PropertyType::Scalar(ScalarType::Float);
+    let names = if mesh.normals.is_empty() { &AXES[..3] } else { &AXES[..] };
+    let mut vertex = ElementDef::new("vertex".into());
+    for name in names {
+        vertex.properties.add(PropertyDef::new((*name).into(), float.clone()));
+    }
+    let mut face = ElementDef::new("face".into());
+    let list = PropertyType::List(ScalarType::UChar, ScalarType::Int);
+    face.properties.add(PropertyDef::new(CORNERS.into(), list));
+    let mut ply = Ply::<DefaultElement>::new();
+    ply.header.encoding = Encoding::BinaryLittleEndian;
+    ply.header.elements.add(vertex);
+    ply.header.elements.add(face);
+    ply.payload.insert("vertex".into(), vertices(mesh, names));
+    ply.payload.insert("face".into(), mesh.triangles.iter().map(triangle).collect());
+    file::write(path, |out| {
+        Writer::new().write_ply(out, &mut ply).map(drop).map_err(std::io::Error::other)
+    })
+}
+
+const AXES: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+const CORNERS: &str = "vertex_indices";
+
+fn vertices(mesh: &MeshData, names: &[&str]) -> Vec<DefaultElement> {
+    let normals = mesh.normals.iter().map(Some).chain(std::iter::repeat(None));
+    let vertex = |(position, normal): (&DVec3, Option<&Vec3>)| {
+        let values = position.as_vec3().to_array().into_iter();
+        let values = values.chain(normal.into_iter().flat_map(Vec3::to_array));
+        names.iter().zip(values).map(|(n, v)| ((*n).into(), Property::Float(v))).collect()
+    };
+    mesh.positions.iter().zip(normals).map(vertex).collect()
+}
+
+fn triangle(corners: &[u32; 3]) -> DefaultElement {
+    let corners = corners.map(|i| i as i32).to_vec();
+    DefaultElement::from([(CORNERS.into(), Property::ListInt(corners))])
+}

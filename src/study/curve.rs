@@ -1,0 +1,122 @@
+//! Error against run time, as measured, and what lies between two measurements.
+
+/// Measured pairs of run time in seconds and error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// By rising time; both above 0.
+    points: Vec<(f64, f64)>,
+}
+
+/// What a curve says of a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Reach {
+    /// It is there, between two measurements or on one.
+    At(f64),
+    /// Already the quickest measurement is at or beyond it: what less would do was not measured.
+    Below,
+    /// No measurement gets there.
+    Never,
+}
+
+impl Curve {
+    /// A curve through `points` of time and error; those that are not above 0 are left out.
+    pub fn new(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let sound = |v: f64| v.is_finite() && v > 0.0;
+        let mut points: Vec<_> =
+            points.into_iter().filter(|(time, error)| sound(*time) && sound(*error)).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self { points }
+    }
+
+    /// The error at `time`, interpolated between the logarithms of both.
+    pub fn error_at(&self, time: f64) -> Reach {
+        match (self.points.first(), self.points.last()) {
+            (Some(first), Some(last)) if time >= first.0 && time <= last.0 => {}
+            (Some(first), _) if time < first.0 => return Reach::Below,
+            _ => return Reach::Never,
+        }
+        let after = self.points.partition_point(|(t, _)| *t < time);
+        let b = self.points[after];
+        let a = self.points[after.saturating_sub(1)];
+        Reach::At(between(a, b, time))
+    }
+
+    /// The shortest time from which the curve is at or under `error`, interpolated likewise.
+    pub fn time_to(&self, error: f64) -> Reach {
+        match self.points.first() {
+            Some(first) if first.1 == error => return Reach::At(first.0),
+            Some(first) if first.1 < error => return Reach::Below,
+            _ => {}
+        }
+        let steps = self.points.windows(2).map(|pair| (pair[0], pair[1]));
+        let crossing = steps.into_iter().find(|(_, b)| b.1 <= error);
+        let swap = |(time, error): (f64, f64)| (error, time);
+        crossing.map_or(Reach::Never, |(a, b)| Reach::At(between(swap(a), swap(b), error)))
+    }
+}
+
+/// y at x on the line through a and b between logarithms.
+fn between(a: (f64, f64), b: (f64, f64), x: f64) -> f64 {
+    if a.0 == b.0 {
+        return b.1;
+    }
+    let share = (x / a.0).ln() / (b.0 / a.0).ln();
+    a.1 * (b.1 / a.1).powf(share)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn inverse() -> Curve {
+        Curve::new([(16.0, 1.0 / 16.0), (1.0, 1.0), (4.0, 0.25)])
+    }
+
+    fn is_at(reach: Reach, value: f64) -> bool {
+        matches!(reach, Reach::At(v) if (v - value).abs() < 1e-9 * value)
+    }
+
+    #[test]
+    fn a_power_law_is_met_between_measurements() {
+        assert!(is_at(inverse().error_at(2.0), 0.5) && is_at(inverse().time_to(0.125), 8.0));
+        assert!(is_at(inverse().error_at(16.0), 1.0 / 16.0) && is_at(inverse().time_to(1.0), 1.0));
+    }
+
+    #[test]
+    fn nothing_is_extrapolated() {
+        assert_eq!(inverse().error_at(0.9), Reach::Below);
+        assert_eq!(inverse().error_at(16.1), Reach::Never);
+        assert_eq!(inverse().time_to(1.1), Reach::Below);
+        assert_eq!(inverse().time_to(0.06), Reach::Never);
+        assert_eq!(Curve::new([]).error_at(1.0), Reach::Never);
+        assert_eq!(Curve::new([(1.0, 0.0), (f64::NAN, 1.0)]).time_to(1.0), Reach::Never);
+    }
+
+    #[test]
+    fn a_curve_that_rises_again_is_left_at_its_first_crossing() {
+        let curve = Curve::new([(1.0, 1.0), (2.0, 0.5), (3.0, 0.7), (4.0, 0.1)]);
+        assert!(is_at(curve.time_to(0.5), 2.0));
+    }
+
+    proptest! {
+        #[test]
+        fn answers_stay_within_the_measurements(
+            points in prop::collection::vec((1e-3..1e3_f64, 1e-9..1e3_f64), 1..8),
+            at in 1e-4..1e4_f64,
+        ) {
+            let curve = Curve::new(points.clone());
+            let slack = 1.0 + 1e-9;
+            if let Reach::At(time) = curve.time_to(at) {
+                let times = points.iter().map(|p| p.0);
+                prop_assert!(time >= times.clone().fold(f64::INFINITY, f64::min) / slack);
+                prop_assert!(time <= times.fold(0.0, f64::max) * slack);
+            }
+            if let Reach::At(error) = curve.error_at(at) {
+                let errors = points.iter().map(|p| p.1);
+                prop_assert!(error >= errors.clone().fold(f64::INFINITY, f64::min) / slack);
+                prop_assert!(error <= errors.fold(0.0, f64::max) * slack);
+            }
+        }
+    }
+}

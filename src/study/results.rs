@@ -1,0 +1,235 @@
+//! What a study found: the schema of `results.json`, and `results.csv`.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::candidate::Settings;
+use super::machine::Machine;
+use super::metric::{Errors, Options};
+use super::plan::Plan;
+use super::request::{Metric, Request};
+use super::statistics::Interval;
+use super::target::Target;
+use super::trial::Trial;
+use crate::error::{Error, Result};
+use crate::file;
+
+/// The version of the schema; it changes where a field changes its meaning or goes.
+pub const SCHEMA: u32 = 1;
+
+/// All that a study found, with all that it takes to find it again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// [`SCHEMA`].
+    pub schema: u32,
+    /// fogbow's version.
+    pub version: String,
+    /// The command that asked for the study.
+    pub command: String,
+    /// What it ran on.
+    pub machine: Machine,
+    /// The scene file.
+    pub scene: PathBuf,
+    /// Hash of the scene and of all files it names.
+    pub hash: String,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// The seed that all others are counted from.
+    pub seed: u64,
+    /// The gold standard.
+    pub gold: Settings,
+    /// What was asked.
+    pub request: Request,
+    /// What was done.
+    pub plan: Plan,
+    /// How errors were counted.
+    pub metrics: Options,
+    /// How intervals were made.
+    pub statistics: String,
+    /// Gold and, where one was asked for, reference; answers are about the last.
+    pub targets: Vec<Target>,
+    /// Gold, then every candidate at every budget.
+    pub points: Vec<PointResult>,
+    /// What holds for a candidate as a whole.
+    pub curves: Vec<CurveResult>,
+    /// The findings in two sentences.
+    pub verdict: Vec<String>,
+}
+
+/// A candidate at one budget.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PointResult {
+    /// Its name in [`CANDIDATES`](super::CANDIDATES), or `gold`.
+    pub candidate: String,
+    /// What it is.
+    pub about: String,
+    /// Its budget.
+    pub label: String,
+    /// How it was rendered, but for seeds.
+    pub settings: Settings,
+    /// Its renders by seed.
+    pub trials: Vec<TrialResult>,
+    /// Run time in seconds, without loading and writing.
+    pub seconds: Interval,
+    /// The error that answers are about, by each target's name.
+    pub errors: BTreeMap<String, Measured>,
+    /// Gold's run time over its own, paired by round.
+    pub speed_up: Option<Interval>,
+    /// Run time of `fixed` at its error over its own, paired by round: above 1 it wins.
+    pub gain_at_equal_error: Answer,
+    /// Error of `fixed` in its run time over its own, paired by round: above 1 it wins.
+    pub gain_at_equal_time: Answer,
+    /// Where the error comes from, by MSE; nothing for one seed.
+    pub mse_split: Option<Split>,
+    /// The same by relative MSE.
+    pub relative_mse_split: Option<Split>,
+}
+
+/// An error with what it may be said of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measured {
+    /// The error over seeds.
+    pub error: Interval,
+    /// Whether the target's own error is at most a third of it; else no verdict is given.
+    pub trusted: bool,
+}
+
+/// A render with its errors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrialResult {
+    /// The render.
+    #[serde(flatten)]
+    pub trial: Trial,
+    /// Every figure, by each target's name.
+    pub errors: BTreeMap<String, Errors>,
+}
+
+/// An answer, or why there is none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Answer {
+    /// The answer.
+    Found(Interval),
+    /// Why there is none.
+    None(String),
+}
+
+/// A squared error split in two; their sum is the expected error of one render, less the target's
+/// own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Split {
+    /// What differs between seeds.
+    pub noise: f64,
+    /// What is left in the mean over seeds, less what noise leaves there and the target's own
+    /// error. An unbiased estimate: where there is hardly any bias it can come out below 0.
+    pub bias: f64,
+}
+
+/// What holds for a candidate over all its budgets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurveResult {
+    /// Its name.
+    pub candidate: String,
+    /// Seconds to reach each of the errors asked for.
+    pub time_to: Vec<(f64, Answer)>,
+    /// Slope of log MSE over log rays shot; -1 is that of independent samples.
+    pub slope: Option<f64>,
+}
+
+impl Results {
+    /// The target that answers are about.
+    pub fn target(&self) -> &Target {
+        &self.targets[self.targets.len() - 1]
+    }
+
+    /// The error that answers are about.
+    pub fn metric(&self) -> Metric {
+        self.request.metric
+    }
+
+    /// Writes `results.json` and `results.csv` to `folder`.
+    ///
+    /// # Errors
+    /// Where one cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<()> {
+        let path = folder.join("results.json");
+        let text = serde_json::to_vec_pretty(self)
+            .map_err(|e| Error::file(&path, format!("cannot be told as JSON: {e}")))?;
+        file::write(&path, |out| out.write_all(&text))?;
+        file::write(&folder.join("results.csv"), |out| self.write_csv(out))
+    }
+
+    /// One row for a render and a target.
+    fn write_csv(&self, out: impl Write) -> std::io::Result<()> {
+        let mut csv = csv::Writer::from_writer(out);
+        let fixed = [
+            "candidate",
+            "label",
+            "round",
+            "seed",
+            "rays",
+            "photons",
+            "director",
+            "x",
+            "operator",
+            "directs",
+            "tolerance",
+            "seconds",
+            "rays_shot",
+            "target",
+        ];
+        let made = ["version", "scene", "scene_hash", "size", "machine", "command", "exr"];
+        let metrics = Metric::ALL.iter().map(|row| row.0);
+        csv.write_record(fixed.into_iter().chain(metrics).chain(["mean_ratio"]).chain(made))?;
+        for point in &self.points {
+            for result in &point.trials {
+                for (target, errors) in &result.errors {
+                    csv.write_record(self.row(point, &result.trial, target, errors))?;
+                }
+            }
+        }
+        csv.flush()
+    }
+
+    fn row(
+        &self,
+        point: &PointResult,
+        trial: &Trial,
+        target: &str,
+        errors: &Errors,
+    ) -> Vec<String> {
+        let number = |v: Option<f64>| v.map(|v| v.to_string()).unwrap_or_default();
+        let settings = &point.settings;
+        let mut row = vec![
+            point.candidate.clone(),
+            point.label.clone(),
+            trial.round.to_string(),
+            trial.seed.to_string(),
+            settings.rays.to_string(),
+            settings.photons.to_string(),
+            settings.director.clone(),
+            settings.x.clone(),
+            settings.operator.clone(),
+            settings.directs.clone(),
+            settings.tolerance.to_string(),
+            trial.seconds.to_string(),
+            trial.work.get("rays").map(ToString::to_string).unwrap_or_default(),
+            target.to_owned(),
+        ];
+        row.extend(Metric::ALL.iter().map(|(_, metric, _)| number(metric.of(errors))));
+        row.push(number(errors.mean_ratio));
+        row.extend([
+            self.version.clone(),
+            self.scene.display().to_string(),
+            self.hash.clone(),
+            format!("{}x{}", self.size[0], self.size[1]),
+            self.machine.to_string(),
+            self.command.clone(),
+            trial.exr.clone(),
+        ]);
+        row
+    }
+}

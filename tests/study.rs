@@ -1,0 +1,185 @@
+//! A study from outside: nothing is lost, files parse, the page has what it must.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use fogbow::image::read_layers;
+use fogbow::render::Silent;
+use fogbow::scene::{LoadOptions, Scene};
+use fogbow::study::{Answer, Request, Results, Study, TRIALS, write_report};
+
+const SCENE: &str = "
+[camera]
+position = [0, 0, 4]
+target = [0, 0, 0]
+fov = 40
+
+[film]
+size = [16, 12]
+
+[render]
+rays = 8
+photons = 400
+
+[[medium]]
+region = { sphere = { center = [0, 0, 0], radius = 1 } }
+sigma_t = 2
+albedo = 0.8
+
+[[light]]
+type = \"point\"
+position = [0, 3, 0]
+intensity = [9, 9, 9]
+";
+
+fn scene_in(folder: &Path) -> Scene {
+    let path = folder.join("ball.toml");
+    std::fs::write(&path, SCENE).unwrap();
+    Scene::load(&path, &LoadOptions::default()).unwrap()
+}
+
+fn request() -> Request {
+    let candidates = ["fixed", "xs-scattering", "xs-step", "variance"].map(str::to_owned).to_vec();
+    Request { candidates, budgets: vec![8, 2], seeds: 2, reference: Some(64), ..Request::default() }
+}
+
+fn study(scene: &Scene, out: &Path, resume: bool) -> Results {
+    Study::new(scene, out, &request(), resume).unwrap().run("a test", &Silent).unwrap()
+}
+
+/// What does not depend on the clock: who was rendered, and its errors.
+fn untimed(results: &Results) -> Vec<String> {
+    let trials = results.points.iter().flat_map(|point| &point.trials);
+    let told = |t: &fogbow::study::TrialResult| {
+        format!(
+            "{} {} {} {:?} {:?}",
+            t.trial.candidate, t.trial.point, t.trial.seed, t.trial.work, t.errors
+        )
+    };
+    trials.map(told).collect()
+}
+
+#[test]
+fn a_killed_study_goes_on_as_if_it_had_not_been() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene_in(folder.path());
+    let whole = study(&scene, &folder.path().join("whole"), false);
+
+    let killed = folder.path().join("killed");
+    study(&scene, &killed, false);
+    let log = killed.join(TRIALS);
+    let lines = std::fs::read_to_string(&log).unwrap();
+    // Four trials whole, the fifth torn; the picture of the third lost.
+    let kept: usize = lines.lines().take(4).map(|line| line.len() + 1).sum();
+    std::fs::write(&log, &lines[..kept + 25]).unwrap();
+    for (number, line) in lines.lines().enumerate().filter(|(number, _)| *number != 0) {
+        let trial: serde_json::Value = serde_json::from_str(line).unwrap();
+        if number == 2 || number > 4 {
+            std::fs::remove_file(killed.join(trial["exr"].as_str().unwrap())).unwrap();
+        }
+    }
+    let resumed = study(&scene, &killed, true);
+    assert_eq!(untimed(&resumed), untimed(&whole));
+    let again = std::fs::read_to_string(&log).unwrap();
+    let kept: Vec<&str> = lines.lines().take(4).collect();
+    assert_eq!(again.lines().take(4).collect::<Vec<_>>(), kept, "done trials are not done again");
+
+    // All is there: nothing is rendered, and every figure is the same.
+    assert!(study(&scene, &killed, true) == resumed, "every figure is the same");
+    assert_eq!(std::fs::read_to_string(&log).unwrap(), again);
+}
+
+#[test]
+fn another_study_is_not_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene_in(folder.path());
+    let out = folder.path().join("out");
+    let request = Request { reference: None, ..request() };
+    drop(Study::new(&scene, &out, &request, false).unwrap());
+    let told = |scene: &Scene, request: &Request, resume| {
+        Study::new(scene, &out, request, resume).unwrap_err().to_string()
+    };
+    let message = told(&scene, &request, false);
+    assert!(message.contains("--resume"), "{message}");
+    let message = told(&scene, &Request { seeds: 3, ..request.clone() }, true);
+    assert!(message.contains("study.json") && message.contains("request"), "{message}");
+    std::fs::write(folder.path().join("ball.toml"), SCENE.replace("sigma_t = 2", "sigma_t = 3"))
+        .unwrap();
+    let path = folder.path().join("ball.toml");
+    let changed = Scene::load(&path, &LoadOptions::default()).unwrap();
+    let message = told(&changed, &request, true);
+    assert!(message.contains("scene hash"), "{message}");
+}
+
+#[test]
+fn results_and_page_have_what_they_must() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene_in(folder.path());
+    let out = folder.path().join("out");
+    let results = study(&scene, &out, false);
+    write_report(&results, &out).unwrap();
+
+    let text = std::fs::read_to_string(out.join("results.json")).unwrap();
+    assert!(serde_json::from_str::<Results>(&text).unwrap() == results, "JSON keeps every bit");
+    assert_eq!(results.verdict.len(), 2);
+    assert_eq!(results.targets.len(), 2);
+    assert!(results.target().name == "reference" && results.target().rays == 64);
+
+    // One row for a trial and a target; gold is measured in as many rounds as there are seeds.
+    let mut csv = csv::Reader::from_path(out.join("results.csv")).unwrap();
+    let head = csv.headers().unwrap().clone();
+    for column in ["candidate", "seed", "seconds", "relative-mse", "flip", "machine", "command"] {
+        assert!(head.iter().any(|name| name == column), "{column}");
+    }
+    let rows: Vec<_> = csv.records().map(Result::unwrap).collect();
+    let trials: usize = results.points.iter().map(|point| point.trials.len()).sum();
+    assert_eq!((rows.len(), trials), (2 * trials, 2 * (1 + 1 + 2 + 2 + 4)));
+
+    for point in &results.points {
+        assert!(point.seconds.estimate > 0.0 && point.seconds.samples == 2);
+        if point.candidate == "gold" || point.candidate == "fixed" {
+            assert!(matches!(point.gain_at_equal_error, Answer::None(_)));
+        }
+        for trial in &point.trials {
+            let layers = read_layers(&out.join(&trial.trial.exr)).unwrap();
+            assert!(layers.get("rays").is_some() && layers.width == 16);
+        }
+    }
+
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let names = ["gold", "fixed", "xs-scattering", "xs-step", "variance", "reference"];
+    let parts = ["<svg", "data:image/png;base64,", "aria-sort", "relative error", "march step"];
+    for part in names.iter().chain(&parts).chain(&["a test", &scene.hash]) {
+        assert!(page.contains(part), "{part}");
+    }
+    let away = ["src=\"http", "href=\"http", "@import", "url(http", "<link rel=\"stylesheet"];
+    for link in away {
+        assert!(!page.contains(link), "the page reaches out: {link}");
+    }
+}
+
+#[test]
+fn the_command_makes_a_report_in_a_given_time() {
+    let folder = tempfile::tempdir().unwrap();
+    scene_in(folder.path());
+    let run = |args: &[&str]| {
+        Command::new(assert_cmd::cargo::cargo_bin!("fogbow"))
+            .current_dir(folder.path())
+            .args(["study", "ball.toml", "-o", "out", "--quiet"])
+            .args(["--candidates", "fixed,x-transmittance", "--budgets", "8,4"])
+            .args(args)
+            .output()
+            .unwrap()
+    };
+    let done = run(&["--time", "20s", "--seeds", "2", "--json"]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let told: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!(told["plan"]["seeds"], 2, "{told}");
+    assert!(folder.path().join("out/report.html").is_file());
+
+    let refused = run(&["--seeds", "2"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--resume"));
+    assert_eq!(run(&["--time", "0"]).status.code(), Some(2));
+    assert_eq!(run(&["--errors", "-1"]).status.code(), Some(2));
+}
