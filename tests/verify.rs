@@ -102,7 +102,7 @@ fn a_clamp_on_radiance_is_found() {
 /// missed.
 fn low_majorant(media: &Media, ray: &Ray<World>, span: Span, rng: &mut Stream) -> Option<f64> {
     let medium = media.get(0);
-    let majorant = 0.1 * medium.sigma_t_max() * medium.density.maximum();
+    let majorant = 0.1 * medium.sigma_t.x * medium.density.maximum();
     let inside = medium.density.bounds()?.clip(ray).intersect(span);
     let mut t = inside.start;
     loop {

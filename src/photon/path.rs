@@ -124,7 +124,7 @@ impl Paths<'_> {
         let keeps =
             !photon.direct && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
         let media = &self.scene.media;
-        let mut flights = media.flights(&photon.ray, Span::new(0.0, end), rng);
+        let mut flights = media.flights(&photon.ray, Span::new(0.0, end), photon.power, rng);
         let mut at = 0.0;
         loop {
             let next = flights.next(rng);
@@ -160,6 +160,7 @@ impl Paths<'_> {
                 return Flight::Scattered;
             } else if u < p_scatter + p_null {
                 photon.power = null / (c.majorant * p_null);
+                flights.carry_on(photon.power, c.t, rng);
                 at = c.t;
             } else {
                 return Flight::Absorbed;
@@ -167,7 +168,9 @@ impl Paths<'_> {
         }
     }
 
-    /// Keeps a volume photon with its share, weighed by one over the rate of deposits at `p`.
+    /// Keeps a volume photon with its share, weighed by one over the rate of deposits at `p`. Where
+    /// finer majorants lower that rate, those of bricks and regions say how much each kind of
+    /// deposit counts: any weights do that add up to 1 at a place (Veach 1997, section 9.2).
     fn store(
         &self,
         p: WorldPoint,
@@ -181,12 +184,13 @@ impl Paths<'_> {
             return;
         }
         let collisions = match collision {
-            Some(c) if self.scene.media.len() == 1 => c.majorant,
-            _ => self.scene.media.majorant_at(p),
+            Some(c) if self.scene.media.len() == 1 => c.region_majorant,
+            _ => self.scene.media.majorant_at(p, power),
         };
+        let share = collision.map_or(1.0, |c| c.region_majorant / c.majorant);
         let rate = (collisions + self.zones.rate_at(p)) * self.keep;
         if rate > 0.0 {
-            out.volume.push(self.deposit(p, direction, power / rate));
+            out.volume.push(self.deposit(p, direction, power * (share / rate)));
         }
     }
 

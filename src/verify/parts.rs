@@ -99,7 +99,7 @@ fn export(grid: &GridToWrite) -> Result<Grid<f32>> {
 }
 
 fn free_flight(media: &Media, ray: &Ray<World>, span: Span, rng: &mut Stream) -> Option<f64> {
-    let mut flights = media.flights(ray, span, rng);
+    let mut flights = media.flights(ray, span, Rgb::ONE, rng);
     while let Some(c) = flights.next(rng) {
         if rng.uniform() * c.majorant < media.get(c.medium).sigma_t.x * c.density {
             return Some(c.t);
