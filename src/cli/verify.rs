@@ -1,13 +1,16 @@
 //! `fogbow verify`: closed forms, the stiff sweep and the stability matrix, as a table.
 
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::json;
 
 use super::console;
 use crate::error::{Error, Result};
-use crate::verify::{Case, Effort, Group, Outcome, Parts, cases, page};
+use crate::file;
+use crate::verify::{self, Case, Effort, Group, Outcome, Parts, cases, page};
 
 /// Hold fogbow's figures against closed forms, published values and extremes.
 #[derive(Debug, clap::Args)]
@@ -37,19 +40,19 @@ pub fn run(args: &Args) -> Result<()> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
     let chosen = chosen(cases(effort), args.case.as_deref())?;
     let parts = Parts::fogbow();
-    let mut outcomes = Vec::new();
-    for (index, case) in chosen.iter().enumerate() {
-        let outcome = case.run(&parts);
-        if !args.quiet && !args.json {
-            let done = format!("{}/{} {}", index + 1, chosen.len(), outcome.name);
-            console::message(&format!("{done} {:.1} s", outcome.seconds));
+    let (ended, total) = (AtomicUsize::new(0), chosen.len());
+    let outcomes = verify::run(&chosen, &parts, |outcome| {
+        let number = ended.fetch_add(1, Ordering::Relaxed) + 1;
+        if !args.quiet {
+            let verdict = if outcome.holds() { "" } else { " FAILS" };
+            let seconds = outcome.seconds;
+            console::message(&format!("{number}/{total} {} {seconds:.1} s{verdict}", outcome.name));
         }
-        outcomes.push(outcome);
-    }
+    });
     if let Some(path) = &args.html {
-        let text = page(&outcomes, &command(args.quick, args.case.as_deref()));
-        std::fs::write(path, text)
-            .map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
+        let unmade = |e: &dyn std::fmt::Display| Error::file(path, format!("cannot be made: {e}"));
+        let text = page(&outcomes, &command(args.quick, None)).map_err(|e| unmade(&e))?;
+        file::write(path, |out| out.write_all(text.as_bytes()))?;
     }
     let failed = outcomes.iter().filter(|o| !o.holds()).count();
     if args.json {
@@ -104,7 +107,13 @@ fn table(outcomes: &[Outcome], quick: bool) -> String {
         let _ = writeln!(out, "{} ({} cases, {seconds:.1} s)", group.title(), of_group.len());
         for outcome in of_group {
             let verdict = if outcome.holds() { "holds" } else { "FAILS" };
-            let _ = writeln!(out, "  {verdict}  {:width$}  {}", outcome.name, worst(outcome));
+            let strain = outcome.strain();
+            let _ = writeln!(
+                out,
+                "  {verdict} {strain:7.3}  {:width$}  {}",
+                outcome.name,
+                outcome.worst_in_words()
+            );
             if !outcome.holds() {
                 let again = command(quick, Some(&outcome.name));
                 let _ = writeln!(out, "         again: {again}");
@@ -116,20 +125,4 @@ fn table(outcomes: &[Outcome], quick: bool) -> String {
     let seconds: f64 = outcomes.iter().map(|o| o.seconds).sum();
     let _ = writeln!(out, "{} cases, {failed} failed, {seconds:.1} s", outcomes.len());
     out
-}
-
-/// The number of a case that comes nearest to its bounds, or breaks them most.
-fn worst(outcome: &Outcome) -> String {
-    match (&outcome.error, outcome.worst()) {
-        (Some(error), _) => error.clone(),
-        (None, Some(c)) => format!(
-            "{:.6e} in {:.6e} to {:.6e} ({}; strain {:.3})",
-            c.found,
-            c.low,
-            c.high,
-            c.what,
-            c.strain()
-        ),
-        (None, None) => "nothing checked".into(),
-    }
 }

@@ -37,6 +37,8 @@ pub(super) struct Paths<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Deposits {
     pub volume: Vec<Placed>,
+    /// One volume photon, at random, of each path that left any, by its index.
+    pub independent: Vec<usize>,
     pub surface: Vec<Placed>,
     pub work: Work,
 }
@@ -68,8 +70,13 @@ impl Paths<'_> {
                 direct: start.direct,
                 inside: 0,
             };
+            let first = out.volume.len();
             let ended = (0..MAX_EVENTS).any(|_| !self.step(&mut photon, &mut rng, &mut out));
             out.work.capped_paths += u64::from(!ended);
+            let left = out.volume.len() - first;
+            if left > 0 {
+                out.independent.push(first + (rng.uniform() * left as f64) as usize);
+            }
         }
         out
     }

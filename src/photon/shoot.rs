@@ -89,7 +89,12 @@ pub fn shoot(
         })
         .collect();
     let mut work: Work = chunks.iter().map(|c| c.work).sum();
-    let volume: Vec<Placed> = chunks.iter().flat_map(|c| &c.volume).copied().collect();
+    let mut volume: Vec<Placed> = Vec::new();
+    let mut independent: Vec<Placed> = Vec::new();
+    for chunk in &chunks {
+        volume.extend(&chunk.volume);
+        independent.extend(chunk.independent.iter().map(|index| chunk.volume[*index]));
+    }
     let surface: Vec<Placed> = chunks.iter().flat_map(|c| &c.surface).copied().collect();
     drop(chunks);
     work.photon_paths = count;
@@ -101,7 +106,7 @@ pub fn shoot(
         None => {
             let depth = visible.depth(scene).min(extent(media, everything));
             let weight = |p: &Placed| toward_camera(scene, p.at(origin), &p.photon);
-            Radii::adaptive(origin, &volume, &visible.media, depth, weight, margin)
+            Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
         }
     };
     let surface_radius = shooting

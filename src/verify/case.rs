@@ -54,13 +54,19 @@ pub struct Cell {
     pub column: String,
 }
 
-/// A named line of a plot.
+/// A line to be plotted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Curve {
     /// What it shows.
     pub name: String,
+    /// What its coordinates are.
+    pub axes: [&'static str; 2],
     /// Points, both coordinates to be drawn by their logarithm.
     pub points: Vec<[f64; 2]>,
+    /// What theory says, in the same coordinates.
+    pub theory: Vec<[f64; 2]>,
+    /// What that is.
+    pub theory_name: &'static str,
 }
 
 /// What running a case brought.
@@ -171,6 +177,15 @@ impl Outcome {
     /// The check that comes nearest to its bounds or breaks them most.
     pub fn worst(&self) -> Option<&Check> {
         self.findings.checks.iter().max_by(|a, b| a.strain().total_cmp(&b.strain()))
+    }
+
+    /// The worst check in words, or why the case could not be run.
+    pub fn worst_in_words(&self) -> String {
+        match (&self.error, self.worst()) {
+            (Some(error), _) => error.clone(),
+            (None, Some(check)) => check.to_string(),
+            (None, None) => "nothing checked".into(),
+        }
     }
 
     /// The strain of the worst check; infinite where the case could not be run.

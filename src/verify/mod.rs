@@ -18,11 +18,24 @@ mod pictures;
 mod scenes;
 mod stiff;
 
+use rayon::prelude::*;
+
 pub use adding_doubling::{SlabLight, slab};
 pub use case::{Case, Cell, Curve, Effort, Findings, Group, Outcome};
 pub use check::Check;
 pub use page::page;
 pub use parts::{Export, FreeFlight, March, Marched, Mean, Parts, PhaseValue, Render};
+
+/// Runs `cases` on `parts`, several at a time; `done` is told of each as it ends. Outcomes are in
+/// the order of the cases.
+pub fn run(cases: &[Case], parts: &Parts, done: impl Fn(&Outcome) + Sync) -> Vec<Outcome> {
+    let run = |case: &Case| {
+        let outcome = case.run(parts);
+        done(&outcome);
+        outcome
+    };
+    cases.par_iter().map(run).collect()
+}
 
 /// All cases of an effort, in the order of the table.
 pub fn cases(effort: Effort) -> Vec<Case> {

@@ -92,6 +92,9 @@ fn bounds(parts: &Parts) -> Result<Vec<Check>> {
     Ok(checks)
 }
 
+/// Relative error that rounding may bring.
+const RELATIVE: f64 = 1e-12;
+
 fn constant(parts: &Parts) -> Result<Findings> {
     let mut findings = Findings::default();
     let mut points = Vec::new();
@@ -100,13 +103,20 @@ fn constant(parts: &Parts) -> Result<Findings> {
         let tau = 10.0 * x;
         let error = marched.emitted.x / -(-tau).exp_m1() - 1.0;
         let what = format!("sigma_t dt = {x:.1e}: relative error of L");
-        findings.checks.push(Check::near(what, error, 0.0, 1e-12));
+        findings.checks.push(Check::near(what, error, 0.0, RELATIVE));
         let off = marched.transmittance.x - (-tau).exp();
         let what = format!("sigma_t dt = {x:.1e}: error of T");
         findings.checks.push(Check::near(what, off, 0.0, 1e-13));
         points.push([x, error.abs().max(1e-17)]);
     }
-    findings.curves.push(Curve { name: "relative error of L over sigma_t dt".into(), points });
+    let theory = points.iter().map(|p| [p[0], RELATIVE]).collect();
+    findings.curves.push(Curve {
+        name: "Exponential integrator in a constant medium".into(),
+        axes: ["sigma_t dt", "relative error of L"],
+        points,
+        theory,
+        theory_name: "bound",
+    });
     Ok(findings)
 }
 
@@ -132,8 +142,16 @@ fn order(parts: &Parts, jitter: f64, theory: f64) -> Result<Findings> {
     }
     let observed = (points[2][1] / points[3][1]).log2();
     let checks = vec![Check::near("observed order", observed, theory, 0.1)];
-    let name = format!("error of T over the step, sampled at {jitter} of it");
-    Ok(Findings { checks, curves: vec![Curve { name, points }] })
+    let last = points[points.len() - 1];
+    let theory = points.iter().map(|p| [p[0], last[1] * (p[0] / last[0]).powf(theory)]).collect();
+    let curve = Curve {
+        name: format!("Order of accuracy, density sampled at {jitter} of a step: {observed:.3}"),
+        axes: ["step, voxels", "error of T"],
+        points,
+        theory,
+        theory_name: "theory",
+    };
+    Ok(Findings { checks, curves: vec![curve] })
 }
 
 fn jittered(parts: &Parts) -> Result<Vec<Check>> {

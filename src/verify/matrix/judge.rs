@@ -5,8 +5,8 @@ use crate::error::Result;
 use crate::render::Rendered;
 use crate::verify::{Check, Parts, scenes};
 
-/// Tentative collisions that a photon path may take in the mean. The hard cap of a path on its events
-/// is 1e5; more than this would mean that majorants are loose by orders of magnitude.
+/// Tentative collisions that a photon path may take in the mean: as many as the cap on its
+/// scatterings. More would mean that majorants are loose.
 const COLLISIONS_PER_PATH: f64 = 1e5;
 
 /// Volume photons that a path may leave in memory in the mean, beside those of a small map.
@@ -14,20 +14,27 @@ const KEPT_PER_PATH: f64 = 64.0;
 /// Photons of a small map.
 const SMALL_MAP: f64 = 1.1e6;
 
-/// Bounds of the mean radiance, and how the cap on a path's events may lower it.
+/// Bounds of the mean radiance, and of the work.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
     /// Least mean, where no path was capped.
     pub low: f64,
     /// Largest mean.
     pub high: f64,
+    /// Most tentative collisions a photon path.
+    pub collisions: f64,
 }
 
 impl Bounds {
     /// What holds for any picture of a medium in a furnace of radiance 1: a little of noise over it.
-    pub const ENERGY: Self = Self { low: 0.0, high: 1.3 };
+    pub const ENERGY: Self = Self::mean(0.0, 1.3);
     /// A white medium in such a furnace.
-    pub const WHITE: Self = Self { low: 0.7, high: 1.3 };
+    pub const WHITE: Self = Self::mean(0.7, 1.3);
+
+    /// Of the mean, with the work that any scene may take.
+    pub const fn mean(low: f64, high: f64) -> Self {
+        Self { low, high, collisions: COLLISIONS_PER_PATH }
+    }
 }
 
 /// Renders the scene of a cell and holds it against its bounds.
@@ -39,27 +46,30 @@ pub(super) fn judge(parts: &Parts, setup: &Setup, bounds: Bounds) -> Result<Vec<
 
 /// The checks of one picture.
 pub(super) fn checks(rendered: &Rendered, bounds: Bounds) -> Vec<Check> {
+    let paths = rendered.work.photon_paths.max(1) as f64;
+    // What the cap on scatterings takes out is at most the light of the paths that it ended.
+    let capped = rendered.work.capped_paths as f64 / paths;
+    let mean = scenes::mean(&rendered.film);
+    let mut all =
+        vec![Check::within("mean radiance", mean, (bounds.low - capped).max(0.0), bounds.high)];
+    all.extend(soundness(rendered, bounds.collisions));
+    all
+}
+
+/// The checks of one picture but for what is seen on it.
+pub(super) fn soundness(rendered: &Rendered, collisions: f64) -> [Check; 5] {
     let (film, work) = (&rendered.film, &rendered.work);
     let values = || film.layers().flat_map(|(_, layer)| layer.iter().copied());
     let wrong = values().filter(|v| !v.is_finite()).count() as f64 + film.repaired() as f64;
     let colors = || ["R", "G", "B"].into_iter().filter_map(|c| film.layer(c)).flatten();
-    let least = colors().fold(f64::INFINITY, |least, v| least.min(f64::from(*v)));
+    let negative = colors().filter(|v| **v < 0.0).count() as f64;
     let paths = work.photon_paths.max(1) as f64;
-    // What the cap takes out is at most the energy of the paths that it ended.
-    let capped = work.capped_paths as f64 / paths;
-    let mean = scenes::mean(film);
-    let within = |what: &str, found: f64, most: f64| Check::within(what, found, 0.0, most);
-    vec![
-        Check::within("mean radiance", mean, (bounds.low - capped).max(0.0), bounds.high),
-        within("values that are not finite", wrong, 0.0),
-        within("dropped samples", work.dropped_samples as f64, 0.0),
-        Check::within("least radiance", least, 0.0, f64::from(f32::MAX)),
-        within("collisions per photon path", work.collisions as f64 / paths, COLLISIONS_PER_PATH),
-        within(
-            "volume photons kept",
-            work.volume_photons as f64,
-            SMALL_MAP + KEPT_PER_PATH * paths,
-        ),
-        within("share of photon paths capped", capped, 1.0),
+    let kept = SMALL_MAP + KEPT_PER_PATH * paths;
+    [
+        Check::at_most("values that are not finite", wrong, 0.0),
+        Check::at_most("negative values", negative, 0.0),
+        Check::at_most("dropped samples", work.dropped_samples as f64, 0.0),
+        Check::at_most("collisions per photon path", work.collisions as f64 / paths, collisions),
+        Check::at_most("volume photons kept", work.volume_photons as f64, kept),
     ]
 }

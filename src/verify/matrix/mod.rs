@@ -5,6 +5,7 @@
 //! here are wide, for a cell is made of few photons.
 
 mod judge;
+mod lamps;
 mod optics;
 mod places;
 mod sampling;
@@ -17,6 +18,7 @@ use super::case::{Case, Effort};
 pub(super) fn cases(effort: Effort) -> Vec<Case> {
     let mut cases = optics::cases(effort);
     cases.extend(places::cases(effort));
+    cases.extend(lamps::cases());
     cases.extend(shapes::cases(effort));
     cases.extend(sampling::cases(effort));
     cases

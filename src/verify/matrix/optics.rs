@@ -6,11 +6,11 @@ use crate::verify::case::{Case, Effort, Group};
 
 /// A cube of 1 m seen from the front, through all of which rays lead.
 const CAMERA: &str = "type = \"orthographic\"\nposition = [0.0, 0.0, 5.0]\n\
-                      target = [0.0, 0.0, 0.0]\nheight = 0.5";
+                      target = [0.0, 0.0, 0.0]\nheight = 0.98";
 
 const WORDS: [&str; 2] = [
     "furnace of radiance 1: L = 1 for albedo 1, exp(-tau) for albedo 0, between them else",
-    "noise of 500 photons; less what the cap on a path's events took",
+    "noise of 4000 photons, 30 %; less what the cap on a path's scatterings took",
 ];
 
 pub(super) fn cases(effort: Effort) -> Vec<Case> {
@@ -26,7 +26,7 @@ pub(super) fn cases(effort: Effort) -> Vec<Case> {
                 let plane = format!("optical thickness x albedo, g = {g}");
                 let name = format!("matrix/optics/thickness={thickness:e}/albedo={albedo}/g={g}");
                 let case = Case::new(Group::Matrix, name, WORDS, move |parts| {
-                    judge(parts, &setup(thickness, albedo, g, quick), bounds(thickness, albedo))
+                    judge(parts, &setup(thickness, albedo, g), bounds(thickness, albedo))
                 });
                 cases.push(case.at(&plane, format!("{thickness:e}"), albedo.to_string()));
             }
@@ -35,10 +35,10 @@ pub(super) fn cases(effort: Effort) -> Vec<Case> {
     cases
 }
 
-fn setup(thickness: f64, albedo: f64, g: f64, quick: bool) -> Setup {
+fn setup(thickness: f64, albedo: f64, g: f64) -> Setup {
     Setup {
         camera: CAMERA.into(),
-        photons: if quick { 100 } else { 500 },
+        photons: if albedo > 0.0 { 4000 } else { 100 },
         medium: format!(
             "region = {{ box = {{ min = [-0.5, -0.5, -0.5], max = [0.5, 0.5, 0.5] }} }}\n\
              sigma_t = {thickness:?}\nalbedo = {albedo:?}\n\
@@ -52,7 +52,7 @@ fn bounds(thickness: f64, albedo: f64) -> Bounds {
     let straight = (-thickness).exp();
     if albedo == 0.0 {
         // The film holds f32.
-        Bounds { low: straight - 1e-6, high: straight + 1e-6 }
+        Bounds::mean(straight - 1e-6, straight + 1e-6)
     } else if albedo == 1.0 {
         Bounds::WHITE
     } else {
