@@ -59,7 +59,10 @@ pub fn shoot(
     let media = scene.media.bounds();
     let everything = media.union(scene.surfaces.bounds());
     let visible = Visible::look(scene, shooting.seed);
-    let margin = shooting.radius.unwrap_or_else(|| 0.02 * extent(media, everything));
+    // An endless medium is as large as what is seen of it.
+    let seen = visible.sphere().map(|(_, radius)| 2.0 * radius);
+    let size = seen.filter(|_| scene.media.is_endless()).unwrap_or(extent(media, everything));
+    let margin = shooting.radius.unwrap_or(0.02 * size);
     let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
     let mut paths = Paths {
         scene,
@@ -104,7 +107,7 @@ pub fn shoot(
     let radii = match shooting.radius {
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
-            let depth = visible.depth(scene).min(extent(media, everything));
+            let depth = visible.depth(scene).min(size);
             let weight = |p: &Placed| toward_camera(scene, p.at(origin), &p.photon);
             Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
         }

@@ -271,9 +271,9 @@ impl Grid<f32> {
         BrickWalk { tree: self.tree(), walk: Walk::new(self, ray, span) }
     }
 
-    /// Bounds of the trilinear value over the box between two places inside the region `brick`:
-    /// its exact range, but for rounding, where the box lies in one cell, and that of the samples
-    /// round it elsewhere.
+    /// Bounds of the trilinear value over the box between two places inside the region `brick`: but
+    /// for rounding its exact range where the box spans two cells along each axis at most, and that
+    /// of the samples round it elsewhere.
     pub fn range_in(&self, brick: BrickRef, a: IndexPoint, b: IndexPoint) -> [f64; 2] {
         let Child::Node(i) = brick.region.content else {
             return self.tree().range_of(brick.region.content).map(f64::from);
@@ -281,26 +281,26 @@ impl Grid<f32> {
         let samples = &self.tree().bricks[i as usize];
         let local = |p: DVec3| (p - brick.region.min.as_dvec3()).clamp(DVec3::ZERO, END);
         let (low, high) = (local(a.xyz.min(b.xyz)), local(a.xyz.max(b.xyz)));
-        let first = low.floor().min(END - 1.0);
-        let end = high.ceil().max(first + 1.0);
-        let include = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
-        let nothing = [f64::INFINITY, f64::NEG_INFINITY];
-        if end == first + 1.0 {
-            // A trilinear function takes its extremes over a box at corners of it.
-            let corner = |i: i32| {
-                let up = IVec3::new(i & 1, i >> 1 & 1, i >> 2).cmpgt(IVec3::ZERO);
-                DVec3::select(up, high, low)
-            };
-            let values = (0..8).map(|i| super::sample::in_brick(samples, corner(i)));
-            return values.fold(nothing, include);
-        }
-        let (first, end) = (first.as_ivec3(), end.as_ivec3());
-        let mut range = nothing;
-        for x in first.x..=end.x {
-            for y in first.y..=end.y {
-                let row = number(IVec3::new(x, y, first.z));
-                let row = &samples[row..=row + (end.z - first.z) as usize];
-                range = row.iter().fold(range, |range, v| include(range, f64::from(*v)));
+        let (first, end) = (low.floor().as_ivec3(), high.ceil().as_ivec3());
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut include = |v: f64| range = [range[0].min(v), range[1].max(v)];
+        if (end - first).max_element() <= 2 {
+            // A trilinear function takes its extremes over a box at corners of it; faces between
+            // cells cut the box into such boxes.
+            let cut = (first + 1).as_dvec3().clamp(low, high);
+            let along = |axis: usize| [low[axis], cut[axis], high[axis]];
+            let (x, y, z) = (along(0), along(1), along(2));
+            for i in 0..27 {
+                let corner = DVec3::new(x[i / 9], y[i / 3 % 3], z[i % 3]);
+                include(super::sample::in_brick(samples, corner));
+            }
+        } else {
+            for x in first.x..=end.x {
+                for y in first.y..=end.y {
+                    let row = number(IVec3::new(x, y, first.z));
+                    let row = &samples[row..=row + (end.z - first.z) as usize];
+                    row.iter().for_each(|v| include(f64::from(*v)));
+                }
             }
         }
         range

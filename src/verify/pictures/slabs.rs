@@ -72,7 +72,7 @@ fn slabs(effort: Effort) -> Vec<Case> {
         for (what, from_above, expected) in sides {
             let name = format!("slab/{what}/albedo={albedo}/thickness={thickness}/g={g}");
             let text = move |rays, photons| of.text(from_above, rays, photons);
-            let work = Work::of(effort, 16, 20_000, 64);
+            let work = Work::of(effort, 16, 20_000, 32);
             cases.push(both(&name, "adding-doubling", scenes::mean, expected, work, text));
         }
     }
@@ -86,7 +86,7 @@ fn half_spaces(effort: Effort) -> Vec<Case> {
         let of = Slab { albedo, thickness: 500.0, g: 0.0, reach: 0.5, seen: 0.2 };
         let text = move |rays, photons| of.text(true, rays, photons);
         let source = "1 - H(1) sqrt(1 - albedo), Chandrasekhar 1960";
-        both(&name, source, scenes::mean, expected, Work::of(effort, 16, 20_000, 64), text)
+        both(&name, source, scenes::mean, expected, Work::of(effort, 16, 20_000, 8), text)
     };
     HALF_SPACES.map(case).into()
 }
