@@ -12,7 +12,7 @@ use super::settings::{PathArgs, RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::image::{View, write_exr, write_png};
 use crate::render::{self, Progress, Rendered, Silent};
-use crate::scene::{Director, Scene};
+use crate::scene::{self, Director, Scene};
 
 /// Arguments of `fogbow render`.
 #[derive(Debug, clap::Args)]
@@ -38,6 +38,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (scene, pool, loading) =
         load::scene(&args.paths.scene, &args.settings, level_set_as_fog, &args.run)?;
 
+    let mut warnings = scene.warnings.clone();
+    if !args.reference {
+        warnings.extend(warned(scene::advice(&scene)));
+    }
     let console = Console::new();
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
     let rendered = pool.install(|| {
@@ -48,6 +52,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
     })?;
 
+    warnings.extend(warned(rendered.warnings()));
     let start = Instant::now();
     let settings = settings(&scene, &rendered, args.reference);
     write(&output, &scene, &rendered, &settings)?;
@@ -58,7 +63,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "settings": settings,
             "seconds": seconds,
             "work": rendered.work,
-            "warnings": scene.warnings,
+            "warnings": warnings,
             "notes": scene.notes,
             "outputs": [output.exr.display().to_string(), output.png.display().to_string()],
         });
@@ -68,6 +73,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
         console::result(&output.png.display().to_string());
     }
     Ok(())
+}
+
+/// Prints warnings and hands them on.
+fn warned(warnings: Vec<String>) -> Vec<String> {
+    warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}")));
+    warnings
 }
 
 /// What the picture was made with; the same input gives the same settings.

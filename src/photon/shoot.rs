@@ -25,6 +25,10 @@ const GROUND: f64 = 4.0;
 /// Volume photons, about, kept of one path.
 const KEPT: f64 = 4.0;
 
+/// Volume photons, about, that are kept at least, if there are so many: those of thick media lie
+/// mostly where nobody sees them, so that of few paths many must be kept.
+const SPARED: f64 = 200_000.0;
+
 /// Volume photons after which enough is known of how many a path leaves.
 const PROBED: usize = 1_000_000;
 
@@ -80,9 +84,8 @@ pub fn shoot(
         left += paths.trace(traced..traced + 1).volume.len();
         traced += 1;
     }
-    if count > CHUNK || left >= PROBED {
-        paths.keep = (KEPT * traced as f64 / left.max(1) as f64).min(1.0);
-    }
+    let expected = left as f64 * count as f64 / traced.max(1) as f64;
+    paths.keep = ((KEPT * count as f64).max(SPARED) / expected.max(1.0)).min(1.0);
     let chunks: Vec<Deposits> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
