@@ -126,3 +126,20 @@ fn table(outcomes: &[Outcome], quick: bool) -> String {
     let _ = writeln!(out, "{} cases, {failed} failed, {seconds:.1} s", outcomes.len());
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::verify::Check;
+
+    #[test]
+    fn a_failure_is_told_with_the_command_that_makes_it_again() {
+        let words = ["nothing", "nothing"];
+        let wrong = |_: &Parts| Ok(vec![Check::at_most("number", 2.0, 1.0)]);
+        let cases = [Case::new(Group::Matrix, "matrix/wrong", words, wrong)];
+        let told = table(&verify::run(&cases, &Parts::fogbow(), |_| ()), true);
+        assert!(told.contains("FAILS   2.000  matrix/wrong  number: 2.0"), "{told}");
+        assert!(told.contains("again: fogbow verify --quick --case 'matrix/wrong'"), "{told}");
+        assert!(told.contains("1 cases, 1 failed"), "{told}");
+    }
+}

@@ -55,13 +55,14 @@ impl Refined {
         loop {
             let [min, max] = range;
             let middle = 0.5 * (span.start + span.end);
-            let resolved = middle > span.start && middle < span.end;
+            let (a, b) = (ray.at(span.start).xyz, ray.at(span.end).xyz);
+            let margin = ROUNDING * (a.abs().max(b.abs()).max(DVec3::ONE));
+            let resolved = (b - a).abs().cmpgt(margin).any();
             if max <= self.floor || max <= VARIATION * min || !resolved {
                 return Some((span, max.max(self.floor)));
             }
             let bounds = |span: Span| {
                 let (a, b) = (ray.at(span.start).xyz, ray.at(span.end).xyz);
-                let margin = ROUNDING * (a.abs().max(b.abs()).max(DVec3::ONE));
                 let (low, high) = (a.min(b) - margin, a.max(b) + margin);
                 let (low, high) = (Point::from_xyz(low), Point::from_xyz(high));
                 let [low, high] = grid.range_in(segment.brick, low, high);

@@ -27,6 +27,10 @@ pub struct PhotonMaps {
     pub surface: PhotonMap,
     /// Gather radius that suits the surface photons, in metres.
     pub surface_radius: f64,
+    /// W m that a volume photon of power 1 stands for.
+    pub volume_unit: f64,
+    /// W that a surface photon of power 1 stands for.
+    pub surface_unit: f64,
 }
 
 impl PhotonMaps {
@@ -60,7 +64,7 @@ impl PhotonMaps {
             sum += beside.photon.power() * spread * kernel.at(beside.distance2);
         });
         *gathered += count;
-        sum * THINNING.pow(level as u32) as f64
+        sum * (self.volume_unit * THINNING.pow(level as u32) as f64)
     }
 
     /// The photons' irradiance at `p` on the side of the unit `normal`, W/m², from the surface
@@ -75,7 +79,7 @@ impl PhotonMaps {
             }
         });
         *gathered += count;
-        sum
+        sum * self.surface_unit
     }
 
     /// The level whose radii are nearest to `radius` metres.

@@ -31,6 +31,26 @@ pub(super) struct Paths<'a> {
     pub origin: WorldPoint,
     /// Share of the volume photons that is kept; the rest is spread over them.
     pub keep: f64,
+    /// What stored powers are counted in.
+    pub units: Units,
+}
+
+/// Units of stored power, so that it fits 32 bits at any brightness and scale of the world.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Units {
+    /// Of volume photons, in W m.
+    pub volume: f64,
+    /// Of surface photons, in W.
+    pub surface: f64,
+}
+
+impl Units {
+    /// For photons of about `power` W in a world of about `size` m. Powers of two: rounding is then
+    /// the same in any unit.
+    pub fn around(power: f64, size: f64) -> Self {
+        let unit = |x: f64| if x.is_normal() { x.log2().round().exp2() } else { 1.0 };
+        Self { volume: unit(power * size), surface: unit(power) }
+    }
 }
 
 /// What a number of paths left behind.
@@ -107,7 +127,7 @@ impl Paths<'_> {
         let Some(hit) = hit else { return false };
         let incoming = photon.ray.direction;
         if !hit.material.is_specular() && !photon.direct {
-            out.surface.push(self.deposit(hit.point, incoming, photon.power));
+            out.surface.push(self.deposit(hit.point, incoming, photon.power / self.units.surface));
         }
         let u = [rng.uniform(), rng.uniform(), rng.uniform()];
         let scattered = hit.material.scatter(incoming, &hit, u, TransportMode::Importance);
@@ -197,7 +217,8 @@ impl Paths<'_> {
         let share = collision.map_or(1.0, |c| c.region_majorant / c.majorant);
         let rate = (collisions + self.zones.rate_at(p)) * self.keep;
         if rate > 0.0 {
-            out.volume.push(self.deposit(p, direction, power * (share / rate)));
+            let power = power * (share / rate / self.units.volume);
+            out.volume.push(self.deposit(p, direction, power));
         }
     }
 

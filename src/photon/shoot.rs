@@ -10,7 +10,7 @@ use crate::work::Work;
 
 use super::emitters::Emitters;
 use super::estimate::THINNING;
-use super::path::{Deposits, Paths};
+use super::path::{Deposits, Paths, Units};
 use super::radius::{Radii, around};
 use super::visible::Visible;
 use super::zones::Zones;
@@ -64,13 +64,18 @@ pub fn shoot(
     let everything = media.union(scene.surfaces.bounds());
     let visible = Visible::look(scene, shooting.seed);
     // An endless medium is as large as what is seen of it.
-    let seen = visible.sphere().map(|(_, radius)| 2.0 * radius);
+    let seen = visible.sphere().map(|(_, radius)| (2.0 * radius).min(ENDLESS));
     let size = seen.filter(|_| scene.media.is_endless()).unwrap_or(extent(media, everything));
-    let margin = shooting.radius.unwrap_or(0.02 * size);
+    // A gather wider than all there is finds nothing more and spoils the rest.
+    let radius = shooting.radius.map(|radius| radius.min(size));
+    let margin = radius.unwrap_or(0.02 * size);
     let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
+    let emitters = Emitters::new(scene, reach(scene, &visible, everything.grown(margin))?)?;
+    let units = Units::around(emitters.power() / shooting.photons.max(1) as f64, size);
     let mut paths = Paths {
         scene,
-        emitters: Emitters::new(scene, reach(scene, &visible, everything.grown(margin))?)?,
+        emitters,
+        units,
         zones: Zones::around(&scene.media, margin),
         shooting: *shooting,
         origin,
@@ -107,7 +112,7 @@ pub fn shoot(
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
     let surface = PhotonMap::new(origin, &surface);
-    let radii = match shooting.radius {
+    let radii = match radius {
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
             let depth = visible.depth(scene).min(size);
@@ -115,8 +120,7 @@ pub fn shoot(
             Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
         }
     };
-    let surface_radius = shooting
-        .radius
+    let surface_radius = radius
         .or_else(|| around(&surface, &visible.surfaces))
         .unwrap_or_else(|| 0.02 * extent(everything, media));
     let thinner = |level: u32| {
@@ -127,7 +131,10 @@ pub fn shoot(
     let mut levels = vec![BeamMap::new(origin, &volume, &radii.each)];
     levels.extend((1..=shooting.levels).map(thinner));
     let volume = levels;
-    Ok((PhotonMaps { volume, volume_radius: radii.typical, surface, surface_radius }, work))
+    let (volume_radius, volume_unit, surface_unit) = (radii.typical, units.volume, units.surface);
+    let maps =
+        PhotonMaps { volume, volume_radius, surface, surface_radius, volume_unit, surface_unit };
+    Ok((maps, work))
 }
 
 /// What is left of `all` in a level.

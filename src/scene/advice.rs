@@ -78,7 +78,7 @@ fn of_radius(scene: &Scene, radius: f64) -> Option<String> {
     if radius > widest {
         return Some(format!(
             "radius {radius:.3e} m is {:.3e} of the media's smallest side, so that light blurs \
-             beyond their edge and they look too dark; {instead}",
+             beyond their edge and they look too dark (no more than their size is taken); {instead}",
             radius / size.min_element()
         ));
     }

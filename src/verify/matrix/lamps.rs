@@ -26,7 +26,7 @@ const DIRECTIONS: u32 = 4000;
 pub(super) fn cases() -> Vec<Case> {
     let words = [
         "energy: of I W/sr all that is scattered leaves, I (1 - mean T) in the mean of six views",
-        "noise of 5000 photons; a gather as wide as the asset spreads light out of it",
+        "noise of 3000 photons; a gather as wide as the asset spreads light out of it",
     ];
     let places = [("middle", 0.0), ("inside", 5.0), ("face", REACH), ("voxel outside", 15.0)];
     let mut cases = Vec::new();
@@ -75,8 +75,8 @@ fn seen(place: DVec3, view: DVec3, radius: f64) -> Setup {
             (view * 100.0).to_array(),
             up.to_array()
         ),
-        size: [16, 16],
-        photons: 5000,
+        size: [8, 8],
+        photons: 3000,
         render: format!("radius = {radius:?}"),
         medium: "file = \"grids.vdb\"\nsigma_t = 0.5\nalbedo = 1.0".into(),
         light: format!("type = \"point\"\nposition = {:?}\nintensity = 1.0", place.to_array()),

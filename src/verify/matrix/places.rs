@@ -82,7 +82,7 @@ fn scaled(voxel: f64, distance: f64) -> Setup {
 fn cameras() -> Vec<Case> {
     let words = [
         "white furnace: L = 1",
-        "noise of 1000 to 4000 photons, 30 %; nothing is asked where none arrives; less what the cap on a path's scatterings took",
+        "noise of 1000 to 4000 photons, 30 %, twice that where few of them are seen; nothing is asked where none arrives; less what the cap on a path's scatterings took",
     ];
     let look = |position: &str, target: &str| {
         format!("position = {position}\ntarget = {target}\nfov = 20.0")
@@ -113,7 +113,11 @@ fn cameras() -> Vec<Case> {
                 grids: vec![puff()],
                 ..Setup::default()
             };
-            let bounds = if blind { Bounds::ENERGY } else { Bounds::WHITE };
+            let bounds = match (blind, sigma_t > 1.0) {
+                (true, _) => Bounds::ENERGY,
+                (false, true) => Bounds::mean(0.5, 1.6),
+                (false, false) => Bounds::WHITE,
+            };
             let case =
                 Case::new(Group::Matrix, name, words, move |parts| judge(parts, &setup, bounds));
             cases.push(case.at("place of the camera x sigma_t, 1/m", row.into(), column.into()));

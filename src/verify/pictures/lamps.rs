@@ -50,8 +50,8 @@ fn fluences(effort: Effort) -> Vec<Case> {
         };
         let name = format!("point-source/r={distance}");
         let source = "transport round a point source, Case, de Hoffmann and Placzek 1953";
-        let photons = if distance > 4.0 { 60_000 } else { 20_000 };
-        let work = Work::of(effort, 4, photons, 8);
+        let (photons, rays) = if distance > 4.0 { (60_000, 24) } else { (20_000, 8) };
+        let work = Work::of(effort, 4, photons, rays);
         both(&name, source, measure, expected - straight, work, text)
     };
     POINT_FLUENCES.map(case).into()
