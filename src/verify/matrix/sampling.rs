@@ -15,6 +15,7 @@ pub(super) fn cases(effort: Effort) -> Vec<Case> {
     let mut cases = radius_and_step();
     cases.extend(photons_and_pixels(effort));
     cases.push(one_point());
+    cases.extend((effort == Effort::Full).then(many));
     cases
 }
 
@@ -64,7 +65,7 @@ fn photons_and_pixels(effort: Effort) -> Vec<Case> {
         "white furnace: L = 1; without photons light scattered once is left",
         "noise of the photons there are; energy alone where they are few",
     ];
-    let most = if effort == Effort::Full { 10_000_000 } else { 100_000 };
+    let most = if effort == Effort::Full { 1_000_000 } else { 100_000 };
     let mut cases = Vec::new();
     for photons in [0, 1, 33, most] {
         for size in [[1, 1], [1, 33], [16, 16]] {
@@ -83,6 +84,18 @@ fn photons_and_pixels(effort: Effort) -> Vec<Case> {
         }
     }
     cases
+}
+
+/// Ten million photons for one pixel; through so thin a medium that the map stays small.
+fn many() -> Case {
+    let words = ["white furnace: L = 1", "1 %: such a medium scatters little"];
+    let name = "matrix/counts/photons=10000000/size=1x1";
+    let case = Case::new(Group::Matrix, name, words, |parts| {
+        let medium = "file = \"grids.vdb\"\nsigma_t = 0.005\nalbedo = 1.0".into();
+        let setup = Setup { medium, ..furnace(String::new(), 10_000_000, [1, 1]) };
+        judge(parts, &setup, Bounds::mean(0.99, 1.01))
+    });
+    case.at("photons x size of the picture", "10000000".into(), "1 x 1".into())
 }
 
 /// More photons on one point than a leaf of the tree holds.
