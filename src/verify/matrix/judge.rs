@@ -50,8 +50,12 @@ pub(super) fn checks(rendered: &Rendered, bounds: Bounds) -> Vec<Check> {
     // What the cap on scatterings takes out is at most the light of the paths that it ended.
     let capped = rendered.work.capped_paths as f64 / paths;
     let mean = scenes::mean(&rendered.film);
-    let mut all =
-        vec![Check::within("mean radiance", mean, (bounds.low - capped).max(0.0), bounds.high)];
+    let low = bounds.low - capped;
+    let mut all = vec![if low > 0.0 {
+        Check::within("mean radiance", mean, low, bounds.high)
+    } else {
+        Check::at_most("mean radiance", mean, bounds.high)
+    }];
     all.extend(soundness(rendered, bounds.collisions));
     all
 }
