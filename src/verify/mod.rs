@@ -4,6 +4,8 @@
 //! form, a published value, an independent method, or a conservation law. Cases are run on
 //! [`Parts`], the pieces of the renderer, so that faults can be planted to show that they are found.
 
+#![doc = include_str!("README.md")]
+
 mod adding_doubling;
 mod case;
 mod check;
