@@ -55,6 +55,9 @@ fn bounds(thickness: f64, albedo: f64, g: f64) -> Bounds {
     if albedo == 0.0 {
         // The film holds f32.
         Bounds::mean(straight - 1e-6, straight + 1e-6)
+    } else if albedo == 1.0 && thickness >= 1.0 && g > 0.99 {
+        // A lobe of 0.006 degrees, at which no photon of some thousands flies.
+        Bounds::mean(straight - 1e-6, 3.0)
     } else if albedo == 1.0 && thickness >= 1.0 && g.abs() > 0.5 {
         // Of photons whose light is scattered into a narrow lobe few fly at the eye.
         Bounds::mean(0.2, 3.0)
