@@ -67,6 +67,7 @@ fn bounds(thickness: f64, albedo: f64, g: f64) -> Bounds {
     } else if albedo == 1.0 {
         Bounds::WHITE
     } else {
-        Bounds { low: straight - 1e-6, ..Bounds::ENERGY }
+        let high = if thickness > 1e3 { 1.6 } else { Bounds::ENERGY.high };
+        Bounds::mean(straight - 1e-6, high)
     }
 }
