@@ -92,7 +92,10 @@ fn cameras() -> Vec<Case> {
         ("on a voxel", look("[0.0, 0.0, 0.0]", "[1.0, 0.0, 0.0]")),
         ("touching", look("[0.0, 0.0, 16.0]", "[0.0, 0.0, 0.0]")),
         ("grazing", look("[-40.0, 16.0, 0.0]", "[40.0, 16.0, 0.0]")),
-        ("1e9 m away", format!("position = [0.0, 0.0, 1e9]\ntarget = [0.0, 0.0, 0.0]\nfov = 1e-6")),
+        (
+            "1e9 m away",
+            "position = [0.0, 0.0, 1e9]\ntarget = [0.0, 0.0, 0.0]\nfov = 1e-6".to_owned(),
+        ),
         (
             "infinitely far",
             "type = \"orthographic\"\nposition = [0.0, 0.0, 1e9]\n\
