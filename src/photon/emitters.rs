@@ -60,6 +60,11 @@ impl<'a> Emitters<'a> {
         Ok(Self { scene, reach, emitters, cdf })
     }
 
+    /// About the power of all together, W.
+    pub fn power(&self) -> f64 {
+        self.cdf.last().copied().unwrap_or(0.0)
+    }
+
     /// Whether nothing emits.
     pub const fn is_empty(&self) -> bool {
         self.emitters.is_empty()

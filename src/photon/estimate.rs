@@ -27,6 +27,10 @@ pub struct PhotonMaps {
     pub surface: PhotonMap,
     /// Gather radius that suits the surface photons, in metres.
     pub surface_radius: f64,
+    /// W m that a volume photon of power 1 stands for.
+    pub volume_unit: f64,
+    /// W that a surface photon of power 1 stands for.
+    pub surface_unit: f64,
 }
 
 impl PhotonMaps {
@@ -38,6 +42,8 @@ impl PhotonMaps {
             volume_radius: radius,
             surface: PhotonMap::new(origin, &[]),
             surface_radius: radius,
+            volume_unit: 1.0,
+            surface_unit: 1.0,
         }
     }
 
@@ -76,7 +82,7 @@ impl PhotonMaps {
             sum += beside.photon.power() * spread * kernel.at(beside.distance2);
         });
         *gathered += count;
-        sum * THINNING.pow(level as u32) as f64
+        sum * (self.volume_unit * THINNING.pow(level as u32) as f64)
     }
 
     /// The photons' irradiance at `p` on the side of the unit `normal`, W/m², from the surface
@@ -91,7 +97,7 @@ impl PhotonMaps {
             }
         });
         *gathered += count;
-        sum
+        sum * self.surface_unit
     }
 
     /// The level whose radii are nearest to `radius` metres.

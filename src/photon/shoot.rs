@@ -11,7 +11,7 @@ use crate::work::Work;
 
 use super::emitters::Emitters;
 use super::estimate::THINNING;
-use super::path::{Deposits, Paths};
+use super::path::{Deposits, Paths, Units};
 use super::radius::{Radii, around};
 use super::visible::Visible;
 use super::zones::Zones;
@@ -25,6 +25,10 @@ const GROUND: f64 = 4.0;
 
 /// Volume photons, about, kept of one path.
 const KEPT: f64 = 4.0;
+
+/// Volume photons, about, that are kept at least, if there are so many: those of thick media lie
+/// mostly where nobody sees them, so that of few paths many must be kept.
+const SPARED: f64 = 200_000.0;
 
 /// Volume photons after which enough is known of how many a path leaves.
 const PROBED: usize = 1_000_000;
@@ -65,11 +69,19 @@ pub fn shoot(
     let media = scene.media.bounds();
     let everything = media.union(scene.surfaces.bounds());
     let visible = Visible::look(scene, shooting.seed, shooting.needs);
-    let margin = shooting.radius.unwrap_or_else(|| 0.02 * extent(media, everything));
+    // An endless medium is as large as what is seen of it.
+    let seen = visible.sphere().map(|(_, radius)| (2.0 * radius).min(ENDLESS));
+    let size = seen.filter(|_| scene.media.is_endless()).unwrap_or(extent(media, everything));
+    // A gather wider than all there is finds nothing more and spoils the rest.
+    let radius = shooting.radius.map(|radius| radius.min(size));
+    let margin = radius.unwrap_or(0.02 * size);
     let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
+    let emitters = Emitters::new(scene, reach(scene, &visible, everything.grown(margin))?)?;
+    let units = Units::around(emitters.power() / shooting.photons.max(1) as f64, size);
     let mut paths = Paths {
         scene,
-        emitters: Emitters::new(scene, reach(scene, &visible, everything.grown(margin))?)?,
+        emitters,
+        units,
         zones: Zones::around(&scene.media, margin),
         shooting: *shooting,
         origin,
@@ -83,9 +95,8 @@ pub fn shoot(
         left += paths.trace(traced..traced + 1).volume.len();
         traced += 1;
     }
-    if count > CHUNK || left >= PROBED {
-        paths.keep = (KEPT * traced as f64 / left.max(1) as f64).min(1.0);
-    }
+    let expected = left as f64 * count as f64 / traced.max(1) as f64;
+    paths.keep = ((KEPT * count as f64).max(SPARED) / expected.max(1.0)).min(1.0);
     let chunks: Vec<Deposits> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
@@ -95,7 +106,12 @@ pub fn shoot(
         })
         .collect();
     let mut work: Work = chunks.iter().map(|c| c.work).sum();
-    let volume: Vec<Placed> = chunks.iter().flat_map(|c| &c.volume).copied().collect();
+    let mut volume: Vec<Placed> = Vec::new();
+    let mut independent: Vec<Placed> = Vec::new();
+    for chunk in &chunks {
+        volume.extend(&chunk.volume);
+        independent.extend(chunk.independent.iter().map(|index| chunk.volume[*index]));
+    }
     let surface: Vec<Placed> = chunks.iter().flat_map(|c| &c.surface).copied().collect();
     drop(chunks);
     work += visible.work;
@@ -103,16 +119,15 @@ pub fn shoot(
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
     let surface = PhotonMap::new(origin, &surface);
-    let radii = match shooting.radius {
+    let radii = match radius {
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
-            let depth = visible.depth(scene).min(extent(media, everything));
+            let depth = visible.depth(scene).min(size);
             let weight = |p: &Placed| toward_camera(scene, p.at(origin), &p.photon);
-            Radii::adaptive(origin, &volume, &visible.media, depth, weight, margin)
+            Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
         }
     };
-    let surface_radius = shooting
-        .radius
+    let surface_radius = radius
         .or_else(|| around(&surface, &visible.surfaces))
         .unwrap_or_else(|| 0.02 * extent(everything, media));
     let thinner = |level: u32| {
@@ -123,7 +138,10 @@ pub fn shoot(
     let mut levels = vec![BeamMap::new(origin, &volume, &radii.each)];
     levels.extend((1..=shooting.levels).map(thinner));
     let volume = levels;
-    Ok((PhotonMaps { volume, volume_radius: radii.typical, surface, surface_radius }, work))
+    let (volume_radius, volume_unit, surface_unit) = (radii.typical, units.volume, units.surface);
+    let maps =
+        PhotonMaps { volume, volume_radius, surface, surface_radius, volume_unit, surface_unit };
+    Ok((maps, work))
 }
 
 /// What is left of `all` in a level.

@@ -9,7 +9,7 @@
 //! memory is bounded by the number of nodes that really stand in the file.
 //!
 //! There is no child process to read in: it would have to hand over or read again every voxel, and
-//! behind these checks no file of tests/corpus, mutation or fuzzer has brought OpenVDB down. Before
+//! behind these checks no file of tests/corpus or mutation has brought OpenVDB down. Before
 //! them an uncompressed chunk with a wrong size corrupted the heap.
 
 mod bytes;
