@@ -142,7 +142,7 @@ fn the_command_prints_a_table_json_and_a_page() {
     assert!(table.contains("holds") && table.contains("stiff/bounds"), "{table}");
     assert!(table.contains("0 failed"), "{table}");
     let html = std::fs::read_to_string(&page).unwrap();
-    assert!(html.contains("<svg") && html.contains("stiff/constant"), "{html}");
+    assert!(html.contains("<svg") && html.contains("stiff&#x2f;constant"), "{html}");
     assert!(!html.contains("src=") && !html.contains("href="), "the page needs nothing else");
 
     let output = verify(&["--quick", "--case", "beer-lambert/ramp", "--json"]);
