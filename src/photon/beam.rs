@@ -21,7 +21,7 @@ pub struct BeamMap {
     photons: Vec<Sphere>,
     /// What places are relative to, so that 32 bits do far from the world's origin.
     origin: WorldPoint,
-    /// The largest radius, in metres.
+    /// No radius is larger, in metres.
     widest: f64,
     /// Distance from the origin within which all spheres lie, in metres.
     extent: f64,
@@ -50,6 +50,9 @@ pub struct Beside<'a> {
 /// Tells the random numbers here from those of photon paths.
 const TIES: u64 = 2;
 
+/// Share of the photons' extent that is the least unit of length.
+const FINEST: f64 = 1e-6;
+
 struct Ball {
     center: Vec3A,
     radius: f32,
@@ -71,7 +74,9 @@ impl BeamMap {
         assert_eq!(photons.len(), radii.len(), "one radius a photon");
         let center = |p: &Placed| DVec3::from(p.place.map(f64::from));
         let extent = photons.iter().map(|p| center(p).length()).fold(0.0, f64::max);
-        let widest = f64::from(radii.iter().copied().fold(0.0, f32::max));
+        // Not below the places' rounding: in units of a narrower sphere they would be too large
+        // for 32 bits.
+        let widest = f64::from(radii.iter().copied().fold(0.0, f32::max)).max(FINEST * extent);
         // A little more than the radius, for the hierarchy's rounding.
         let margin = |radius: f64| 1e-3 * radius + 1e-6 * extent;
         // Where photons lie on one another, as in media of very short free paths, ties would make
