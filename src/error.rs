@@ -47,6 +47,9 @@ pub enum Error {
     /// The program was called in a way that makes no sense.
     #[error("{0}")]
     Usage(String),
+    /// Something that must hold does not; what and how often.
+    #[error("{0}")]
+    Verify(String),
 }
 
 impl Error {

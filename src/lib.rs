@@ -19,6 +19,7 @@ pub mod shape;
 pub mod study;
 pub mod surface;
 pub mod vdb;
+pub mod verify;
 pub mod work;
 
 pub use error::{Error, Result};

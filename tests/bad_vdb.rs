@@ -85,7 +85,7 @@ fn render(file: &Path) -> Run {
         _ if hung => End::Hung,
         Some(0) if output.is_file() && warned => End::Rendered,
         Some(1) if clear => End::Refused,
-        Some(0 | 1 | 2) => End::Unclear,
+        Some(0..=2) => End::Unclear,
         _ => End::Crashed,
     };
     Run { end, stderr, peak }

@@ -4,6 +4,7 @@
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, WorldPoint, warp};
 use fogbow::photon::{PhotonMaps, Shooting, shoot};
 use fogbow::scene::lighting::{self, Draws};
+use fogbow::scene::plan::Needs;
 use fogbow::scene::{LoadOptions, Scene};
 use glam::DVec3;
 
@@ -42,7 +43,9 @@ radiance = [0.5, 0.6, 0.7]";
 const FORWARD: &str = "{ type = 'henyey-greenstein', g = 0.5 }";
 
 fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> PhotonMaps {
-    let shooting = Shooting { photons, seed: 3, max_scatter, radius: None, levels };
+    let needs = Needs::EVERYTHING;
+    let shooting =
+        Shooting { photons, seed: 3, max_scatter, radius: None, levels, needs, traced: None };
     shoot(scene, &shooting, &|_| {}).unwrap().0
 }
 
@@ -86,7 +89,7 @@ fn direct_light_is_that_found_at_the_place() {
     let maps = kept(&scene, 1000, None, 0);
     let [direct] = &maps.direct[..] else { panic!("the sun's light is kept") };
     assert!(direct.keeps(0));
-    let mut draws = Draws::new(Stream::new(1, Stage::Test, 0, 0));
+    let mut draws = Draws::new(Stream::new(1, Stage::Test, 0, 0), Needs::EVERYTHING);
     let mut mean = Rgb::ZERO;
     for p in places(200) {
         let light = direct.at(&scene, p, &mut draws);

@@ -137,7 +137,7 @@ fn the_first_real_collision_is_distributed_as_optical_depth_says() {
                 let mut rng = stream(index);
                 let mut collisions = Vec::new();
                 for _ in 0..N {
-                    let mut flights = media.flights(&ray, span, &mut rng);
+                    let mut flights = media.flights(&ray, span, Rgb::ONE, &mut rng);
                     while let Some(c) = flights.next(&mut rng) {
                         let real = media.get(c.medium).sigma_t[channel] * c.density / c.majorant;
                         assert!(real <= 1.0 + 1e-12, "{name}: majorant exceeded by {real}");

@@ -300,7 +300,7 @@ fn check(folder: &Path, mut draft: Draft, way: Break, pick: impl Fn(usize) -> us
         Break::Missing => draft.lines[at].clear(),
         Break::Twice => draft.lines.insert(at + 1, format!("{} = {value}", key.name)),
         Break::Misspelt => {
-            draft.lines[at] = format!("{}{}q = {value}", " ".repeat(indent), key.name)
+            draft.lines[at] = format!("{}{}q = {value}", " ".repeat(indent), key.name);
         }
     }
     let text = draft.lines.join("\n");

@@ -17,6 +17,7 @@ mod progress;
 mod render;
 mod settings;
 mod study;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -50,6 +51,8 @@ enum Command {
     Info(info::Args),
     /// Make procedural smoke, a cloud, fog or fire as a VDB file, or a statue as a mesh.
     Make(make::Args),
+    /// Hold fogbow's figures against closed forms, published values and extremes.
+    Verify(verify::Args),
 }
 
 /// Runs the program with the process's arguments.
@@ -64,6 +67,7 @@ pub fn main() -> ExitCode {
         Command::Plan(args) => plan::run(args),
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),
+        Command::Verify(args) => verify::run(args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -10,8 +10,8 @@ use super::memory;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{self, Costs};
-use crate::scene::Scene;
 use crate::scene::plan::{Item, RenderPlan};
+use crate::scene::{self, Scene};
 
 /// Bytes of the program and its libraries where the system does not tell.
 const PROGRAM: u64 = 36 << 20;
@@ -38,6 +38,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         load::scene(&args.scene, &args.settings, args.level_set.is_some(), &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
+    let mut warnings = scene.warnings.clone();
+    warnings.extend(scene::advice(&scene));
     let text = if args.run.json {
         let items: Vec<_> = plan.items.iter().map(|item| with_work(item, &costs)).collect();
         let report = json!({
@@ -47,12 +49,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "offers": plan.offers,
             "work": costs.work,
             "memory": costs.memory,
-            "warnings": scene.warnings,
+            "warnings": warnings,
             "notes": scene.notes,
         });
         report.to_string()
     } else {
-        readable(&scene, &plan, &costs)
+        readable(&scene, &plan, &costs, &warnings)
     };
     console::result(&text);
     Ok(())
@@ -71,7 +73,7 @@ fn with_work(item: &Item, costs: &Costs) -> Value {
 }
 
 /// A table of items, then work and memory.
-fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs) -> String {
+fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, warnings: &[String]) -> String {
     let [width, height] = scene.film.size;
     let mut lines = vec![format!(
         "{}: {width} x {height} pixels, {} rays, {} photons",
@@ -104,6 +106,7 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs) -> String {
         mebibytes(memory.peak)
     ));
     lines.extend(plan.offers.iter().map(|offer| format!("offered: {offer}")));
+    lines.extend(warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.join("\n")
 }
 

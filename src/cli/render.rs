@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::image::{View, write_exr, write_png};
 use crate::render::{self, Progress, Rendered, Silent};
 use crate::scene::plan::RenderPlan;
-use crate::scene::{Director, Planning, Scene};
+use crate::scene::{self, Director, Planning, Scene};
 
 /// Arguments of `fogbow render`.
 #[derive(Debug, clap::Args)]
@@ -49,6 +49,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
         console::message(&RenderPlan::of(&scene, &scene.render).line());
     }
 
+    let mut warnings = scene.warnings.clone();
+    if !args.reference {
+        warnings.extend(warned(scene::advice(&scene)));
+    }
     let console = Console::new();
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
     let rendered = pool.install(|| {
@@ -59,6 +63,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
     })?;
 
+    warnings.extend(warned(rendered.warnings()));
     let start = Instant::now();
     let settings = settings(&scene, &rendered, args.reference);
     write(&output, &scene, &rendered, &settings)?;
@@ -70,7 +75,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "seconds": seconds,
             "work": rendered.work,
             "peak_memory": memory::peak(),
-            "warnings": scene.warnings,
+            "warnings": warnings,
             "notes": scene.notes,
             "outputs": [output.exr.display().to_string(), output.png.display().to_string()],
         });
@@ -84,6 +89,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
 
 fn planning(name: String) -> Planning {
     if name == "everything" { Planning::Everything } else { Planning::Needed }
+}
+
+/// Prints warnings and hands them on.
+fn warned(warnings: Vec<String>) -> Vec<String> {
+    warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}")));
+    warnings
 }
 
 /// What the picture was made with; the same input gives the same settings.

@@ -70,8 +70,8 @@ impl Density {
     ///
     /// Homogeneous media give one piece a region crossing. Grids give one piece a crossed cell,
     /// integrated exactly, where `step` is at most a voxel; otherwise one piece of `step` metres
-    /// each, by one sample at the fraction `jitter` of it. A little less than `step` divides a
-    /// finite `span` evenly, so that the mean over `jitter` is the exact integral.
+    /// each, by one sample at the fraction `jitter` of it. A little less than `step` divides the
+    /// part of `span` inside the grid evenly, so that the mean over `jitter` is the exact integral.
     pub fn pieces(
         &self,
         ray: &Ray<World>,
@@ -92,11 +92,12 @@ impl Density {
                         ControlFlow::Continue(())
                     });
                 } else {
-                    let step = if span.end.is_finite() {
-                        span.length() / (span.length() / step).ceil().max(1.0)
-                    } else {
-                        step
-                    };
+                    // Of what holds anything, so that no step is wider than that.
+                    let span = grid.bounds().clip(&local).intersect(span);
+                    if span.is_empty() {
+                        return;
+                    }
+                    let step = span.length() / (span.length() / step).ceil().max(1.0);
                     let lead = jitter * step;
                     grid.samples(&local, span, span.start + lead, step, |t, value| {
                         f(Span::new(t - lead, t - lead + step).intersect(span), value);

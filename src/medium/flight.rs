@@ -1,15 +1,17 @@
 //! Free flight by null-collision tracking with local majorants.
 //!
 //! Tentative collisions of one medium form a Poisson process along the ray whose rate is its
-//! majorant, piecewise constant over bricks (Woodcock et al. 1965; Novák et al. 2018, section 4).
-//! Overlapping media are independent processes, so the first tentative collision of all of them is
-//! the nearest of the firsts, and only the medium that had it needs a new one.
+//! majorant, piecewise constant over bricks or finer (Woodcock et al. 1965; Novák et al. 2018,
+//! section 4). Overlapping media are independent processes, so the first tentative collision of all
+//! of them is the nearest of the firsts, and only the medium that had it needs a new one.
 
+use glam::BVec3;
 use smallvec::SmallVec;
 
-use crate::math::{Index, Ray, Span, Stream, World};
+use crate::math::{Index, Ray, Rgb, Span, Stream, World};
 use crate::vdb::{BrickSegment, BrickWalk, Grid};
 
+use super::refine::{PATIENCE, Refined};
 use super::{Density, Medium};
 
 /// A tentative collision.
@@ -21,30 +23,53 @@ pub struct Collision {
     pub medium: usize,
     /// Density there, without unit.
     pub density: f64,
-    /// Majorant of the medium there, 1/m, over all channels.
+    /// Rate of the medium's tentative collisions there, 1/m: its majorant over the channels that
+    /// carry anything.
     pub majorant: f64,
+    /// The same for the whole brick or region, 1/m, whatever the ray: `majorant` is finer where
+    /// this one is very loose.
+    pub region_majorant: f64,
 }
 
 /// The tentative collisions of several media along one ray, front to back.
 #[derive(Debug)]
 pub struct Flights<'a> {
+    media: &'a [Medium],
+    ray: Ray<World>,
+    end: f64,
+    /// Channels whose extinction counts.
+    channels: BVec3,
+    /// Grid lookups of flights that were started anew.
+    lookups: u64,
     flights: SmallVec<[(Flight<'a>, Option<Collision>); 1]>,
 }
 
 impl<'a> Flights<'a> {
-    /// Starts along `ray` (unit direction) within `span`.
+    /// Starts along `ray` (unit direction) within `span`, for light that carries `power` (any
+    /// unit): channels without power ask for no collisions.
     pub fn start(
-        media: impl IntoIterator<Item = &'a Medium>,
+        media: &'a [Medium],
         ray: &Ray<World>,
         span: Span,
+        power: Rgb,
         rng: &mut Stream,
     ) -> Self {
-        let start = |(index, medium)| {
-            let mut flight = Flight::new(index, medium, ray, span);
+        let channels = power.cmpgt(Rgb::ZERO);
+        let flights = SmallVec::new();
+        let mut flights = Self { media, ray: *ray, end: span.end, channels, lookups: 0, flights };
+        flights.start_at(span.start, rng);
+        flights
+    }
+
+    fn start_at(&mut self, start: f64, rng: &mut Stream) {
+        let span = Span::new(start, self.end);
+        self.lookups = self.take_lookups();
+        self.flights.clear();
+        for (index, medium) in self.media.iter().enumerate() {
+            let mut flight = Flight::new(index, medium, &self.ray, span, self.channels);
             let first = flight.next(rng);
-            (flight, first)
-        };
-        Self { flights: media.into_iter().enumerate().map(start).collect() }
+            self.flights.push((flight, first));
+        }
     }
 
     /// The next tentative collision, or nothing where the span ends first.
@@ -59,7 +84,19 @@ impl<'a> Flights<'a> {
 
     /// Grid lookups since this was last asked: one a region crossed.
     pub fn take_lookups(&mut self) -> u64 {
-        self.flights.iter_mut().map(|(flight, _)| std::mem::take(&mut flight.lookups)).sum()
+        let ahead = self.flights.iter_mut().map(|(flight, _)| flight.take_lookups());
+        std::mem::take(&mut self.lookups) + ahead.sum::<u64>()
+    }
+
+    /// Tells that after the collision at `t` the light carries `power`: where a channel has died
+    /// out, further collisions come at the rate of those that are left. Without that a medium that
+    /// is a million times as thick for red would stop blue light a million times for nothing.
+    pub fn carry_on(&mut self, power: Rgb, t: f64, rng: &mut Stream) {
+        let channels = power.cmpgt(Rgb::ZERO);
+        if channels != self.channels {
+            self.channels = channels;
+            self.start_at(t, rng); // the process has no memory
+        }
     }
 }
 
@@ -67,21 +104,37 @@ impl<'a> Flights<'a> {
 #[derive(Debug)]
 struct Flight<'a> {
     medium: usize,
-    /// Largest extinction coefficient per unit of density, 1/m.
+    /// Largest extinction coefficient per unit of density of the channels that count, 1/m.
     sigma_t: f64,
     path: Path<'a>,
-    lookups: u64,
 }
 
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "it lives on the stack, one a medium")]
 enum Path<'a> {
     Homogeneous { ahead: SmallVec<[Span; 1]>, at: usize },
-    Voxel { grid: &'a Grid<f32>, ray: Ray<Index>, walk: BrickWalk<'a>, brick: Option<BrickSegment> },
+    Voxel(Bricks<'a>),
+}
+
+/// The bricks ahead along a ray.
+#[derive(Debug)]
+struct Bricks<'a> {
+    grid: &'a Grid<f32>,
+    ray: Ray<Index>,
+    walk: BrickWalk<'a>,
+    brick: Option<BrickSegment>,
+    refined: Refined,
+    /// What is left of the piece the flight is in, and its majorant as a density.
+    piece: Option<(Span, f64)>,
+    /// Tentative collisions in this brick before it was refined.
+    collisions: u32,
+    /// Bricks and constant blocks crossed.
+    lookups: u64,
 }
 
 impl<'a> Flight<'a> {
-    fn new(medium: usize, of: &'a Medium, ray: &Ray<World>, span: Span) -> Self {
+    fn new(index: usize, of: &'a Medium, ray: &Ray<World>, span: Span, channels: BVec3) -> Self {
+        let sigma_t = of.sigma_t_max(channels);
         let path = match &of.density {
             Density::Homogeneous(region) => {
                 let mut ahead = SmallVec::new();
@@ -90,12 +143,29 @@ impl<'a> Flight<'a> {
             }
             Density::Voxel(grid) => {
                 let ray = grid.transform().ray_to_local(ray);
-                let mut walk = grid.bricks(&ray, span);
-                let brick = walk.next();
-                Path::Voxel { grid, ray, walk, brick }
+                let walk = grid.bricks(&ray, span);
+                let refined = Refined::default();
+                let (brick, piece) = (None, None);
+                Path::Voxel(Bricks {
+                    grid,
+                    ray,
+                    walk,
+                    brick,
+                    refined,
+                    piece,
+                    collisions: 0,
+                    lookups: 0,
+                })
             }
         };
-        Self { medium, sigma_t: of.sigma_t_max(), path, lookups: 0 }
+        Self { medium: index, sigma_t, path }
+    }
+
+    fn take_lookups(&mut self) -> u64 {
+        match &mut self.path {
+            Path::Homogeneous { .. } => 0,
+            Path::Voxel(bricks) => std::mem::take(&mut bricks.lookups),
+        }
     }
 
     /// The next tentative collision: spends an exponentially distributed optical thickness of
@@ -106,38 +176,82 @@ impl<'a> Flight<'a> {
         match &mut self.path {
             Path::Homogeneous { ahead, at } => {
                 while let Some(piece) = ahead.get_mut(*at) {
-                    match spend(&mut left, piece, sigma_t) {
-                        Some(t) => {
-                            return Some(Collision { t, medium, density: 1.0, majorant: sigma_t });
-                        }
-                        None => *at += 1,
+                    if let Some(t) = spend(&mut left, piece, sigma_t) {
+                        let (majorant, region_majorant) = (sigma_t, sigma_t);
+                        return Some(Collision {
+                            t,
+                            medium,
+                            density: 1.0,
+                            majorant,
+                            region_majorant,
+                        });
                     }
+                    *at += 1;
                 }
             }
-            Path::Voxel { grid, ray, walk, brick } => {
-                while let Some(segment) = brick {
-                    self.lookups += 1;
-                    let majorant = sigma_t * f64::from(segment.max);
-                    match spend(&mut left, &mut segment.span, majorant) {
-                        Some(t) => {
-                            let density = grid.value_in(segment.brick, ray.at(t));
-                            return Some(Collision { t, medium, density, majorant });
-                        }
-                        None => *brick = walk.next(),
+            Path::Voxel(bricks) => loop {
+                if bricks.collisions == PATIENCE {
+                    bricks.refine(sigma_t);
+                }
+                if let Some((span, density)) = &mut bricks.piece
+                    && let Some(brick) = &bricks.brick
+                {
+                    let majorant = sigma_t * *density;
+                    if let Some(t) = spend(&mut left, span, majorant) {
+                        bricks.collisions += 1;
+                        let found = bricks.grid.value_in(brick.brick, bricks.ray.at(t));
+                        return Some(Collision {
+                            t,
+                            medium,
+                            density: found.min(*density),
+                            majorant,
+                            region_majorant: sigma_t * f64::from(brick.max),
+                        });
                     }
                 }
-            }
+                if !bricks.advance() {
+                    break;
+                }
+            },
         }
         None
     }
 }
 
+impl Bricks<'_> {
+    /// Goes on to the next piece; whether there is one.
+    fn advance(&mut self) -> bool {
+        if let Some(brick) = &self.brick {
+            self.piece = self.refined.next(brick, self.grid, &self.ray);
+            if self.piece.is_some() {
+                return true;
+            }
+        }
+        self.brick = self.walk.next();
+        self.lookups += u64::from(self.brick.is_some());
+        self.collisions = 0;
+        self.piece = self.brick.as_ref().map(|brick| (brick.span, f64::from(brick.max)));
+        self.piece.is_some()
+    }
+
+    /// Refines what is left of the brick.
+    fn refine(&mut self, sigma_t: f64) {
+        self.collisions += 1; // once a brick
+        if let (Some(brick), Some((rest, _))) = (&self.brick, self.piece)
+            && self.refined.take_over(brick, rest, sigma_t)
+        {
+            self.piece = self.refined.next(brick, self.grid, &self.ray);
+        }
+    }
+}
+
 /// Takes the optical thickness `left` out of `span` at rate `majorant`: the place where it is
-/// spent, which becomes the start of the span, or nothing where the span ends first.
+/// spent, which becomes the start of the span, or nothing where the span ends first. The place
+/// always moves, if only by rounding, so that no place can hold a flight for ever.
 fn spend(left: &mut f64, span: &mut Span, majorant: f64) -> Option<f64> {
     let thickness = majorant * span.length();
     if *left < thickness {
-        span.start += *left / majorant;
+        span.start = (span.start + *left / majorant).max(span.start.next_up());
         return (span.start < span.end).then_some(span.start);
     }
     *left -= if thickness.is_nan() { 0.0 } else { thickness };

@@ -78,8 +78,8 @@ impl Media {
         rng: &mut Stream,
         work: &mut Work,
     ) -> Rgb {
-        let mut flights = Flights::start(&self.media, ray, span, rng);
         let mut transmittance = Rgb::ONE;
+        let mut flights = Flights::start(&self.media, ray, span, transmittance, rng);
         loop {
             let next = flights.next(rng);
             work.grid_lookups += flights.take_lookups();
@@ -95,12 +95,19 @@ impl Media {
                 }
                 transmittance /= survive;
             }
+            flights.carry_on(transmittance, c.t, rng);
         }
     }
 
-    /// Starts free flight along `ray` (unit direction).
-    pub fn flights(&self, ray: &Ray<World>, span: Span, rng: &mut Stream) -> Flights<'_> {
-        Flights::start(&self.media, ray, span, rng)
+    /// Starts free flight along `ray` (unit direction) of light that carries `power`, in any unit.
+    pub fn flights(
+        &self,
+        ray: &Ray<World>,
+        span: Span,
+        power: Rgb,
+        rng: &mut Stream,
+    ) -> Flights<'_> {
+        Flights::start(&self.media, ray, span, power, rng)
     }
 
     /// What scatters at `p`, from the densities there.
@@ -128,9 +135,11 @@ impl Media {
         self.media.iter().map(|m| m.sigma_t_at(p)).sum()
     }
 
-    /// The rate of tentative collisions round `p`, 1/m: the sum of all majorants.
-    pub fn majorant_at(&self, p: WorldPoint) -> f64 {
-        self.media.iter().map(|m| m.sigma_t_max() * m.density.majorant(p)).sum()
+    /// The sum of all majorants of bricks and regions at `p`, 1/m, over the channels in which
+    /// there is `power`.
+    pub fn majorant_at(&self, p: WorldPoint, power: Rgb) -> f64 {
+        let channels = power.cmpgt(Rgb::ZERO);
+        self.media.iter().map(|m| m.sigma_t_max(channels) * m.density.majorant(p)).sum()
     }
 
     /// The scattering coefficient of a tentative collision's medium at its place, 1/m.

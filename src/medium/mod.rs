@@ -12,6 +12,7 @@ mod flight;
 mod media;
 pub mod phase;
 mod profile;
+mod refine;
 
 pub use albedo::Albedo;
 pub use density::Density;
@@ -20,6 +21,8 @@ pub use flight::{Collision, Flights};
 pub use media::{Media, Mixture};
 pub use phase::Phase;
 pub use profile::{Piece, Place, Profile};
+
+use glam::BVec3;
 
 use crate::math::{Rgb, WorldPoint};
 
@@ -64,8 +67,8 @@ impl Medium {
         [density, albedo, emission].into_iter().flatten()
     }
 
-    /// The largest extinction coefficient of any channel per unit of density, 1/m.
-    pub fn sigma_t_max(&self) -> f64 {
-        self.sigma_t.max_element()
+    /// The largest extinction coefficient of these channels per unit of density, 1/m.
+    pub fn sigma_t_max(&self, channels: BVec3) -> f64 {
+        Rgb::select(channels, self.sigma_t, Rgb::ZERO).max_element()
     }
 }

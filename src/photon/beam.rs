@@ -8,7 +8,7 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::{Boundable, BvhBuildParams};
 
-use crate::math::{Ray, Span, World, WorldPoint};
+use crate::math::{Ray, Span, Stage, Stream, World, WorldPoint};
 
 use super::{Photon, Placed};
 
@@ -21,7 +21,7 @@ pub struct BeamMap {
     photons: Vec<Sphere>,
     /// What places are relative to, so that 32 bits do far from the world's origin.
     origin: WorldPoint,
-    /// The largest radius, in metres.
+    /// No radius is larger, in metres.
     widest: f64,
     /// Distance from the origin within which all spheres lie, in metres.
     extent: f64,
@@ -47,6 +47,12 @@ pub struct Beside<'a> {
     pub radius: f64,
 }
 
+/// Tells the random numbers here from those of photon paths.
+const TIES: u64 = 2;
+
+/// Share of the photons' extent that is the least unit of length.
+const FINEST: f64 = 1e-6;
+
 struct Ball {
     center: Vec3A,
     radius: f32,
@@ -68,12 +74,21 @@ impl BeamMap {
         assert_eq!(photons.len(), radii.len(), "one radius a photon");
         let center = |p: &Placed| DVec3::from(p.place.map(f64::from));
         let extent = photons.iter().map(|p| center(p).length()).fold(0.0, f64::max);
-        let widest = f64::from(radii.iter().copied().fold(0.0, f32::max));
+        // Not below the places' rounding: in units of a narrower sphere they would be too large
+        // for 32 bits.
+        let widest = f64::from(radii.iter().copied().fold(0.0, f32::max)).max(FINEST * extent);
         // A little more than the radius, for the hierarchy's rounding.
-        let padded = |radius: f64| radius * 1.001 + 1e-6 * extent;
-        let ball = |(p, radius): (&Placed, &f32)| Ball {
-            center: (center(p) / widest).as_vec3a(),
-            radius: (padded(f64::from(*radius)) / widest) as f32,
+        let margin = |radius: f64| 1e-3 * radius + 1e-6 * extent;
+        // Where photons lie on one another, as in media of very short free paths, ties would make
+        // the hierarchy a chain: within the margin each is moved elsewhere.
+        let mut rng = Stream::new(0, Stage::Photons, 0, TIES);
+        let ball = |(p, radius): (&Placed, &f32)| {
+            let radius = f64::from(*radius);
+            let aside = DVec3::from(std::array::from_fn(|_| 0.5 * rng.uniform() - 0.25));
+            Ball {
+                center: ((center(p) + aside * margin(radius)) / widest).as_vec3a(),
+                radius: ((radius + margin(radius)) / widest) as f32,
+            }
         };
         let balls: Vec<Ball> = photons.iter().zip(radii).map(ball).collect();
         let build = || {
@@ -85,7 +100,7 @@ impl BeamMap {
         let order = bvh.iter().flat_map(|bvh| &bvh.primitive_indices).map(|&i| i as usize);
         let sphere = |i: usize| Sphere { placed: photons[i], radius: radii[i] };
         let photons = order.map(sphere).collect();
-        Self { bvh, photons, origin, widest, extent: extent + padded(widest) }
+        Self { bvh, photons, origin, widest, extent: extent + widest + margin(widest) }
     }
 
     /// How many photons it holds.

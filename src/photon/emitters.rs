@@ -70,6 +70,11 @@ impl<'a> Emitters<'a> {
         &self.reach
     }
 
+    /// About the power of all together, W.
+    pub fn power(&self) -> f64 {
+        self.cdf.last().copied().unwrap_or(0.0)
+    }
+
     /// Whether nothing emits.
     pub const fn is_empty(&self) -> bool {
         self.emitters.is_empty()

@@ -34,6 +34,10 @@ pub struct PhotonMaps {
     pub surface: PhotonMap,
     /// Gather radius that suits the surface photons, in metres.
     pub surface_radius: f64,
+    /// W m that a volume photon of power 1 stands for.
+    pub volume_unit: f64,
+    /// W that a surface photon of power 1 stands for.
+    pub surface_unit: f64,
 }
 
 impl PhotonMaps {
@@ -47,6 +51,8 @@ impl PhotonMaps {
             volume_radius: radius,
             surface: PhotonMap::new(origin, &[]),
             surface_radius: radius,
+            volume_unit: 1.0,
+            surface_unit: 1.0,
         }
     }
 
@@ -85,7 +91,7 @@ impl PhotonMaps {
             sum += beside.photon.power() * spread * kernel.at(beside.distance2);
         });
         *gathered += count;
-        sum * THINNING.pow(level as u32) as f64
+        sum * (self.volume_unit * THINNING.pow(level as u32) as f64)
     }
 
     /// The photons' irradiance at `p` on the side of the unit `normal`, W/m², from the surface
@@ -100,7 +106,7 @@ impl PhotonMaps {
             }
         });
         *gathered += count;
-        sum
+        sum * self.surface_unit
     }
 
     /// The level whose radii are nearest to `radius` metres, of photons and of lattices alike.

@@ -45,12 +45,34 @@ pub(super) struct Paths<'a> {
     /// Power, summed over channels, that photons should have: heavier ones are split where a
     /// surface reflects them, lighter ones gambled with.
     pub window: Option<f64>,
+    /// What stored powers are counted in.
+    pub units: Units,
+}
+
+/// Units of stored power, so that it fits 32 bits at any brightness and scale of the world.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Units {
+    /// Of volume photons, in W m.
+    pub volume: f64,
+    /// Of surface photons, in W.
+    pub surface: f64,
+}
+
+impl Units {
+    /// For photons of about `power` W in a world of about `size` m. Powers of two: rounding is then
+    /// the same in any unit.
+    pub fn around(power: f64, size: f64) -> Self {
+        let unit = |x: f64| if x.is_normal() { x.log2().round().exp2() } else { 1.0 };
+        Self { volume: unit(power * size), surface: unit(power) }
+    }
 }
 
 /// What a number of paths left behind.
 #[derive(Debug, Default)]
 pub(super) struct Deposits {
     pub volume: Vec<Placed>,
+    /// One volume photon, at random, of each path that left any, by its index.
+    pub independent: Vec<usize>,
     pub surface: Vec<Placed>,
     pub tracks: Vec<Track>,
     pub work: Work,
@@ -95,6 +117,7 @@ impl Paths<'_> {
                 sampled: start.sampled,
                 inside: 0,
             }];
+            let first = out.volume.len();
             let mut events = 0;
             while let Some(mut photon) = flying.pop() {
                 let more = &mut flying;
@@ -104,6 +127,10 @@ impl Paths<'_> {
             }
             let ended = events < MAX_EVENTS;
             out.work.capped_paths += u64::from(!ended);
+            let left = out.volume.len() - first;
+            if left > 0 {
+                out.independent.push(first + (rng.uniform() * left as f64) as usize);
+            }
         }
         out
     }
@@ -151,7 +178,7 @@ impl Paths<'_> {
         let Some(hit) = hit else { return false };
         let incoming = photon.ray.direction;
         if self.shooting.needs.surface_photons && !hit.material.is_specular() && !photon.direct {
-            out.surface.push(self.deposit(hit.point, incoming, photon.power));
+            out.surface.push(self.deposit(hit.point, incoming, photon.power / self.units.surface));
         }
         if let Some(window) = self.window.filter(|_| !hit.material.is_specular()) {
             self.reflect(photon, &hit, window, rng, more);
@@ -229,11 +256,12 @@ impl Paths<'_> {
                 tracked.map(|bounds| bounds.clip(&photon.ray).intersect(Span::new(from, to)));
             if let Some(span) = span.filter(|span| !span.is_empty()) {
                 let (from, to) = (photon.ray.at(span.start), photon.ray.at(span.end));
-                out.tracks.push(Track::new(self.origin, from, to, photon.power));
+                let power = photon.power / self.units.surface;
+                out.tracks.push(Track::new(self.origin, from, to, power));
             }
         };
         let media = &self.scene.media;
-        let mut flights = media.flights(&photon.ray, Span::new(0.0, end), rng);
+        let mut flights = media.flights(&photon.ray, Span::new(0.0, end), photon.power, rng);
         let mut at = 0.0;
         loop {
             let next = flights.next(rng);
@@ -283,6 +311,7 @@ impl Paths<'_> {
                     since = c.t;
                 }
                 photon.power = power;
+                flights.carry_on(photon.power, c.t, rng);
                 at = c.t;
             } else {
                 return Flight::Absorbed;
@@ -290,7 +319,9 @@ impl Paths<'_> {
         }
     }
 
-    /// Keeps a volume photon with its share, weighed by one over the rate of deposits at `p`.
+    /// Keeps a volume photon with its share, weighed by one over the rate of deposits at `p`. Where
+    /// finer majorants lower that rate, those of bricks and regions say how much each kind of
+    /// deposit counts: any weights do that add up to 1 at a place (Veach 1997, section 9.2).
     fn store(
         &self,
         p: WorldPoint,
@@ -304,15 +335,17 @@ impl Paths<'_> {
             return;
         }
         let collisions = match collision {
-            Some(c) if self.scene.media.len() == 1 => c.majorant,
+            Some(c) if self.scene.media.len() == 1 => c.region_majorant,
             _ => {
                 out.work.grid_lookups += self.scene.media.density_grids();
-                self.scene.media.majorant_at(p)
+                self.scene.media.majorant_at(p, power)
             }
         };
+        let share = collision.map_or(1.0, |c| c.region_majorant / c.majorant);
         let rate = (collisions + self.zones.rate_at(p)) * self.keep;
         if rate > 0.0 {
-            out.volume.push(self.deposit(p, direction, power / rate));
+            let power = power * (share / rate / self.units.volume);
+            out.volume.push(self.deposit(p, direction, power));
         }
     }
 

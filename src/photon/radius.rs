@@ -48,16 +48,21 @@ impl Radii {
     /// Radii within which a ray that sees the photons over `depth` metres finds about as many as it
     /// should, at most `most`. Photons that count for more than their neighbours, by power and by
     /// `weight` (1 where light is spread evenly), are spread wider, so that none stands out.
+    ///
+    /// How dense they lie is told by `independent` ones, one a path: those of one path cluster
+    /// where free paths are short, and radii that fit the clusters would leave gaps between paths.
     pub fn adaptive(
         origin: WorldPoint,
         photons: &[Placed],
+        independent: &[Placed],
         visible: &[WorldPoint],
         depth: f64,
         weight: impl Fn(&Placed) -> f64 + Sync,
         most: f64,
     ) -> Self {
-        let thinning = (photons.len() / PROBED).max(1);
-        let thin: Vec<Placed> = photons.iter().step_by(thinning).copied().collect();
+        let step = (independent.len() / PROBED).max(1);
+        let thin: Vec<Placed> = independent.iter().step_by(step).copied().collect();
+        let thinning = photons.len() as f64 / thin.len().max(1) as f64;
         let map = PhotonMap::new(origin, &thin);
         let radius = |p: &Placed| {
             let mut power = 0.0;
@@ -66,7 +71,7 @@ impl Radii {
             });
             let near = near.unwrap_or(most);
             // Volume that belongs to one photon.
-            let volume = 4.0 / 3.0 * PI * near.powi(3) / (NEIGHBOURS * thinning) as f64;
+            let volume = 4.0 / 3.0 * PI * near.powi(3) / (NEIGHBOURS as f64 * thinning);
             let along = (ALONG * volume / (PI * depth)).sqrt();
             let within = (WITHIN * volume * 3.0 / (4.0 * PI)).cbrt();
             (along.min(within), power)

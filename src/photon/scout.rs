@@ -14,6 +14,10 @@ const AT_ONCE: u64 = 8;
 /// Volume photons, about, kept of one path.
 const KEPT: f64 = 4.0;
 
+/// Volume photons, about, that are kept at least, if there are so many: those of thick media lie
+/// mostly where nobody sees them, so that of few paths many must be kept.
+const SPARED: f64 = 200_000.0;
+
 /// Volume photons after which enough is known of how many a path leaves: as at a spike of density.
 const ENOUGH: usize = 1_000_000;
 
@@ -24,8 +28,8 @@ pub(super) struct Scouted {
     pub keep: f64,
     /// Length in metres of all flights through media.
     pub flown: f64,
-    /// Power, summed over channels, of flights in media: half of their length is flown with less.
-    /// Nothing where there are none.
+    /// Power, summed over channels, of flights in media, in the unit of tracks: half of their length
+    /// is flown with less. Nothing where there are none.
     pub usual_power: Option<f64>,
 }
 
@@ -42,9 +46,8 @@ impl Scouted {
             }
             traced = until;
         }
-        let per_path = left as f64 / traced.max(1) as f64;
-        let many = count > PATHS || left >= ENOUGH;
-        let keep = if many { (KEPT / per_path).min(1.0) } else { 1.0 };
+        let expected = left as f64 * count as f64 / traced.max(1) as f64;
+        let keep = ((KEPT * count as f64).max(SPARED) / expected.max(1.0)).min(1.0);
         let share = traced as f64 / count.max(1) as f64;
         let flown = tracks.iter().map(Track::length).sum::<f64>() / share.max(f64::MIN_POSITIVE);
         Self { keep, flown, usual_power: usual_power(&mut tracks) }

@@ -14,7 +14,7 @@ use crate::work::Work;
 use super::emitters::Emitters;
 use super::estimate::THINNING;
 use super::lattice::{Builder, Cells, DirectLattice, Lattice, Track, edge_for_flights, is_thin};
-use super::path::{Deposits, Paths};
+use super::path::{Deposits, Paths, Units};
 use super::radius::{Radii, around};
 use super::scout::Scouted;
 use super::visible::Visible;
@@ -71,7 +71,12 @@ pub fn shoot(
     let media = scene.media.bounds();
     let everything = media.union(scene.surfaces.bounds());
     let visible = Visible::look(scene, shooting.seed, shooting.needs);
-    let margin = shooting.radius.unwrap_or_else(|| 0.02 * extent(media, everything));
+    // An endless medium is as large as what is seen of it.
+    let seen = visible.sphere().map(|(_, radius)| (2.0 * radius).min(ENDLESS));
+    let size = seen.filter(|_| scene.media.is_endless()).unwrap_or(extent(media, everything));
+    // A gather wider than all there is finds nothing more and spoils the rest.
+    let radius = shooting.radius.map(|radius| radius.min(size));
+    let margin = radius.unwrap_or(0.02 * size);
     let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
     let keeps = shooting.needs.volume_photons;
     let direct: Option<Vec<DirectLattice>> = (0..scene.media.len())
@@ -80,9 +85,12 @@ pub fn shoot(
         .collect();
     let mut direct = direct.unwrap_or_default();
     let reach = reach(scene, &visible, everything.grown(margin))?;
+    let emitters = Emitters::new(scene, reach, !direct.is_empty())?;
+    let units = Units::around(emitters.power() / shooting.photons.max(1) as f64, size);
     let mut paths = Paths {
         scene,
-        emitters: Emitters::new(scene, reach, !direct.is_empty())?,
+        emitters,
+        units,
         zones: Zones::around(&scene.media, margin),
         shooting: *shooting,
         origin,
@@ -91,7 +99,8 @@ pub fn shoot(
         window: None,
     };
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
-    paths.window = Scouted::by(&paths, count).usual_power;
+    let scouted = Scouted::by(&paths, count);
+    paths.window = scouted.usual_power.map(|power| power * units.surface);
     let scouted = Scouted::by(&paths, count);
     paths.keep = scouted.keep;
     let mut lattices = lattices(scene, shooting, origin, &visible.media, scouted.flown);
@@ -106,6 +115,7 @@ pub fn shoot(
         paths.keep = 0.0;
     }
     let (mut work, mut volume, mut surface) = (visible.work, Vec::new(), Vec::new());
+    let mut independent = Vec::new();
     let count = shooting.traced.map_or(count, |traced| traced.min(count));
     let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
     for batch in chunks.chunks(BATCH) {
@@ -119,6 +129,7 @@ pub fn shoot(
             .collect();
         for deposits in &traced {
             volume.extend_from_slice(&deposits.volume);
+            independent.extend(deposits.independent.iter().map(|index| deposits.volume[*index]));
             surface.extend_from_slice(&deposits.surface);
             work += deposits.work;
         }
@@ -128,21 +139,21 @@ pub fn shoot(
             lattice.add(&tracks);
         }
     }
-    let lattices: Vec<Lattice> = lattices.into_iter().map(|l| l.finish(shooting.levels)).collect();
+    let lattices: Vec<Lattice> =
+        lattices.into_iter().map(|l| l.finish(shooting.levels, units.surface)).collect();
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
     let surface = PhotonMap::new(origin, &surface);
-    let radii = match shooting.radius {
+    let radii = match radius {
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
-            let depth = visible.depth(scene).min(extent(media, everything));
+            let depth = visible.depth(scene).min(size);
             let weight = |p: &Placed| toward_camera(scene, p.at(origin), &p.photon);
-            Radii::adaptive(origin, &volume, &visible.media, depth, weight, margin)
+            Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
         }
     };
-    let surface_radius = shooting
-        .radius
+    let surface_radius = radius
         .or_else(|| around(&surface, &visible.surfaces))
         .unwrap_or_else(|| 0.02 * extent(everything, media));
     let thinner = |level: u32| {
@@ -153,8 +164,16 @@ pub fn shoot(
     let mut levels = vec![BeamMap::new(origin, &volume, &radii.each)];
     levels.extend((1..=shooting.levels).map(thinner));
     let volume_radius = lattices.iter().map(Lattice::edge).fold(radii.typical, f64::min);
-    let maps =
-        PhotonMaps { volume: levels, lattices, direct, volume_radius, surface, surface_radius };
+    let maps = PhotonMaps {
+        volume: levels,
+        lattices,
+        direct,
+        volume_radius,
+        surface,
+        surface_radius,
+        volume_unit: units.volume,
+        surface_unit: units.surface,
+    };
     Ok((maps, work))
 }
 

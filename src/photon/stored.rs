@@ -12,12 +12,14 @@ pub struct Photon {
 }
 
 impl Photon {
-    /// A photon of `power` (W on surfaces, W m in media) that flew along the unit `direction`.
+    /// A photon of `power` (W on surfaces, W m in media, or a unit of the map's of it) that flew
+    /// along the unit `direction`.
     pub fn new(power: Rgb, direction: DVec3) -> Self {
         Self { power: power.as_vec3().to_array(), direction: encode(direction) }
     }
 
-    /// Its power: W on a surface; W m in a medium, the power over the rate of deposits there.
+    /// Its power in the unit it was made with: on a surface power; in a medium power times length,
+    /// the power over the rate of deposits there.
     pub fn power(&self) -> Rgb {
         Rgb::from(self.power.map(f64::from))
     }

@@ -10,36 +10,23 @@ mod lamps;
 mod march;
 mod progress;
 mod reference;
+mod rendered;
 
 pub use costs::{Costs, Memory, costs};
 pub use guide::{Extent, Maps, maps};
 pub use progress::{Progress, Silent, Stages};
+pub use rendered::Rendered;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::director::Budget;
 use crate::error::Result;
-use crate::image::Film;
 use crate::math::Stage;
 use crate::photon;
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
-use crate::work::Work;
 
 use expose::{Direction, Sheet};
-
-/// A finished picture and what it took.
-#[derive(Debug)]
-pub struct Rendered {
-    /// The picture.
-    pub film: Film,
-    /// What was done.
-    pub work: Work,
-    /// Stages in the order in which they ran, each with the time it took.
-    pub timings: Vec<(&'static str, Duration)>,
-    /// Gather radius of the volume photons, in metres; nothing for the reference.
-    pub radius: Option<f64>,
-}
 
 /// Renders `scene` with a photon map and a march, directed as `settings` say: the same picture on
 /// any number of threads of the rayon pool it is called in.

@@ -127,7 +127,8 @@ impl<'a> PathTracer<'a> {
         if path.scattered < self.max_scatter {
             path.radiance += path.throughput * self.beside_lamps(&path.ray, &lamps, draws);
         }
-        let mut flights = media.flights(&path.ray, Span::new(0.0, end), &mut draws.rng);
+        let mut flights =
+            media.flights(&path.ray, Span::new(0.0, end), path.throughput, &mut draws.rng);
         let mut at = 0.0;
         loop {
             let next = flights.next(&mut draws.rng);
@@ -175,6 +176,7 @@ impl<'a> PathTracer<'a> {
             } else if u < p_scatter + p_null {
                 draws.work.null_collisions += 1;
                 path.throughput = null / (c.majorant * p_null);
+                flights.carry_on(path.throughput, c.t, &mut draws.rng);
             } else {
                 return Flight::Ended;
             }

@@ -3,6 +3,7 @@
 //! [`Scene::load`] takes a scene file ([`mod@file`] describes it) or a bare VDB, to which it gives a
 //! camera and lights. After it nothing reads a file any more.
 
+mod advice;
 mod bare;
 pub mod camera;
 mod directing;
@@ -20,6 +21,7 @@ use crate::light::Lights;
 use crate::medium::Media;
 use crate::surface::Surfaces;
 
+pub use advice::advice;
 pub use camera::Camera;
 pub use directing::{
     Directed, Directing, DirectingOverrides, Director, Importance, MAX_COARSENING, Operator,

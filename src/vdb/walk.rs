@@ -10,7 +10,8 @@ use glam::{BVec3, DVec3, IVec3};
 use crate::math::{Index, IndexPoint, Ray, Span};
 
 use super::grid::Grid;
-use super::tree::{Child, Cursor, Region, Tree};
+use super::sample::number;
+use super::tree::{Child, Cursor, Region, SIDE, Tree};
 use super::voxel::Voxel;
 
 /// A ray counted from the place where it enters the grid: s = t - t of entry. Distances are then
@@ -217,6 +218,9 @@ impl<'a, V: Voxel> Walk<'a, V> {
     }
 }
 
+/// Opposite corner of a brick, in its own coordinates.
+const END: DVec3 = DVec3::splat((SIDE - 1) as f64);
+
 /// A part of a grid in which sampling needs no search: a brick of 8³ cells, or a constant block.
 #[derive(Debug, Clone, Copy)]
 pub struct BrickRef {
@@ -265,6 +269,41 @@ impl Grid<f32> {
     /// grid's [`bounds`](Self::bounds), and beyond where the background is not 0.
     pub fn bricks(&self, ray: &Ray<Index>, span: Span) -> BrickWalk<'_> {
         BrickWalk { tree: self.tree(), walk: Walk::new(self, ray, span) }
+    }
+
+    /// Bounds of the trilinear value over the box between two places inside the region `brick`: but
+    /// for rounding its exact range where the box spans two cells along each axis at most, and that
+    /// of the samples round it elsewhere.
+    pub fn range_in(&self, brick: BrickRef, a: IndexPoint, b: IndexPoint) -> [f64; 2] {
+        let Child::Node(i) = brick.region.content else {
+            return self.tree().range_of(brick.region.content).map(f64::from);
+        };
+        let samples = &self.tree().bricks[i as usize];
+        let local = |p: DVec3| (p - brick.region.min.as_dvec3()).clamp(DVec3::ZERO, END);
+        let (low, high) = (local(a.xyz.min(b.xyz)), local(a.xyz.max(b.xyz)));
+        let (first, end) = (low.floor().as_ivec3(), high.ceil().as_ivec3());
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut include = |v: f64| range = [range[0].min(v), range[1].max(v)];
+        if (end - first).max_element() <= 2 {
+            // A trilinear function takes its extremes over a box at corners of it; faces between
+            // cells cut the box into such boxes.
+            let cut = (first + 1).as_dvec3().clamp(low, high);
+            let along = |axis: usize| [low[axis], cut[axis], high[axis]];
+            let (x, y, z) = (along(0), along(1), along(2));
+            for i in 0..27 {
+                let corner = DVec3::new(x[i / 9], y[i / 3 % 3], z[i % 3]);
+                include(super::sample::in_brick(samples, corner));
+            }
+        } else {
+            for x in first.x..=end.x {
+                for y in first.y..=end.y {
+                    let row = number(IVec3::new(x, y, first.z));
+                    let row = &samples[row..=row + (end.z - first.z) as usize];
+                    row.iter().for_each(|v| include(f64::from(*v)));
+                }
+            }
+        }
+        range
     }
 
     /// The trilinear value at a place inside the region `brick`, without a search, and never

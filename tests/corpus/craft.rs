@@ -13,9 +13,9 @@ pub(super) fn chunks(source: &str, bytes: &[u8], count: usize) -> Vec<Case> {
         ("one byte", 0, 1),
         ("a header", 0, 16),
         ("longer than memory", 0, 1 << 50),
-        ("compressed bytes", 8 + 12, i32::MAX as i64),
+        ("compressed bytes", 8 + 12, i64::from(i32::MAX)),
         ("block size", 8 + 8, 1),
-        ("content", 8 + 4, i32::MAX as i64),
+        ("content", 8 + 4, i64::from(i32::MAX)),
         ("flags", 8 + 2, 0xff),
         ("stream", 8 + 20, -1),
     ];

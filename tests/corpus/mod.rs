@@ -86,7 +86,7 @@ pub(crate) fn tiny(change: impl Fn(&mut GridToWrite)) -> Vec<u8> {
     change(&mut grid);
     let components = if grid.value_type == ValueType::Vec3 { 3 } else { 1 };
     for origin in [IVec3::ZERO, IVec3::new(16, 0, 8)] {
-        let value = |i: usize| if i % 3 == 0 { 0.0 } else { (i % 7 + 1) as f32 };
+        let value = |i: usize| if i.is_multiple_of(3) { 0.0 } else { (i % 7 + 1) as f32 };
         let values = (0..512 * components).map(value).collect();
         grid.blocks.push(Block { origin, values, active: None });
     }
@@ -113,7 +113,7 @@ fn below(random: &mut SplitMix64, limit: usize) -> usize {
 
 /// Ends early, half of the time within the header.
 fn cut(bytes: &[u8], n: usize, of: usize, _: &mut SplitMix64) -> Vec<u8> {
-    let span = if n % 2 == 0 { HEAD.min(bytes.len()) } else { bytes.len() };
+    let span = if n.is_multiple_of(2) { HEAD.min(bytes.len()) } else { bytes.len() };
     bytes[..span * n / of].to_vec()
 }
 
@@ -146,15 +146,18 @@ fn size(bytes: &[u8], n: usize, _: usize, random: &mut SplitMix64) -> Vec<u8> {
 
 fn head_size(bytes: &[u8], n: usize, _: usize, random: &mut SplitMix64) -> Vec<u8> {
     let size = SIZES[n % SIZES.len()].to_le_bytes();
-    let width = if n % 2 == 0 { 4 } else { 8 };
+    let width = if n.is_multiple_of(2) { 4 } else { 8 };
     with(bytes, below(random, HEAD.min(bytes.len())), &size[..width])
 }
 
 /// Zeros from some place on, as of a download that was allocated and not finished, or in the middle.
 fn hole(bytes: &[u8], n: usize, of: usize, random: &mut SplitMix64) -> Vec<u8> {
     let from = bytes.len() * n / of;
-    let length =
-        if n % 2 == 0 { bytes.len() - from } else { below(random, 4096).min(bytes.len() - from) };
+    let length = if n.is_multiple_of(2) {
+        bytes.len() - from
+    } else {
+        below(random, 4096).min(bytes.len() - from)
+    };
     with(bytes, from, &vec![0; length])
 }
 
@@ -162,7 +165,7 @@ fn hole(bytes: &[u8], n: usize, of: usize, random: &mut SplitMix64) -> Vec<u8> {
 fn splice(bytes: &[u8], n: usize, _: usize, random: &mut SplitMix64) -> Vec<u8> {
     let (a, b) = (below(random, bytes.len()), below(random, bytes.len()));
     let (a, b) = (a.min(b), a.max(b));
-    let (head, tail) = if n % 2 == 0 { (a, b) } else { (b, a) };
+    let (head, tail) = if n.is_multiple_of(2) { (a, b) } else { (b, a) };
     [&bytes[..head], &bytes[tail..]].concat()
 }
 

@@ -77,12 +77,12 @@ impl<'a> Builder<'a> {
         });
     }
 
-    /// The finished lattice, with this many levels of wider cells.
-    pub fn finish(self, wider: u32) -> Lattice {
-        let Self { cells, mut sums, .. } = self;
+    /// The finished lattice, with this many levels of wider cells. Powers were given in units of
+    /// `unit` W.
+    pub fn finish(self, wider: u32, unit: f64) -> Lattice {
+        let Self { cells, sums, .. } = self;
         // Lengths were counted in cells.
-        let per_volume = cells.edge.powi(2).recip() as f32;
-        sums.par_iter_mut().for_each(|sum| *sum *= per_volume);
+        let scale = unit / cells.edge.powi(2);
         let mut means = Means { cells, values: sums };
         let mut levels = Vec::new();
         for _ in 0..wider {
@@ -91,7 +91,7 @@ impl<'a> Builder<'a> {
             means = next;
         }
         levels.push(means.level());
-        Lattice { levels }
+        Lattice { levels, scale }
     }
 }
 
@@ -218,7 +218,7 @@ mod tests {
             builder.add(&[&tracks[..100], &tracks[100..201]]);
             let bounds = builder.bounds();
             let (total, mut off) = (right.iter().copied().sum::<DVec3>(), DVec3::ZERO);
-            let lattice = builder.finish(0);
+            let lattice = builder.finish(0, 1.0);
             for (number, at) in places.iter().enumerate() {
                 for index in 0..VOLUME as i32 {
                     let within = IVec3::new(index >> 6, index >> 3 & 7, index & 7);

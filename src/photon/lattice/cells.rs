@@ -17,6 +17,8 @@ pub(super) type Brick = [[f32; 3]; SIDE * SIDE * SIDE];
 pub struct Lattice {
     /// The finest, and others each with cells twice as wide.
     pub(super) levels: Vec<Level>,
+    /// W/(m² sr) that a value of 1 stands for.
+    pub(super) scale: f64,
 }
 
 /// Light on cells of one width.
@@ -48,7 +50,7 @@ impl Lattice {
         let cell = low.as_ivec3();
         let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { return Rgb::ZERO };
         let within = cell & ((1 << BRICK) - 1);
-        blend(&bricks[brick], within, local - low)
+        blend(&bricks[brick], within, local - low) * self.scale
     }
 }
 

@@ -14,7 +14,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// The stretch from `from` to `to` flown with `power` in W; places are kept relative to
+    /// The stretch from `from` to `to` flown with `power`, in any unit; places are kept relative to
     /// `origin`.
     pub fn new(origin: WorldPoint, from: WorldPoint, to: WorldPoint, power: Rgb) -> Self {
         let local = |p: WorldPoint| (p - origin).as_vec3().to_array();
@@ -36,7 +36,7 @@ impl Track {
         (self.end() - self.start()).length()
     }
 
-    /// The photon's power, in W.
+    /// The photon's power.
     pub const fn power(&self) -> [f32; 3] {
         self.power
     }

@@ -39,7 +39,7 @@ pub(super) fn single_scattering(scene: &Scene, settings: &RenderSettings) -> Opt
 /// A bound of the optical thickness of any straight line through `medium`.
 fn thickness(medium: &Medium) -> f64 {
     let length = medium.density.bounds().map_or(f64::INFINITY, |b| b.size().length());
-    let most = medium.sigma_t_max() * medium.density.maximum();
+    let most = medium.sigma_t_max(glam::BVec3::TRUE) * medium.density.maximum();
     if most > 0.0 { most * length } else { 0.0 }
 }
 

@@ -1,0 +1,52 @@
+//! A finished picture.
+
+use std::time::Duration;
+
+use crate::image::Film;
+use crate::work::Work;
+
+/// A finished picture and what it took.
+#[derive(Debug)]
+pub struct Rendered {
+    /// The picture.
+    pub film: Film,
+    /// What was done.
+    pub work: Work,
+    /// Stages in the order in which they ran, each with the time it took.
+    pub timings: Vec<(&'static str, Duration)>,
+    /// Gather radius of the volume photons, in metres; nothing for the reference.
+    pub radius: Option<f64>,
+}
+
+impl Rendered {
+    /// What keeps the picture from being all that was asked for, one sentence each: work that was
+    /// cut short, samples that were left out.
+    pub fn warnings(&self) -> Vec<String> {
+        let Work { capped_paths: capped, photon_paths, rays, dropped_samples, .. } = self.work;
+        let mut warnings = Vec::new();
+        if capped > 0 {
+            let (paths, kind) =
+                if photon_paths > 0 { (photon_paths, "photon") } else { (rays, "camera") };
+            let percent = 100.0 * capped as f64 / paths.max(1) as f64;
+            warnings.push(format!(
+                "{capped} of {paths} {kind} paths ({percent:.2} %) were ended after 100000 \
+                 scatterings: up to so much of the light is missing; a lower sigma_t or albedo \
+                 scatters less often"
+            ));
+        }
+        let Work { gathers, gathered, volume_photons, .. } = self.work;
+        if gathers > 0 && gathered == 0 && volume_photons > 0 {
+            warnings.push(format!(
+                "none of {volume_photons} photons lies where the camera looks: light scattered \
+                 more than once is missing; give more photons or a wider radius"
+            ));
+        }
+        let dropped = dropped_samples + self.film.repaired();
+        if dropped > 0 {
+            warnings.push(format!(
+                "{dropped} values were too large or not finite and left out; please report the scene"
+            ));
+        }
+        warnings
+    }
+}

@@ -1,0 +1,158 @@
+//! What must be kept: energy, temperature, scale.
+
+use glam::IVec3;
+
+use super::super::case::{Case, Effort, Group};
+use super::super::{Check, fields, scenes};
+use super::{Closeness, Work, both, compare};
+use crate::error::Result;
+use crate::image::Film;
+use crate::math::{Rgb, luminance};
+use crate::medium::blackbody::blackbody_radiance;
+
+pub(super) fn cases(effort: Effort) -> Vec<Case> {
+    let mut cases = furnaces(effort);
+    cases.push(blackbody());
+    cases.extend(scale_invariances());
+    cases
+}
+
+fn furnaces(effort: Effort) -> Vec<Case> {
+    let case = |(name, g, radiance): (&str, f64, f64)| {
+        let text = move |rays, photons| {
+            format!(
+                r#"
+                [camera]
+                position = [0.3, 0.4, 4.0]
+                target = [0.0, 0.0, 0.0]
+                fov = 30.0
+                [film]
+                size = [8, 8]
+                [render]
+                rays = {rays}
+                photons = {photons}
+                [[medium]]
+                albedo = 1.0
+                sigma_t = 3.0
+                region = {{ sphere = {{ center = [0.0, 0.0, 0.0], radius = 1.0 }} }}
+                phase = {{ type = "henyey-greenstein", g = {g:?} }}
+                [[light]]
+                type = "environment"
+                radiance = {radiance:?}
+                "#
+            )
+        };
+        let name = format!("white-furnace/{name}");
+        let source = "energy is kept: the sky's radiance";
+        both(&name, source, scenes::mean, radiance, Work::of(effort, 8, 40_000, 32), text)
+    };
+    [("isotropic", 0.0, 1.0), ("g=0.9", 0.9, 1.0), ("bright", 0.0, 1e5)].map(case).into()
+}
+
+fn blackbody() -> Case {
+    let words = [
+        "Kirchhoff's law: a thick hot slab shines as a blackbody",
+        "the table of radiances is good to 1e-3",
+    ];
+    Case::new(Group::ClosedForms, "blackbody", words, |parts| {
+        let expected = luminance(blackbody_radiance(1800.0));
+        let (min, end) = (IVec3::splat(-2), IVec3::splat(2));
+        let grids = [
+            fields::blocks("density", 0.1, min, end, |_| 1.0),
+            fields::blocks("temperature", 0.1, min * 2, end * 2, |_| 1800.0),
+        ];
+        let text = r#"
+            [camera]
+            type = "orthographic"
+            position = [0.1, 0.2, 9.0]
+            target = [0.1, 0.2, 0.0]
+            height = 1.0
+            [film]
+            size = [4, 4]
+            [render]
+            rays = 4
+            photons = 100
+            max_scatter = 0
+            [[medium]]
+            file = "grids.vdb"
+            grid = "density"
+            sigma_t = 100.0
+            albedo = 0.0
+            emission = { temperature = "temperature" }
+        "#;
+        let measure = |film: &Film| {
+            let mean = |name: &str| {
+                let layer = film.layer(name).unwrap_or_default();
+                layer.iter().map(|v| f64::from(*v)).sum::<f64>() / layer.len() as f64
+            };
+            luminance(Rgb::new(mean("R"), mean("G"), mean("B")))
+        };
+        let close = Closeness { bias: 1e-3, error: 1e-3 };
+        let mut checks =
+            compare("photon map", &parts.render, text, &grids, measure, expected, close)?;
+        checks.extend(compare(
+            "reference",
+            &parts.reference,
+            &text.replace("rays = 4", "rays = 400"),
+            &grids,
+            measure,
+            expected,
+            Closeness { bias: 1e-3, error: 0.01 },
+        )?);
+        Ok(checks)
+    })
+}
+
+/// World times k, extinction over k: the same picture.
+fn scale_invariances() -> Vec<Case> {
+    let text = |k: f64| {
+        let [eye, radius, light] = [4.0 * k, k, 1.5 * k];
+        format!(
+            r#"
+            [camera]
+            position = [0.0, 0.0, {eye:?}]
+            target = [0.0, 0.0, 0.0]
+            fov = 35.0
+            [film]
+            size = [8, 8]
+            [render]
+            rays = 8
+            photons = 5000
+            [[medium]]
+            albedo = 0.8
+            sigma_t = {sigma_t:?}
+            region = {{ sphere = {{ center = [0.0, 0.0, 0.0], radius = {radius:?} }} }}
+            phase = {{ type = "henyey-greenstein", g = 0.5 }}
+            [[light]]
+            type = "point"
+            position = [0.0, {light:?}, 0.0]
+            intensity = {intensity:?}
+            "#,
+            sigma_t = 3.0 / k,
+            intensity = k * k,
+        )
+    };
+    let case = move |(name, k, tolerance): (&str, f64, f64)| {
+        let words = [
+            "lengths times k, extinction over k, intensity times k²: the same picture",
+            "powers of two are exact; others round places to 24 bits, which may turn a photon away",
+        ];
+        let name = format!("scale-invariance/{name}");
+        Case::new(Group::ClosedForms, name, words, move |parts| {
+            let picture = |k| -> Result<f64> {
+                let scene = scenes::scene(&text(k), &[])?;
+                Ok(scenes::mean(&(parts.render)(&scene, &scene.render)?.film))
+            };
+            let relative = picture(k)? / picture(1.0)? - 1.0;
+            Ok(vec![Check::near("relative difference of the means", relative, 0.0, tolerance)])
+        })
+    };
+    [
+        ("2^-20", 0.5f64.powi(20), 1e-7),
+        ("2^20", 2f64.powi(20), 1e-7),
+        ("1e-6", 1e-6, 1e-3),
+        ("1e6", 1e6, 1e-3),
+    ]
+    .map(case)
+    .into()
+}

@@ -1,0 +1,150 @@
+//! Slabs and half-spaces: what they send back and let through.
+
+use super::super::adding_doubling::slab;
+use super::super::case::{Case, Effort, Group};
+use super::super::known::HALF_SPACES;
+use super::super::{Check, scenes};
+use super::{Work, both};
+use crate::error::Result;
+
+pub(super) fn cases(effort: Effort) -> Vec<Case> {
+    let mut cases = slabs(effort);
+    cases.extend(half_spaces(effort));
+    cases.push(reciprocity(effort));
+    cases
+}
+
+/// A slab between y = 0 and y = 1.
+#[derive(Clone, Copy)]
+struct Slab {
+    albedo: f64,
+    thickness: f64,
+    g: f64,
+    /// From the middle to its edges, in metres: so far that what leaves there is below 1e-3.
+    reach: f64,
+    /// Edge of the square that is seen, in metres.
+    seen: f64,
+}
+
+impl Slab {
+    /// Under a sky that shines from above, seen straight down for its reflectance (by
+    /// reciprocity), straight up for its transmittance.
+    fn text(&self, from_above: bool, rays: u64, photons: u64) -> String {
+        let Self { albedo, thickness, g, reach, seen } = self;
+        let y = if from_above { 2.0 } else { -1.0 };
+        format!(
+            r#"
+            [camera]
+            type = "orthographic"
+            position = [0.0, {y:?}, 0.0]
+            target = [0.0, 0.5, 0.0]
+            up = [0.0, 0.0, 1.0]
+            height = {seen:?}
+            [film]
+            size = [8, 8]
+            [render]
+            rays = {rays}
+            photons = {photons}
+            [[medium]]
+            region = {{ box = {{ min = [-{reach:?}, 0.0, -{reach:?}], max = [{reach:?}, 1.0, {reach:?}] }} }}
+            sigma_t = {thickness:?}
+            albedo = {albedo:?}
+            phase = {{ type = "henyey-greenstein", g = {g:?} }}
+            [[light]]
+            type = "environment"
+            texture = "sky.exr"
+            "#
+        )
+    }
+}
+
+fn slabs(effort: Effort) -> Vec<Case> {
+    let mut cases = Vec::new();
+    for [albedo, thickness, g] in
+        [[0.9, 1.0, 0.0], [1.0, 4.0, 0.0], [0.9, 2.0, 0.75], [0.99, 8.0, 0.85]]
+    {
+        let exact = slab(thickness, albedo, g);
+        let of = Slab { albedo, thickness, g, reach: 6.0, seen: 2.0 };
+        let sides = [
+            ("reflectance", true, exact.reflectance),
+            ("transmittance", false, exact.transmittance),
+        ];
+        for (what, from_above, expected) in sides {
+            let name = format!("slab/{what}/albedo={albedo}/thickness={thickness}/g={g}");
+            let text = move |rays, photons| of.text(from_above, rays, photons);
+            let work = Work::of(effort, 16, 20_000, 32);
+            cases.push(both(&name, "adding-doubling", scenes::mean, expected, work, text));
+        }
+    }
+    cases
+}
+
+fn half_spaces(effort: Effort) -> Vec<Case> {
+    let case = |(albedo, expected): (f64, f64)| {
+        let name = format!("half-space/albedo={albedo}");
+        // Light spreads over 1 / sqrt(3 (1 - albedo)) free paths: up to 0.04 m.
+        let of = Slab { albedo, thickness: 500.0, g: 0.0, reach: 0.5, seen: 0.2 };
+        let text = move |rays, photons| of.text(true, rays, photons);
+        // Where much is absorbed paths are short and few come back.
+        let rays = if albedo < 0.8 { 32 } else { 8 };
+        let source = "1 - H(1) sqrt(1 - albedo), Chandrasekhar 1960";
+        both(&name, source, scenes::mean, expected, Work::of(effort, 16, 20_000, rays), text)
+    };
+    HALF_SPACES.map(case).into()
+}
+
+/// A slab under the sun, seen from one angle and lit from another: L(a, b) / cos b is that of the
+/// angles exchanged (van de Hulst 1980, section 3.1).
+fn reciprocity(effort: Effort) -> Case {
+    let words = [
+        "reciprocity: R(a, b) = R(b, a)",
+        "4.5 standard errors by the film's variance, fixed seed",
+    ];
+    let rays = Work::of(effort, 0, 0, 1000).reference;
+    Case::new(Group::ClosedForms, "slab/reciprocity", words, move |parts| {
+        let reflected = |seen: f64, lit: f64| {
+            let (x, y) = (30.0 * seen.sin(), 30.0 * seen.cos());
+            let irradiance = 1.0 / lit.cos();
+            let (sx, sy) = (lit.sin(), -lit.cos());
+            format!(
+                r#"
+                [camera]
+                type = "orthographic"
+                position = [{x:?}, {y:?}, 0.0]
+                target = [0.0, 0.0, 0.0]
+                up = [0.0, 0.0, 1.0]
+                height = 1.0
+                [film]
+                size = [8, 8]
+                [render]
+                rays = {rays}
+                [[medium]]
+                region = {{ box = {{ min = [-40.0, -1.0, -40.0], max = [40.0, 0.0, 40.0] }} }}
+                sigma_t = 2.0
+                albedo = 0.95
+                phase = {{ type = "henyey-greenstein", g = 0.6 }}
+                [[light]]
+                type = "sun"
+                direction = [{sx:?}, {sy:?}, 0.0]
+                irradiance = {irradiance:?}
+                "#
+            )
+        };
+        // What is seen, by the light that falls on the slab, over the cosine of where it is seen
+        // from: symmetric in the two angles.
+        let mean = |text: String| -> Result<(f64, f64)> {
+            let scene = scenes::scene(&text, &[])?;
+            let film = (parts.reference)(&scene, &scene.render)?.film;
+            let variance: f64 =
+                film.layer("variance").unwrap_or_default().iter().map(|v| f64::from(*v)).sum();
+            Ok((scenes::mean(&film), variance.sqrt() / 64.0))
+        };
+        let (a, b) = (0.3f64, 1.1f64);
+        let (one, other) = (mean(reflected(a, b))?, mean(reflected(b, a))?);
+        let error = one.1.hypot(other.1);
+        Ok(vec![
+            Check::near("difference of R(a, b) and R(b, a)", one.0 - other.0, 0.0, 4.5 * error),
+            Check::at_most("standard error over R", error / one.0, 0.02),
+        ])
+    })
+}
