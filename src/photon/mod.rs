@@ -22,5 +22,6 @@ pub use beam::{BeamMap, Beside};
 pub use estimate::PhotonMaps;
 pub use map::PhotonMap;
 pub use memory::{PhotonMemory, memory};
+pub use path::MAX_EVENTS;
 pub use shoot::{Shooting, shoot};
 pub use stored::{Photon, Placed};

@@ -18,7 +18,7 @@ use super::zones::Zones;
 use super::{Photon, Placed, Shooting};
 
 /// Scatterings and reflections after which a path is ended and counted as capped.
-const MAX_EVENTS: u32 = 100_000;
+pub const MAX_EVENTS: u32 = 100_000;
 
 /// What all paths share.
 #[derive(Debug)]
