@@ -7,6 +7,11 @@ pub(super) fn result(text: &str) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }
 
+/// Prints each warning as one line to stderr.
+pub(super) fn warn(warnings: &[String]) {
+    warnings.iter().for_each(|warning| message(&format!("warning: {warning}")));
+}
+
 /// Prints a message as one line to stderr.
 pub(super) fn message(text: &str) {
     let line = text.split('\n').map(str::trim).collect::<Vec<_>>().join(" ");

@@ -26,7 +26,7 @@ pub(super) fn scene(
     if !run.quiet {
         scene.notes.iter().for_each(|note| console::message(&format!("note: {note}")));
     }
-    scene.warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}")));
+    console::warn(&scene.warnings);
     Ok((scene, pool, loading))
 }
 

@@ -38,8 +38,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         load::scene(&args.scene, &args.settings, args.level_set.is_some(), &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
-    let mut warnings = scene.warnings.clone();
-    warnings.extend(scene::advice(&scene));
+    let advice = scene::advice(&scene);
+    console::warn(&advice);
+    let warnings = [scene.warnings.as_slice(), &advice].concat();
     let text = if args.run.json {
         let items: Vec<_> = plan.items.iter().map(|item| with_work(item, &costs)).collect();
         let report = json!({
@@ -54,7 +55,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         });
         report.to_string()
     } else {
-        readable(&scene, &plan, &costs, &warnings)
+        readable(&scene, &plan, &costs)
     };
     console::result(&text);
     Ok(())
@@ -73,7 +74,7 @@ fn with_work(item: &Item, costs: &Costs) -> Value {
 }
 
 /// A table of items, then work and memory.
-fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, warnings: &[String]) -> String {
+fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs) -> String {
     let [width, height] = scene.film.size;
     let mut lines = vec![format!(
         "{}: {width} x {height} pixels, {} rays, {} photons",
@@ -106,7 +107,6 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, warnings: &[String]
         mebibytes(memory.peak)
     ));
     lines.extend(plan.offers.iter().map(|offer| format!("offered: {offer}")));
-    lines.extend(warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.join("\n")
 }
 

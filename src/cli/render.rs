@@ -51,7 +51,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
 
     let mut warnings = scene.warnings.clone();
     if !args.reference {
-        warnings.extend(warned(scene::advice(&scene)));
+        let advice = scene::advice(&scene);
+        console::warn(&advice);
+        warnings.extend(advice);
     }
     let console = Console::new();
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
@@ -63,7 +65,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
         }
     })?;
 
-    warnings.extend(warned(rendered.warnings()));
+    let ended = rendered.warnings();
+    console::warn(&ended);
+    warnings.extend(ended);
     let start = Instant::now();
     let settings = settings(&scene, &rendered, args.reference);
     write(&output, &scene, &rendered, &settings)?;
@@ -89,12 +93,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
 
 fn planning(name: String) -> Planning {
     if name == "everything" { Planning::Everything } else { Planning::Needed }
-}
-
-/// Prints warnings and hands them on.
-fn warned(warnings: Vec<String>) -> Vec<String> {
-    warnings.iter().for_each(|warning| console::message(&format!("warning: {warning}")));
-    warnings
 }
 
 /// What the picture was made with; the same input gives the same settings.

@@ -80,8 +80,8 @@ fn matching_functions(wavelength: f64) -> Rgb {
 }
 
 /// [`blackbody_radiance`] from a table, for use per sample: within 1e-3 of the brightest channel
-/// from 300 to 1e9 K, above which radiance stays the same. What is colder glows below 1e-18 W/(m² sr) and
-/// counts as dark.
+/// from 300 to 1e9 K, above which radiance stays the same. What is colder glows below
+/// 1e-18 W/(m² sr) and counts as dark.
 #[derive(Debug, Clone)]
 pub struct Blackbody {
     nodes: Vec<Node>,

@@ -25,5 +25,6 @@ pub use estimate::PhotonMaps;
 pub use lattice::{DirectLattice, Lattice};
 pub use map::PhotonMap;
 pub use memory::{PhotonMemory, memory};
+pub use path::MAX_EVENTS;
 pub use shoot::{Shooting, shoot};
 pub use stored::{Photon, Placed};

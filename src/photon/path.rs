@@ -20,7 +20,7 @@ use super::zones::Zones;
 use super::{Photon, Placed, Shooting};
 
 /// Scatterings and reflections after which a path is ended and counted as capped.
-const MAX_EVENTS: u32 = 100_000;
+pub const MAX_EVENTS: u32 = 100_000;
 
 /// Photons that one is split into at most.
 const MOST_COPIES: f64 = 64.0;

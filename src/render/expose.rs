@@ -58,9 +58,10 @@ pub struct Sheet {
     pub needs: Needs,
 }
 
-/// Exposes the film of `sheet`: `camera` aims a ray through a place on it and on the
-/// lens, `direct` says what the pixel (x, y) may spend, `estimate` what one ray brings. Pixels are sampled with an Owen-scrambled Sobol sequence (Burley 2020) over a box
-/// filter; the samples of a pixel depend on nothing but the seed, the pixel and their number.
+/// Exposes the film of `sheet`: `camera` aims a ray through a place on it and on the lens, `direct`
+/// says what the pixel (x, y) may spend, `estimate` what one ray brings. Pixels are sampled with an
+/// Owen-scrambled Sobol sequence (Burley 2020) over a box filter; the samples of a pixel depend on
+/// nothing but the seed, the pixel and their number.
 pub fn expose(
     sheet: Sheet,
     camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,

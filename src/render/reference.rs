@@ -12,14 +12,12 @@ use glam::DVec3;
 use crate::image::Sample;
 use crate::light::LightSample;
 use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
+use crate::photon::MAX_EVENTS;
 use crate::scene::Scene;
 use crate::scene::lighting::{self, Draws};
 use crate::surface::{SurfaceHit, TransportMode};
 
 use super::lamps::Lamps;
-
-/// Scatterings and reflections after which a path is ended and counted as capped.
-const MAX_EVENTS: u32 = 100_000;
 
 /// Events before Russian roulette begins.
 const SURE_EVENTS: u32 = 8;

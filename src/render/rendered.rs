@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::image::Film;
+use crate::photon::MAX_EVENTS;
 use crate::work::Work;
 
 /// A finished picture and what it took.
@@ -29,7 +30,7 @@ impl Rendered {
                 if photon_paths > 0 { (photon_paths, "photon") } else { (rays, "camera") };
             let percent = 100.0 * capped as f64 / paths.max(1) as f64;
             warnings.push(format!(
-                "{capped} of {paths} {kind} paths ({percent:.2} %) were ended after 100000 \
+                "{capped} of {paths} {kind} paths ({percent:.2} %) were ended after {MAX_EVENTS} \
                  scatterings: up to so much of the light is missing; a lower sigma_t or albedo \
                  scatters less often"
             ));

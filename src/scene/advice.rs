@@ -1,7 +1,5 @@
 //! Whether the step and radius that were asked for suit the scene.
 
-use crate::medium::Density;
-
 use super::Scene;
 
 /// Mean free paths that a step may span where it is longer than a voxel: beyond, what is in the step
@@ -45,7 +43,7 @@ pub fn advice(scene: &Scene) -> Vec<String> {
 /// A step of one voxel is exact; longer ones sample the density once.
 fn of_step(scene: &Scene, step: f64) -> Option<String> {
     let voxel = scene.media.detail().filter(|voxel| step > *voxel)?;
-    let grids = scene.media.iter().filter(|m| matches!(m.density, Density::Voxel(_)));
+    let grids = scene.media.iter().filter(|m| m.density.is_voxel());
     let densest = grids.map(|m| m.sigma_t.max_element() * m.density.maximum()).fold(0.0, f64::max);
     let free_path = 1.0 / densest;
     let good = voxel.max(FREE_PATHS * free_path);

@@ -208,8 +208,9 @@ fn found(
 }
 
 /// Direct light that the diffuse surface at `hit` reflects back along the unit `incoming`, seen
-/// through `media` (those of the scene, or none), W/(m² sr). An environment is found by sampling it and the surface in turn, weighed by the
-/// balance heuristic for one sample, other lights by sampling them.
+/// through `media` (those of the scene, or none), W/(m² sr). An environment is found by sampling it
+/// and the surface in turn, weighed by the balance heuristic for one sample, other lights by
+/// sampling them.
 pub fn on_surface(
     scene: &Scene,
     media: &Media,

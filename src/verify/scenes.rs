@@ -42,6 +42,11 @@ pub(super) fn seeded(scene: &Scene, seed: u64) -> RenderSettings {
     RenderSettings { seed, ..scene.render }
 }
 
+/// Sum of a layer over the film.
+pub(super) fn sum(film: &Film, layer: &str) -> f64 {
+    film.layer(layer).unwrap_or_default().iter().map(|v| f64::from(*v)).sum()
+}
+
 /// Mean of the green channel, each row weighed by `weight` of its number.
 pub(super) fn weighted_mean(film: &Film, weight: impl Fn(usize) -> f64) -> f64 {
     let green = film.layer("G").unwrap_or_default();

@@ -11,6 +11,7 @@ const COLLISIONS_PER_PATH: f64 = 1e5;
 
 /// Volume photons that a path may leave in memory in the mean, beside those of a small map.
 const KEPT_PER_PATH: f64 = 64.0;
+
 /// Photons of a small map.
 const SMALL_MAP: f64 = 1.1e6;
 

@@ -81,11 +81,8 @@ fn blackbody() -> Case {
             emission = { temperature = "temperature" }
         "#;
         let measure = |film: &Film| {
-            let mean = |name: &str| {
-                let layer = film.layer(name).unwrap_or_default();
-                layer.iter().map(|v| f64::from(*v)).sum::<f64>() / layer.len() as f64
-            };
-            luminance(Rgb::new(mean("R"), mean("G"), mean("B")))
+            let [r, g, b] = ["R", "G", "B"].map(|channel| scenes::sum(film, channel));
+            luminance(Rgb::new(r, g, b)) / (film.width() * film.height()) as f64
         };
         let close = Closeness { bias: 1e-3, error: 1e-3 };
         let mut checks =

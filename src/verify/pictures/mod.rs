@@ -78,10 +78,7 @@ fn compare(
 
 /// Standard error of the mean of a picture by the variance of each pixel's rays, relative.
 fn ray_noise(film: &Film) -> f64 {
-    let sum = |name: &str| -> f64 {
-        film.layer(name).unwrap_or_default().iter().map(|v| f64::from(*v)).sum()
-    };
-    sum("variance").sqrt() / sum("G").max(f64::MIN_POSITIVE)
+    scenes::sum(film, "variance").sqrt() / scenes::sum(film, "G").max(f64::MIN_POSITIVE)
 }
 
 /// What a case asks of the renderer.

@@ -135,9 +135,7 @@ fn reciprocity(effort: Effort) -> Case {
         let mean = |text: String| -> Result<(f64, f64)> {
             let scene = scenes::scene(&text, &[])?;
             let film = (parts.reference)(&scene, &scene.render)?.film;
-            let variance: f64 =
-                film.layer("variance").unwrap_or_default().iter().map(|v| f64::from(*v)).sum();
-            Ok((scenes::mean(&film), variance.sqrt() / 64.0))
+            Ok((scenes::mean(&film), scenes::sum(&film, "variance").sqrt() / 64.0))
         };
         let (a, b) = (0.3f64, 1.1f64);
         let (one, other) = (mean(reflected(a, b))?, mean(reflected(b, a))?);
