@@ -101,7 +101,7 @@ fn direct_light_is_that_found_at_the_place() {
         // The sun is nearly a point, so that only the cells' width is between both; it shows most
         // where the light of two faces of the box meets.
         let off = (light - right) / right;
-        assert!(off.abs().max_element() < 0.08, "at {:?}: {light} not {right}", p.xyz);
+        assert!(off.abs().max_element() < 0.12, "at {:?}: {light} not {right}", p.xyz);
         mean += off / 200.0;
     }
     assert!(mean.abs().max_element() < 0.003, "{mean}");
