@@ -31,17 +31,20 @@ pub(super) struct Scouted {
     /// Power, summed over channels, of flights in media, in the unit of tracks: half of their length
     /// is flown with less. Nothing where there are none.
     pub usual_power: Option<f64>,
+    /// Collisions and surfaces met, a path.
+    pub events: f64,
 }
 
 impl Scouted {
     /// Asks the first of `count` paths.
     pub fn by(paths: &Paths<'_>, count: u64) -> Self {
-        let (mut traced, mut left, mut tracks) = (0, 0, Vec::new());
+        let (mut traced, mut left, mut tracks, mut events) = (0, 0, Vec::new(), 0);
         while traced < PATHS.min(count) && left < ENOUGH {
             let until = (traced + AT_ONCE).min(count);
             let each = (traced..until).into_par_iter().map(|path| paths.trace(path..path + 1));
-            for Deposits { volume, tracks: flown, .. } in each.collect::<Vec<_>>() {
+            for Deposits { volume, tracks: flown, work, .. } in each.collect::<Vec<_>>() {
                 left += volume.len();
+                events += work.collisions + work.intersections;
                 tracks.extend(flown);
             }
             traced = until;
@@ -50,7 +53,8 @@ impl Scouted {
         let keep = ((KEPT * count as f64).max(SPARED) / expected.max(1.0)).min(1.0);
         let share = traced as f64 / count.max(1) as f64;
         let flown = tracks.iter().map(Track::length).sum::<f64>() / share.max(f64::MIN_POSITIVE);
-        Self { keep, flown, usual_power: usual_power(&mut tracks) }
+        let events = events as f64 / traced.max(1) as f64;
+        Self { keep, flown, usual_power: usual_power(&mut tracks), events }
     }
 }
 

@@ -27,6 +27,9 @@ const ENDLESS: f64 = 1e15;
 /// Radii of the scene within which light on an infinite plane counts.
 const GROUND: f64 = 4.0;
 
+/// How many times as many events splitting may make of the same paths.
+const DEARER: f64 = 2.0;
+
 /// Paths that are traced as one piece of work.
 const CHUNK: u64 = 2048;
 
@@ -99,9 +102,7 @@ pub fn shoot(
         window: None,
     };
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
-    let scouted = Scouted::by(&paths, count);
-    paths.window = scouted.usual_power.map(|power| power * units.surface);
-    let scouted = Scouted::by(&paths, count);
+    let scouted = windowed(&mut paths, count);
     paths.keep = scouted.keep;
     let mut lattices = lattices(scene, shooting, origin, &visible.media, scouted.flown);
     // Cells at a medium's border reach beyond it.
@@ -175,6 +176,23 @@ pub fn shoot(
         surface_unit: units.surface,
     };
     Ok((maps, work))
+}
+
+/// Gives `paths` a window round the usual power in media, raised where splitting heavier photons
+/// would make them too dear, and tells what `count` paths then leave.
+fn windowed(paths: &mut Paths<'_>, count: u64) -> Scouted {
+    let whole = Scouted::by(paths, count);
+    let Some(power) = whole.usual_power else { return whole };
+    let mut window = power * paths.units.surface;
+    loop {
+        paths.window = Some(window);
+        let split = Scouted::by(paths, count);
+        let dearer = split.events / (DEARER * whole.events);
+        if dearer <= 1.0 {
+            return split;
+        }
+        window *= dearer.max(1.5);
+    }
 }
 
 /// Empty lattices, one a medium, where light can be kept on lattices: where all media have an end
