@@ -13,7 +13,7 @@ use crate::work::Work;
 
 use super::emitters::Emitters;
 use super::estimate::THINNING;
-use super::lattice::{Builder, Cells, DirectLattice, Lattice, Track, edge_for_flights, is_thin};
+use super::lattice::{Builder, Cells, DirectLattice, Lattice, Track, edge_for_flights, thin_edge};
 use super::path::{Deposits, Paths, Units};
 use super::radius::{Radii, around};
 use super::scout::Scouted;
@@ -26,6 +26,9 @@ const ENDLESS: f64 = 1e15;
 
 /// Radii of the scene within which light on an infinite plane counts.
 const GROUND: f64 = 4.0;
+
+/// How many times as fine as suits the flights cells may be, so that they are thin.
+const FINER: f64 = 1.7;
 
 /// How many times as many events splitting may make of the same paths.
 const DEARER: f64 = 2.0;
@@ -207,13 +210,20 @@ fn lattices<'a>(
     let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
     let eye = scene.camera.ray(width, height, [0.5; 2]).origin;
     let lattice = |medium: &'a Medium| {
+        let thin = thin_edge(medium, visible);
         let edge = match shooting.radius {
-            Some(radius) => radius,
-            None => edge_for_flights(medium.density.volume()?, flown, &medium.phase),
+            Some(radius) if radius <= thin => radius,
+            Some(_) => return None,
+            None => {
+                let edge = edge_for_flights(medium.density.volume()?, flown, &medium.phase);
+                if edge > FINER * thin {
+                    return None;
+                }
+                edge.min(thin)
+            }
         };
         // Near the eye cells would show.
-        let near = medium.density.bounds()?.grown(edge).contains(eye);
-        if near || !is_thin(edge, medium, visible) {
+        if medium.density.bounds()?.grown(edge).contains(eye) {
             return None;
         }
         let cells = Cells::around(&medium.density, edge)?;

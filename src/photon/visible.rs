@@ -22,7 +22,7 @@ const MAX_SPECULAR: u32 = 8;
 const FINEST: f64 = 12.0;
 
 /// Foci at most.
-const MOST_FOCI: usize = 96;
+const MOST_FOCI: usize = 32;
 
 /// Places that the camera sees, found by a coarse sheet of rays.
 #[derive(Debug, Default)]

@@ -35,9 +35,10 @@ pub fn edge_for_flights(volume: f64, flown: f64, phase: &Phase) -> f64 {
     side / (across * (ways / WAYS).powf(0.2)).max(1.0)
 }
 
-/// Whether cells of `edge` metres are thin where the camera sees the medium.
-pub fn is_thin(edge: f64, medium: &Medium, visible: &[WorldPoint]) -> bool {
-    thickest(medium, visible).is_none_or(|sigma_t| sigma_t * edge <= THIN)
+/// The widest edge, in metres, of cells that are thin where the camera sees the medium; infinite
+/// where it does not.
+pub fn thin_edge(medium: &Medium, visible: &[WorldPoint]) -> f64 {
+    thickest(medium, visible).map_or(f64::INFINITY, |sigma_t| THIN / sigma_t)
 }
 
 /// Edge of the cells for direct light, in metres: as fine as the picture, but thin; nothing where

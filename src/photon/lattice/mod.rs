@@ -21,7 +21,7 @@ mod track;
 mod walk;
 
 pub(super) use build::Builder;
-pub(super) use edge::{edge_for_flights, is_thin};
+pub(super) use edge::{edge_for_flights, thin_edge};
 pub(super) use shape::Cells;
 pub(super) use track::Track;
 
