@@ -26,6 +26,8 @@ pub struct PhotonMaps {
     /// For each medium the light that comes straight from lights and is scattered toward the
     /// camera; empty where it is not kept.
     pub direct: Vec<DirectLattice>,
+    /// For each medium the phase function by which it scatters the photons' light.
+    pub phases: Vec<Phase>,
     /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
     /// its own.
     pub volume_radius: f64,
@@ -48,6 +50,7 @@ impl PhotonMaps {
             volume: vec![BeamMap::new(origin, &[], &[])],
             lattices: Vec::new(),
             direct: Vec::new(),
+            phases: Vec::new(),
             volume_radius: radius,
             surface: PhotonMap::new(origin, &[]),
             surface_radius: radius,

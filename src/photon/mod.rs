@@ -16,6 +16,7 @@ mod path;
 mod radius;
 mod scout;
 mod shoot;
+mod soft;
 mod stored;
 mod visible;
 mod zones;

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::light::Reach;
 use crate::math::{Aabb, World, WorldPoint, warp};
-use crate::medium::Medium;
+use crate::medium::{Medium, Phase};
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
 use crate::surface::{Material, Surface};
@@ -19,7 +19,7 @@ use super::radius::{Radii, around};
 use super::scout::Scouted;
 use super::visible::Visible;
 use super::zones::Zones;
-use super::{BeamMap, Photon, PhotonMap, PhotonMaps, Placed};
+use super::{BeamMap, Photon, PhotonMap, PhotonMaps, Placed, soft};
 
 /// Radius, in metres, that stands for everything.
 const ENDLESS: f64 = 1e15;
@@ -104,10 +104,11 @@ pub fn shoot(
         tracked: keeps.then(|| if scene.media.is_endless() { endless() } else { media }),
         window: None,
     };
+    let phases = soft::phases(scene, shooting.photons);
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
     let scouted = windowed(&mut paths, count);
     paths.keep = scouted.keep;
-    let mut lattices = lattices(scene, shooting, origin, &visible.media, scouted.flown);
+    let mut lattices = lattices(scene, shooting, &phases, origin, &visible.media, scouted.flown);
     // Cells at a medium's border reach beyond it.
     paths.tracked = lattices.iter().map(Builder::bounds).reduce(Aabb::union);
     if !keeps {
@@ -153,7 +154,7 @@ pub fn shoot(
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
             let depth = visible.depth(scene).min(size);
-            let weight = |p: &Placed| toward_camera(scene, p.at(origin), &p.photon);
+            let weight = |p: &Placed| toward_camera(scene, &phases, p.at(origin), &p.photon);
             Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
         }
     };
@@ -172,6 +173,7 @@ pub fn shoot(
         volume: levels,
         lattices,
         direct,
+        phases,
         volume_radius,
         surface,
         surface_radius,
@@ -203,19 +205,20 @@ fn windowed(paths: &mut Paths<'_>, count: u64) -> Scouted {
 fn lattices<'a>(
     scene: &'a Scene,
     shooting: &Shooting,
+    phases: &'a [Phase],
     origin: WorldPoint,
     visible: &[WorldPoint],
     flown: f64,
 ) -> Vec<Builder<'a>> {
     let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
     let eye = scene.camera.ray(width, height, [0.5; 2]).origin;
-    let lattice = |medium: &'a Medium| {
+    let lattice = |(medium, phase): (&Medium, &'a Phase)| {
         let thin = thin_edge(medium, visible);
         let edge = match shooting.radius {
             Some(radius) if radius <= thin => radius,
             Some(_) => return None,
             None => {
-                let edge = edge_for_flights(medium.density.volume()?, flown, &medium.phase);
+                let edge = edge_for_flights(medium.density.volume()?, flown, phase);
                 if edge > FINER * thin {
                     return None;
                 }
@@ -227,9 +230,9 @@ fn lattices<'a>(
             return None;
         }
         let cells = Cells::around(&medium.density, edge)?;
-        Some(Builder::new(cells, origin, &medium.phase, &scene.camera))
+        Some(Builder::new(cells, origin, phase, &scene.camera))
     };
-    scene.media.iter().map(lattice).collect::<Option<_>>().unwrap_or_default()
+    scene.media.iter().zip(phases).map(lattice).collect::<Option<_>>().unwrap_or_default()
 }
 
 /// Whether rays ask for light that lattices do not hold: scattered toward other places than the
@@ -247,9 +250,9 @@ fn thinned<T>(all: &[T], level: u32) -> impl Iterator<Item = &T> {
 
 /// How much more a photon's light scatters toward the camera than if it were spread evenly, by the
 /// most peaked phase function.
-fn toward_camera(scene: &Scene, p: WorldPoint, photon: &Photon) -> f64 {
+fn toward_camera(scene: &Scene, phases: &[Phase], p: WorldPoint, photon: &Photon) -> f64 {
     let cosine = photon.direction().dot(scene.camera.toward(p));
-    let most = scene.media.iter().map(|m| m.phase.eval(cosine)).fold(0.0, f64::max);
+    let most = phases.iter().map(|phase| phase.eval(cosine)).fold(0.0, f64::max);
     most / warp::uniform_sphere_pdf()
 }
 

@@ -46,6 +46,8 @@ pub struct Marcher<'a> {
     /// Grid lookups of [`scatterers`](Self::scatterers).
     lookups: u64,
     isotropic: bool,
+    /// Phase function of each medium.
+    phases: Vec<Phase>,
     /// For each light whether lattices keep what comes straight from it.
     kept: Vec<bool>,
     all_kept: bool,
@@ -68,7 +70,8 @@ impl<'a> Marcher<'a> {
         };
         let kept: Vec<bool> = scene.lights.lights.iter().enumerate().map(is_kept).collect();
         let all_kept = kept.iter().all(|&kept| kept);
-        Self { scene, maps, needs, lookups, isotropic, kept, all_kept }
+        let phases = media.iter().map(|m| m.phase).collect();
+        Self { scene, maps, needs, lookups, isotropic, phases, kept, all_kept }
     }
 
     /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
@@ -170,7 +173,7 @@ impl<'a> Marcher<'a> {
             let u = stratum(index, places, state);
             let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
             let p = ray.at(place.t);
-            let scatterers = self.scatterers(p);
+            let scatterers = self.scatterers(p, &self.phases);
             state.draws.work.grid_lookups += self.lookups;
             if !scatterers.is_empty() {
                 state.draws.work.gathers += 1;
@@ -192,7 +195,8 @@ impl<'a> Marcher<'a> {
                 let t = distances.sample(stratum(index, PLACES_BESIDE, state));
                 let Some(place) = profile.place_at(t) else { continue };
                 let p = ray.at(t);
-                let (choice, scatterers) = (lights.pick_probability(p, *lamp), self.scatterers(p));
+                let (choice, scatterers) =
+                    (lights.pick_probability(p, *lamp), self.scatterers(p, &self.phases));
                 state.draws.work.grid_lookups += self.lookups;
                 let sample = lights.lights[*lamp].sample(p, state.draws.rng.uniform2());
                 if let Some(light) = sample.filter(|_| choice > 0.0 && !scatterers.is_empty()) {
@@ -280,7 +284,7 @@ impl<'a> Marcher<'a> {
             let Some((transmittance, sigma_t)) = profile.at(t) else {
                 return Scatterers::new();
             };
-            let mut scatterers = self.scatterers(ray.at(t));
+            let mut scatterers = self.scatterers(ray.at(t), &self.maps.phases);
             for (_, share) in &mut scatterers {
                 *share *= transmittance * sigma_t;
             }
@@ -296,19 +300,20 @@ impl<'a> Marcher<'a> {
         light
     }
 
-    /// The phase functions at `p`, each weighed by its share of the extinction there.
-    fn scatterers(&self, p: WorldPoint) -> Scatterers<'a> {
+    /// Those of `phases`, one a medium, that scatter at `p`, each weighed by its share of the
+    /// extinction there.
+    fn scatterers<'p>(&self, p: WorldPoint, phases: &'p [Phase]) -> Scatterers<'p> {
         let media = &self.scene.media;
         if media.len() == 1 {
             let medium = media.get(0);
             let albedo = medium.albedo.at(p);
-            return (albedo != Rgb::ZERO).then_some((&medium.phase, albedo)).into_iter().collect();
+            return (albedo != Rgb::ZERO).then_some((&phases[0], albedo)).into_iter().collect();
         }
         let sigma_t = media.sigma_t_at(p);
         let share =
             |sigma_s: Rgb| Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO);
         let mixture = media.mixture_at(p);
-        mixture.iter().map(|(m, sigma_s)| (&media.get(*m).phase, share(*sigma_s))).collect()
+        mixture.iter().map(|(m, sigma_s)| (&phases[*m], share(*sigma_s))).collect()
     }
 
     /// Light that a diffuse surface reflects along `ray` back to its origin.

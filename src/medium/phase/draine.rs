@@ -19,6 +19,10 @@ impl Draine {
         Self { g, alpha }
     }
 
+    pub(super) const fn softened(self, keep: f64) -> Self {
+        Self { g: self.g * keep, ..self }
+    }
+
     /// Mean of 1 + alpha cos² under the Henyey-Greenstein function.
     fn normalisation(self) -> f64 {
         1.0 + self.alpha * (1.0 + 2.0 * self.g * self.g) / 3.0

@@ -40,6 +40,10 @@ impl Fog {
             + (1.0 - self.body_weight) * self.peak.mean_cosine()
     }
 
+    pub(super) const fn softened(self, keep: f64) -> Self {
+        Self { peak: self.peak.softened(keep), body: self.body.softened(keep), ..self }
+    }
+
     pub(super) fn eval(self, cos_theta: f64) -> f64 {
         self.body_weight * self.body.eval(cos_theta)
             + (1.0 - self.body_weight) * self.peak.eval(cos_theta)

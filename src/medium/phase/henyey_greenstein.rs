@@ -28,6 +28,10 @@ impl HenyeyGreenstein {
         self.g
     }
 
+    pub(super) const fn softened(self, keep: f64) -> Self {
+        Self { g: self.g * keep }
+    }
+
     pub(super) fn eval(self, cos_theta: f64) -> f64 {
         let s = lobe_distance_squared(self.g, cos_theta);
         (1.0 - self.g) * (1.0 + self.g) / (4.0 * PI * s * s.sqrt())

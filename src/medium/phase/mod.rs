@@ -15,12 +15,15 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::math::Frame;
+use crate::math::{Frame, warp};
 pub use fog::Fog;
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
 pub use rayleigh::Rayleigh;
 pub use two_lobe::TwoLobe;
+
+/// Deflections by which the concentration of a phase function is found.
+const DEFLECTIONS: u32 = 256;
 
 /// A phase function.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,6 +97,30 @@ impl Phase {
             Self::Fog(p) => p.sample(u[0]),
         };
         (deflection.apply(direction, u[1]), self.eval(deflection.cos()))
+    }
+
+    /// The function after a further deflection by Henyey and Greenstein's with mean cosine `keep`
+    /// in [0, 1]. The lobes' Legendre coefficients g^l are multiplied by keep^l: exact for
+    /// Henyey-Greenstein lobes, near it for Draine's. Smooth functions stay as they are.
+    #[must_use]
+    pub const fn softened(&self, keep: f64) -> Self {
+        match self {
+            Self::Isotropic(p) => Self::Isotropic(*p),
+            Self::HenyeyGreenstein(p) => Self::HenyeyGreenstein(p.softened(keep)),
+            Self::Rayleigh(p) => Self::Rayleigh(*p),
+            Self::TwoLobe(p) => Self::TwoLobe(p.softened(keep)),
+            Self::Fog(p) => Self::Fog(p.softened(keep)),
+        }
+    }
+
+    /// By how much the variance of light scattered one way exceeds that of isotropic scattering,
+    /// where it comes from all sides alike: the mean of (4 pi p)² over the sphere.
+    pub fn concentration(&self) -> f64 {
+        let value = |index: u32| {
+            let u = (f64::from(index) + 0.5) / f64::from(DEFLECTIONS);
+            self.sample(DVec3::Z, [u, 0.5]).1 / warp::uniform_sphere_pdf()
+        };
+        (0..DEFLECTIONS).map(value).sum::<f64>() / f64::from(DEFLECTIONS)
     }
 
     /// Mean of the cosine over the scattered light.

@@ -33,6 +33,10 @@ impl TwoLobe {
         self.weight * self.first.mean_cosine() + (1.0 - self.weight) * self.second.mean_cosine()
     }
 
+    pub(super) const fn softened(self, keep: f64) -> Self {
+        Self { first: self.first.softened(keep), second: self.second.softened(keep), ..self }
+    }
+
     pub(super) fn is_isotropic(self) -> bool {
         (self.weight == 0.0 || self.first.mean_cosine() == 0.0)
             && (self.weight == 1.0 || self.second.mean_cosine() == 0.0)

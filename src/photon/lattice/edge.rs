@@ -1,6 +1,6 @@
 //! How wide the cells of a lattice are.
 
-use crate::math::{WorldPoint, warp};
+use crate::math::WorldPoint;
 use crate::medium::{Medium, Phase};
 use crate::scene::Scene;
 
@@ -20,9 +20,6 @@ const PIXELS: f64 = 1.5;
 /// Finest edge for direct light in voxels.
 const FINEST: f64 = 0.5;
 
-/// Deflections by which the concentration of a phase function is found.
-const DEFLECTIONS: u32 = 256;
-
 /// Edge of the cells, in metres, that suits a medium of this volume in m³ in which all flights
 /// together are `flown` metres long. A pixel's variance falls with the number of flights and with
 /// the edge, its squared bias with the fourth power of the edge; the sum is least where the edge
@@ -31,7 +28,7 @@ pub fn edge_for_flights(volume: f64, flown: f64, phase: &Phase) -> f64 {
     let side = volume.cbrt();
     // A cell is crossed by 1.5 times its share of the flights over its edge.
     let across = (1.5 * WAYS / CROSSINGS).sqrt();
-    let ways = (flown / concentration(phase) / side).max(1e-3);
+    let ways = (flown / phase.concentration() / side).max(1e-3);
     side / (across * (ways / WAYS).powf(0.2)).max(1.0)
 }
 
@@ -63,16 +60,6 @@ pub fn edge_for_direct(scene: &Scene, medium: &Medium, visible: &[WorldPoint]) -
 fn thickest(medium: &Medium, visible: &[WorldPoint]) -> Option<f64> {
     let sigma_t = visible.iter().map(|p| medium.sigma_t_at(*p).max_element());
     quantile(sigma_t.filter(|sigma_t| *sigma_t > 0.0).collect(), 0.9)
-}
-
-/// By how much the variance of light scattered one way exceeds that of isotropic scattering: the
-/// mean of (4 pi p)² over the sphere.
-fn concentration(phase: &Phase) -> f64 {
-    let value = |index: u32| {
-        let u = (f64::from(index) + 0.5) / f64::from(DEFLECTIONS);
-        phase.sample(glam::DVec3::Z, [u, 0.5]).1 / warp::uniform_sphere_pdf()
-    };
-    (0..DEFLECTIONS).map(value).sum::<f64>() / f64::from(DEFLECTIONS)
 }
 
 fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
