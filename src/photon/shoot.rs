@@ -27,6 +27,9 @@ const ENDLESS: f64 = 1e15;
 /// Radii of the scene within which light on an infinite plane counts.
 const GROUND: f64 = 4.0;
 
+/// Distance from a medium, in its smallest extents, within which the eye counts as inside.
+const NEAR: f64 = 0.02;
+
 /// How many times as fine as suits the flights cells may be, so that they are thin.
 const FINER: f64 = 1.7;
 
@@ -85,11 +88,13 @@ pub fn shoot(
     let margin = radius.unwrap_or(0.02 * size);
     let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
     let keeps = shooting.needs.volume_photons;
-    let direct: Option<Vec<DirectLattice>> = (0..scene.media.len())
-        .filter(|_| keeps)
-        .map(|medium| DirectLattice::new(scene, medium, &visible.media, shooting.seed))
-        .collect();
-    let mut direct = direct.unwrap_or_default();
+    let kept = |medium| {
+        let of = scene.media.get(medium);
+        let new = || DirectLattice::new(scene, medium, &visible.media, shooting.seed);
+        (keeps && is_before(scene, of)).then(new).flatten()
+    };
+    let direct: Option<Vec<_>> = (0..scene.media.len()).map(kept).collect();
+    let direct = direct.unwrap_or_default();
     let reach = reach(scene, &visible, everything.grown(margin))?;
     let emitters = Emitters::new(scene, reach, !direct.is_empty())?;
     let units = Units::around(emitters.power() / shooting.photons.max(1) as f64, size);
@@ -114,9 +119,7 @@ pub fn shoot(
     if !keeps {
         lattices.clear();
     }
-    if lattices.is_empty() {
-        direct.clear();
-    } else if !needs_beams(scene) {
+    if !lattices.is_empty() && !needs_beams(scene) {
         paths.keep = 0.0;
     }
     let (mut work, mut volume, mut surface) = (visible.work, Vec::new(), Vec::new());
@@ -210,9 +213,10 @@ fn lattices<'a>(
     visible: &[WorldPoint],
     flown: f64,
 ) -> Vec<Builder<'a>> {
-    let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
-    let eye = scene.camera.ray(width, height, [0.5; 2]).origin;
     let lattice = |(medium, phase): (&Medium, &'a Phase)| {
+        if !is_before(scene, medium) {
+            return None;
+        }
         let thin = thin_edge(medium, visible);
         let edge = match shooting.radius {
             Some(radius) if radius <= thin => radius,
@@ -225,14 +229,18 @@ fn lattices<'a>(
                 edge.min(thin)
             }
         };
-        // Near the eye cells would show.
-        if medium.density.bounds()?.grown(edge).contains(eye) {
-            return None;
-        }
         let cells = Cells::around(&medium.density, edge)?;
         Some(Builder::new(cells, origin, phase, &scene.camera))
     };
     scene.media.iter().zip(phases).map(lattice).collect::<Option<_>>().unwrap_or_default()
+}
+
+/// Whether a medium has an end and lies before the eye: near it cells would show.
+fn is_before(scene: &Scene, medium: &Medium) -> bool {
+    let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
+    let eye = scene.camera.ray(width, height, [0.5; 2]).origin;
+    let apart = |b: Aabb<World>| !b.grown(NEAR * b.size().min_element()).contains(eye);
+    medium.density.bounds().is_some_and(apart)
 }
 
 /// Whether rays ask for light that lattices do not hold: scattered toward other places than the

@@ -66,7 +66,10 @@ impl<'a> Marcher<'a> {
         let isotropic = media.iter().all(|m| m.phase.is_isotropic());
         let is_kept = |(index, light): (usize, &Light)| {
             !maps.direct.is_empty()
-                && (light.is_environment() || maps.direct.iter().all(|d| d.keeps(index)))
+                && match light.is_environment() {
+                    true => !maps.lattices.is_empty(),
+                    false => maps.direct.iter().all(|d| d.keeps(index)),
+                }
         };
         let kept: Vec<bool> = scene.lights.lights.iter().enumerate().map(is_kept).collect();
         let all_kept = kept.iter().all(|&kept| kept);
@@ -131,22 +134,40 @@ impl<'a> Marcher<'a> {
         profile.trace(&self.scene.media, ray, Span::new(0.0, end), budget.step, jitter);
         profile.count(&mut state.draws.work);
         let mut light = if self.needs.emission { profile.emitted() } else { Rgb::ZERO };
-        let scatters = self.needs.scattering;
-        if scatters && !self.maps.lattices.is_empty() && (from_eye || self.isotropic) {
-            if !self.all_kept {
-                light += self.direct(ray, &profile, &self.kept, state);
-            }
-            light += self.kept_along(ray, &profile, budget.radius, state);
-        } else if scatters {
-            light += self.direct(ray, &profile, &[], state);
-            if state.shared > 0.0 {
-                let indirect = self.indirect(ray, hit, &profile, budget.radius, state);
-                light += state.shared * indirect;
-            }
+        if self.needs.scattering {
+            light += self.scattered(ray, hit, from_eye, &profile, budget.radius, state);
         }
         let transmittance = profile.transmittance();
         state.profile = profile;
         (light, transmittance)
+    }
+
+    /// Light that the media scatter along `ray` to its origin: what lattices keep, where it leads
+    /// to the eye or is scattered to all sides alike, and what they do not.
+    fn scattered(
+        &self,
+        ray: &Ray<World>,
+        hit: Option<&SurfaceHit<'_>>,
+        from_eye: bool,
+        profile: &Profile,
+        radius: f64,
+        state: &mut State,
+    ) -> Rgb {
+        let holds = from_eye || self.isotropic;
+        let keeps_direct = holds && !self.maps.direct.is_empty();
+        let keeps_flights = holds && !self.maps.lattices.is_empty();
+        let mut light = Rgb::ZERO;
+        if !(keeps_direct && self.all_kept) {
+            let kept = if keeps_direct { &self.kept[..] } else { &[] };
+            light += self.direct(ray, profile, kept, state);
+        }
+        if keeps_direct || keeps_flights {
+            light += self.kept_along(ray, profile, radius, state);
+        }
+        if !keeps_flights && state.shared > 0.0 {
+            light += state.shared * self.indirect(ray, hit, profile, radius, state);
+        }
+        light
     }
 
     /// Light that comes straight from a light and is scattered once along `ray`: evaluated at
@@ -251,7 +272,7 @@ impl<'a> Marcher<'a> {
 
     /// Light kept on the lattices of a medium at `p`.
     fn kept_at(&self, medium: usize, p: WorldPoint, level: usize, state: &mut State) -> Rgb {
-        let indirect = self.maps.lattices[medium].at(p, level);
+        let indirect = self.maps.lattices.get(medium).map_or(Rgb::ZERO, |l| l.at(p, level));
         let direct = self.maps.direct.get(medium);
         indirect + direct.map_or(Rgb::ZERO, |d| d.at(self.scene, p, &mut state.draws))
     }

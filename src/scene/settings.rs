@@ -68,7 +68,7 @@ impl Default for RenderSettings {
     fn default() -> Self {
         Self {
             rays: 16,
-            photons: 4_000_000,
+            photons: 1_000_000,
             radius: None,
             step: None,
             director: Director::Fixed,

@@ -22,7 +22,7 @@
 //!
 //! [render]                     # all overridden by the command line
 //! rays = 16                    # camera rays a pixel; default
-//! photons = 4_000_000          # in the map; default
+//! photons = 1_000_000          # paths; default
 //! radius = 0.05                # gather radius, m; default from photons and voxel size
 //! step = 0.05                  # march step, m; default from the voxel size
 //! director = "fixed"           # default; "x", "s", "xs": by its maps; "variance"
