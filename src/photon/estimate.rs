@@ -6,7 +6,7 @@ use crate::math::{Ray, Rgb, Span, World, WorldPoint, warp};
 use crate::medium::Phase;
 
 use super::kernel::DiskKernel;
-use super::{BeamMap, DirectLattice, Lattice, PhotonMap};
+use super::{BeamMap, DirectLattice, Lattice, SurfaceMap};
 
 /// How many times fewer photons each level of the volume photons has.
 pub(super) const THINNING: usize = 8;
@@ -33,9 +33,7 @@ pub struct PhotonMaps {
     pub volume_radius: f64,
     /// Photons on diffuse surfaces, of the same light. They are not thinned: light on surfaces has
     /// edges, which a wide gather would smear.
-    pub surface: PhotonMap,
-    /// Gather radius that suits the surface photons, in metres.
-    pub surface_radius: f64,
+    pub surface: SurfaceMap,
     /// W m that a volume photon of power 1 stands for.
     pub volume_unit: f64,
     /// W that a surface photon of power 1 stands for.
@@ -52,8 +50,7 @@ impl PhotonMaps {
             direct: Vec::new(),
             phases: Vec::new(),
             volume_radius: radius,
-            surface: PhotonMap::new(origin, &[]),
-            surface_radius: radius,
+            surface: SurfaceMap::default(),
             volume_unit: 1.0,
             surface_unit: 1.0,
         }
@@ -97,19 +94,10 @@ impl PhotonMaps {
         sum * (self.volume_unit * THINNING.pow(level as u32) as f64)
     }
 
-    /// The photons' irradiance at `p` on the side of the unit `normal`, W/m², from the surface
-    /// photons nearby that arrived on that side (Jensen 1996). `gathered` counts them.
+    /// The photons' irradiance at `p` on the side of the unit `normal`, W/m². `gathered` counts
+    /// the photons that it is made of.
     pub fn irradiance(&self, p: WorldPoint, normal: DVec3, gathered: &mut u64) -> Rgb {
-        let kernel = DiskKernel::new(self.surface_radius);
-        let (mut sum, mut count) = (Rgb::ZERO, 0);
-        self.surface.within(p, self.surface_radius, |photon, distance2| {
-            if photon.direction().dot(normal) < 0.0 {
-                count += 1;
-                sum += photon.power() * kernel.at(distance2);
-            }
-        });
-        *gathered += count;
-        sum * self.surface_unit
+        self.surface.irradiance(p, normal, gathered) * self.surface_unit
     }
 
     /// The level whose radii are nearest to `radius` metres, of photons and of lattices alike.

@@ -18,6 +18,7 @@ mod scout;
 mod shoot;
 mod soft;
 mod stored;
+mod surface;
 mod visible;
 mod zones;
 
@@ -29,3 +30,4 @@ pub use memory::{PhotonMemory, memory};
 pub use path::MAX_EVENTS;
 pub use shoot::{Shooting, shoot};
 pub use stored::{Photon, Placed};
+pub use surface::SurfaceMap;

@@ -15,7 +15,7 @@ const ALONG: f64 = 64.0;
 const WIDEST: f64 = 8.0;
 
 /// Photons that a gather on a surface should find.
-const AROUND: usize = 50;
+const AROUND: f64 = 100.0;
 
 /// Photons that the sphere of one volume photon holds at most, where few are near any ray.
 const WITHIN: f64 = 100.0;
@@ -91,13 +91,29 @@ impl Radii {
     }
 }
 
-/// The radius, in metres, within which most of `places` on surfaces find as many photons as they
-/// should; nothing where the map or the places are empty.
-pub(super) fn around(map: &PhotonMap, places: &[WorldPoint]) -> Option<f64> {
-    let stride = (places.len() / PLACES).max(1);
-    let distances =
-        places.iter().step_by(stride).filter_map(|p| map.distance_to_nearest(*p, AROUND)).collect();
-    median(distances).filter(|r| *r > 0.0)
+/// The radius of each photon on a surface, in metres, at most `most`: within it about as many lie
+/// as a gather should find, and the more the more a photon's power exceeds its neighbours'.
+pub(super) fn on_surfaces(origin: WorldPoint, photons: &[Placed], most: f64) -> Vec<f32> {
+    let step = (photons.len() / PROBED).max(1);
+    let thin: Vec<Placed> = photons.iter().step_by(step).copied().collect();
+    let thinning = photons.len() as f64 / thin.len().max(1) as f64;
+    let map = PhotonMap::new(origin, &thin);
+    let spacing = |p: &Placed| {
+        let mut power = 0.0;
+        let near = map.nearest_photons(p.at(origin), NEIGHBOURS + 1, |photon| {
+            power += photon.power().element_sum() / (NEIGHBOURS + 1) as f64;
+        });
+        let around = (AROUND / (NEIGHBOURS as f64 * thinning)).sqrt();
+        (near.map_or(most, |near| near * around), power)
+    };
+    let spacings: Vec<(f64, f64)> = thin.par_iter().map(spacing).collect();
+    let wide = |p: &Placed| {
+        let (radius, power) = map.nearest(p.at(origin)).map_or((most, 1.0), |i| spacings[i]);
+        let counts = p.photon.power().element_sum() / power;
+        let radius = radius * counts.sqrt().clamp(1.0, WIDEST);
+        radius.min(most).max(f64::from(f32::MIN_POSITIVE)) as f32
+    };
+    photons.par_iter().map(wide).collect()
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {

@@ -15,11 +15,11 @@ use super::emitters::Emitters;
 use super::estimate::THINNING;
 use super::lattice::{Builder, Cells, DirectLattice, Lattice, Track, edge_for_flights, thin_edge};
 use super::path::{Deposits, Paths, Units};
-use super::radius::{Radii, around};
+use super::radius::{self, Radii};
 use super::scout::Scouted;
 use super::visible::Visible;
 use super::zones::Zones;
-use super::{BeamMap, Photon, PhotonMap, PhotonMaps, Placed, soft};
+use super::{BeamMap, Photon, PhotonMaps, Placed, SurfaceMap, soft};
 
 /// Radius, in metres, that stands for everything.
 const ENDLESS: f64 = 1e15;
@@ -35,6 +35,9 @@ const FINER: f64 = 1.7;
 
 /// How many times as many events splitting may make of the same paths.
 const DEARER: f64 = 2.0;
+
+/// How often the window for splitting is raised at most.
+const RAISES: u32 = 8;
 
 /// Paths that are traced as one piece of work.
 const CHUNK: u64 = 2048;
@@ -152,7 +155,6 @@ pub fn shoot(
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
-    let surface = PhotonMap::new(origin, &surface);
     let radii = match radius {
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
@@ -161,9 +163,11 @@ pub fn shoot(
             Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
         }
     };
-    let surface_radius = radius
-        .or_else(|| around(&surface, &visible.surfaces))
-        .unwrap_or_else(|| 0.02 * extent(everything, media));
+    let surface_radii = match radius {
+        Some(radius) => vec![radius as f32; surface.len()],
+        None => radius::on_surfaces(origin, &surface, 0.1 * extent(everything, media)),
+    };
+    let surface = SurfaceMap::new(origin, &surface, &surface_radii);
     let thinner = |level: u32| {
         let wider = (1_u32 << level) as f32;
         let radii: Vec<f32> = thinned(&radii.each, level).map(|r| r * wider).collect();
@@ -179,7 +183,6 @@ pub fn shoot(
         phases,
         volume_radius,
         surface,
-        surface_radius,
         volume_unit: units.volume,
         surface_unit: units.surface,
     };
@@ -192,15 +195,17 @@ fn windowed(paths: &mut Paths<'_>, count: u64) -> Scouted {
     let whole = Scouted::by(paths, count);
     let Some(power) = whole.usual_power else { return whole };
     let mut window = power * paths.units.surface;
-    loop {
+    for _ in 0..RAISES {
         paths.window = Some(window);
         let split = Scouted::by(paths, count);
-        let dearer = split.events / (DEARER * whole.events);
+        let dearer = split.events / (DEARER * whole.events).max(1.0);
         if dearer <= 1.0 {
             return split;
         }
         window *= dearer.max(1.5);
     }
+    paths.window = None;
+    whole
 }
 
 /// Empty lattices, one a medium, where light can be kept on lattices: where all media have an end

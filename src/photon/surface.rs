@@ -1,0 +1,64 @@
+//! Photons on surfaces.
+
+use glam::DVec3;
+
+use crate::math::{Rgb, WorldPoint};
+
+use super::kernel::DiskKernel;
+use super::{PhotonMap, Placed};
+
+/// Photons on surfaces, each spread over a disk of its own radius: the sample-point estimator of
+/// Breiman, Meisel and Purcell 1977, "Variable Kernel Estimates of Multivariate Densities". It
+/// keeps each photon's power, whatever the radius, where a search for the nearest would not.
+#[derive(Debug, Default)]
+pub struct SurfaceMap {
+    /// Photons of about one radius each, since a tree is searched within one.
+    classes: Vec<Class>,
+}
+
+#[derive(Debug)]
+struct Class {
+    kernel: DiskKernel,
+    radius: f64,
+    photons: PhotonMap,
+}
+
+impl SurfaceMap {
+    /// The map of `photons`, relative to `origin`, with their radii in metres: those of one octave
+    /// all have its mean.
+    pub(super) fn new(origin: WorldPoint, photons: &[Placed], radii: &[f32]) -> Self {
+        let mut sorted: Vec<(i32, u32)> =
+            radii.iter().zip(0..).map(|(r, index)| (r.log2().round() as i32, index)).collect();
+        sorted.sort_unstable();
+        let class = |members: &[(i32, u32)]| {
+            let placed: Vec<_> =
+                members.iter().map(|(_, index)| photons[*index as usize]).collect();
+            let octaves = members.iter().map(|(_, i)| f64::from(radii[*i as usize].log2()));
+            let radius = (octaves.sum::<f64>() / members.len() as f64).exp2();
+            let photons = PhotonMap::new(origin, &placed);
+            Class { kernel: DiskKernel::new(radius), radius, photons }
+        };
+        Self { classes: sorted.chunk_by(|a, b| a.0 == b.0).map(class).collect() }
+    }
+
+    /// Whether it holds no photons.
+    pub const fn is_empty(&self) -> bool {
+        self.classes.is_empty()
+    }
+
+    /// Irradiance at `p` on the side of the unit `normal`, in the photons' unit of power a m², from
+    /// those nearby that arrived on that side (Jensen 1996). `gathered` counts them.
+    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, gathered: &mut u64) -> Rgb {
+        let (mut sum, mut count) = (Rgb::ZERO, 0);
+        for Class { kernel, radius, photons } in &self.classes {
+            photons.within(p, *radius, |photon, distance2| {
+                if photon.direction().dot(normal) < 0.0 {
+                    count += 1;
+                    sum += photon.power() * kernel.at(distance2);
+                }
+            });
+        }
+        *gathered += count;
+        sum
+    }
+}
