@@ -45,8 +45,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
     let level_set_as_fog = args.level_set.is_some();
-    let (mut scene, pool, loading) =
-        load::scene(&args.paths.scene, &args.settings, level_set_as_fog, &args.run)?;
+    let (mut scene, pool, loading) = load::scene_within(
+        args.hold.memory,
+        &args.paths.scene,
+        &args.settings,
+        level_set_as_fog,
+        &args.run,
+    )?;
     scene.render.planning = args.plan;
     if !args.reference && !args.run.quiet {
         console::message(&RenderPlan::of(&scene, &scene.render).line());
