@@ -278,6 +278,28 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_pixel_on_its_way_has_as_much_light_as_a_finished_one() {
+        for (rays, gathers) in [(16, 4), (10, 4), (64, 3), (3, 4), (7, 7)] {
+            let budget = Budget { gathers, ..Budget::fixed(rays, 0.0, 0.0) };
+            let mut samples = Accumulator::default();
+            for sample in 0..rays {
+                let shared = Rgb::splat(2.0 * super::shared(sample, &budget));
+                let shares = budget.rays > budget.gathers;
+                samples.add(Sample {
+                    radiance: Rgb::ONE + shared,
+                    shared: if shares { shared } else { Rgb::ZERO },
+                    alpha: 1.0,
+                    transmittance: 1.0,
+                    depth: 1.0,
+                });
+                let told = samples.mean() + unshared(&samples, &budget);
+                assert!((told - 3.0).abs().max_element() < 1e-5, "{told} after {sample} of {rays}");
+            }
+            assert_eq!(unshared(&samples, &budget), Rgb::ZERO);
+        }
+    }
+
+    #[test]
     fn passes_grow_to_all_rays() {
         assert_eq!(passes(0).count(), 0);
         assert_eq!(passes(1).collect::<Vec<_>>(), [1]);
