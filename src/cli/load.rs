@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use rayon::ThreadPool;
 
 use super::console;
+use super::memory;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
 use crate::scene::{LoadOptions, Scene};
@@ -18,7 +19,20 @@ pub(super) fn scene(
     level_set_as_fog: bool,
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Duration)> {
-    let options = LoadOptions { overrides: settings.overrides(), level_set_as_fog };
+    scene_within(None, path, settings, level_set_as_fog, run)
+}
+
+/// As [`scene`], but no grid is read that takes more than `memory` bytes, or than the machine has
+/// where none is given.
+pub(super) fn scene_within(
+    memory: Option<u64>,
+    path: &Path,
+    settings: &SettingArgs,
+    level_set_as_fog: bool,
+    run: &RunArgs,
+) -> Result<(Scene, ThreadPool, Duration)> {
+    let memory = memory.or_else(memory::available);
+    let options = LoadOptions { overrides: settings.overrides(), level_set_as_fog, memory };
     let pool = thread_pool(run.threads)?;
     let start = Instant::now();
     let scene = pool.install(|| Scene::load(path, &options))?;

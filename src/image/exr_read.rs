@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use std::io::Cursor;
+use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{
-    AnyChannels, AttributeValue, FlatSamples, Layer, ReadChannels, ReadLayers as _, Text,
+    AnyChannels, AttributeValue, FlatSamples, Layer, ReadChannels, ReadLayers as _, Text, Vec2,
     read as read_with,
 };
 
@@ -36,6 +36,10 @@ pub struct Layers {
     pub width: usize,
     /// Rows.
     pub height: usize,
+    /// Column and row of the upper left pixel on the display window's.
+    pub corner: [i32; 2],
+    /// Width and height of the display window: larger than the picture's where it is a part.
+    pub display: [usize; 2],
     /// Channels by name, row by row from the top.
     pub channels: BTreeMap<String, Vec<f32>>,
     /// The header's attributes that are strings.
@@ -79,6 +83,19 @@ pub fn read_layers(path: &Path) -> Result<Layers> {
         .ok_or_else(|| Error::file(path, "is an EXR file without a picture"))
 }
 
+/// Reads the strings of the header of an EXR file's first part, and nothing else of it.
+///
+/// # Errors
+/// Where the file cannot be read or its header is damaged.
+pub fn read_attributes(path: &Path) -> Result<BTreeMap<String, String>> {
+    let file = BufReader::new(file::open(path)?);
+    let damaged = |e: &dyn Display| Error::file(path, format!("has a damaged header: {e}"));
+    on_decoder(path, &damaged, || {
+        let meta = MetaData::read_from_buffered(file, false).map_err(|e| damaged(&e))?;
+        Ok(meta.headers.first().map(strings).unwrap_or_default())
+    })
+}
+
 /// Whether the bytes begin as those of an EXR file.
 pub(super) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
@@ -115,10 +132,19 @@ fn decode_parts(bytes: &[u8], path: &Path) -> Result<Vec<Layers>> {
     let damaged = |e: &dyn Display| {
         Error::file(path, format!("is damaged or of a kind of EXR that cannot be read: {e}"))
     };
+    on_decoder(path, &damaged, || decode_here(bytes, path, &damaged))
+}
+
+/// Runs `decode` on a thread of its own; a panic there is damage.
+fn on_decoder<T: Send>(
+    path: &Path,
+    damaged: &dyn Fn(&dyn Display) -> Error,
+    decode: impl FnOnce() -> Result<T> + Send,
+) -> Result<T> {
     std::thread::scope(|scope| {
         let decoder = std::thread::Builder::new()
             .name(EXR_DECODER.into())
-            .spawn_scoped(scope, || decode_here(bytes, path, &damaged))
+            .spawn_scoped(scope, decode)
             .map_err(|e| Error::file(path, format!("cannot be decoded: {e}")))?;
         decoder.join().unwrap_or_else(|_| Err(damaged(&"its blocks do not fit its header")))
     })
@@ -145,25 +171,37 @@ fn decode_here(
 }
 
 fn layers(part: Layer<AnyChannels<FlatSamples>>, header: &Header) -> Layers {
+    let display = header.shared_attributes.display_window;
+    let origin = header.own_attributes.layer_position;
+    let corner = [0, 1].map(|axis| {
+        let at = |v: Vec2<i32>| [v.x(), v.y()][axis];
+        at(origin).saturating_sub(at(display.position))
+    });
     Layers {
         width: part.size.width(),
         height: part.size.height(),
+        corner,
+        display: [display.size.width(), display.size.height()],
         channels: part
             .channel_data
             .list
             .into_iter()
             .map(|channel| (string(&channel.name), floats(channel.sample_data)))
             .collect(),
-        attributes: header
-            .all_named_attributes()
-            .filter_map(|(name, value)| match value {
-                AttributeValue::Text(text) => {
-                    Some((String::from_utf8_lossy(name).into_owned(), string(&text)))
-                }
-                _ => None,
-            })
-            .collect(),
+        attributes: strings(header),
     }
+}
+
+/// The attributes of a header that are strings.
+fn strings(header: &Header) -> BTreeMap<String, String> {
+    let attributes = header.all_named_attributes();
+    let text = |(name, value): (&[u8], AttributeValue)| match value {
+        AttributeValue::Text(text) => {
+            Some((String::from_utf8_lossy(name).into_owned(), string(&text)))
+        }
+        _ => None,
+    };
+    attributes.filter_map(text).collect()
 }
 
 /// Checks the claims of the header before memory is taken for them.

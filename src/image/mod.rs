@@ -17,9 +17,10 @@ mod scalar;
 mod srgb;
 mod texture;
 mod view;
+mod window;
 
 pub use accumulator::{Accumulator, Sample};
-pub use exr_read::{EXR_DECODER, Layers, read_exr, read_layers};
+pub use exr_read::{EXR_DECODER, Layers, read_attributes, read_exr, read_layers};
 pub use exr_write::{write_exr, write_exr_image, write_exr_layers};
 pub use film::{FAR, Film, FilmPixel};
 pub use palette::{NOT_FINITE, viridis};
@@ -30,3 +31,4 @@ pub use scalar::{ScalarMap, contact_sheet, titled};
 pub use srgb::{decode as srgb_decode, encode as srgb_encode};
 pub use texture::{decode_texture, read_texture};
 pub use view::{View, ViewTransform};
+pub use window::Window;

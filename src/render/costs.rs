@@ -2,14 +2,15 @@
 
 use serde::Serialize;
 
-use super::expose::{Direction, Sheet, State, expose};
+use super::expose::{self, Direction, Sheet, State};
 use super::march::Marcher;
-use super::{Silent, finest_step, guide};
+use super::{Control, finest_step, guide};
 use crate::director::Budget;
 use crate::error::Result;
+use crate::image::{Accumulator, Window};
 use crate::math::Stage;
 use crate::medium::Medium;
-use crate::photon::{self, PhotonMemory, Shooting};
+use crate::photon::{self, PhotonMaps, PhotonMemory, Shooting};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 use crate::work::Work;
@@ -21,7 +22,7 @@ const PATHS: u64 = 1 << 14;
 const RAYS: f64 = 30_000.0;
 
 /// Bytes a pixel: what its samples leave and the film's layers.
-const FILM: u64 = 96 + 48;
+const FILM: u64 = size_of::<Accumulator>() as u64 + 48;
 
 /// Bytes a pixel of the layers, their copies for the file and the file itself.
 const WRITING: u64 = 48 + 48 + 48;
@@ -60,6 +61,8 @@ pub struct Memory {
     pub film: u64,
     /// The director's maps.
     pub maps: u64,
+    /// The film while it is written, with its copies.
+    pub writing: u64,
     /// The most that is in use at any time.
     pub peak: u64,
 }
@@ -71,11 +74,7 @@ pub struct Memory {
 /// As [`render`](super::render()).
 pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Costs> {
     let needs = Needs::of(scene, settings);
-    let paths = PATHS.min(settings.photons);
-    let shooting = Shooting { traced: Some(paths), ..guide::shooting(scene, settings) };
-    let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
-    let factor = settings.photons as f64 / paths.max(1) as f64;
-    let mut work = scaled(&shot, factor);
+    let (photons, mut work) = look(scene, settings)?;
 
     let [width, height] = scene.film.size.map(f64::from);
     let all = width * height * f64::from(settings.rays);
@@ -84,37 +83,70 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
     let budget = Budget::fixed(settings.rays, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, needs);
-    let look = |seed: u64| {
-        let sheet =
-            Sheet { size: size.map(|side| side as u32), seed, stage: Stage::Director, needs };
+    let expose = |seed: u64| {
+        let small = size.map(|side| side as u32);
+        let sheet = Sheet {
+            size: small,
+            window: Window::whole(small),
+            seed,
+            stage: Stage::Director,
+            needs,
+        };
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
         let radiance =
             |ray, budget: &Budget, state: &mut State| marcher.radiance(ray, budget, state);
-        expose(sheet, camera, |_, _| Direction::fixed(budget), radiance, &Silent).1
+        let fixed = |_, _| Direction::fixed(budget);
+        expose::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
     };
     // What lattices keep is computed once; the second look finds most of it.
-    let (first, again) = (look(settings.seed), look(settings.seed.wrapping_add(1)));
+    let (first, again) = (expose(settings.seed), expose(settings.seed.wrapping_add(1)));
     work += scaled(&again, width * height / (size[0] * size[1]));
     work += first.less(&again);
     work.rays = (width * height) as u64 * u64::from(settings.rays);
     work.map_pixels = if needs.maps { (width * height) as u64 } else { 0 };
     let photons = photon::memory(&work, &photons);
-    Ok(Costs { memory: memory(scene, photons, &needs, program + WORKING), work })
+    Ok(Costs { memory: memory(scene, settings, photons, program + WORKING), work })
+}
+
+/// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`], without a look
+/// at its rays.
+///
+/// # Errors
+/// As [`costs`].
+pub fn memory_needed(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Memory> {
+    let (photons, work) = look(scene, settings)?;
+    Ok(memory(scene, settings, photon::memory(&work, &photons), program + WORKING))
+}
+
+/// The maps that a few of the photons leave, and the work that all are.
+fn look(scene: &Scene, settings: &RenderSettings) -> Result<(PhotonMaps, Work)> {
+    let paths = PATHS.min(settings.photons);
+    let shooting = Shooting { traced: Some(paths), ..guide::shooting(scene, settings) };
+    let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
+    Ok((photons, scaled(&shot, settings.photons as f64 / paths.max(1) as f64)))
+}
+
+/// About the memory that rendering `scene` under `settings` takes beside photons, in a program that
+/// takes `program` bytes before it loads the scene.
+pub fn memory_without_photons(scene: &Scene, settings: &RenderSettings, program: u64) -> Memory {
+    let none = PhotonMemory { held: 0, building: 0 };
+    memory(scene, settings, none, program + WORKING)
 }
 
 fn scaled(work: &Work, factor: f64) -> Work {
     work.map(|count| (count as f64 * factor).round() as u64)
 }
 
-fn memory(scene: &Scene, photons: PhotonMemory, needs: &Needs, program: u64) -> Memory {
-    let [width, height] = scene.film.size.map(u64::from);
-    let pixels = width * height;
+fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, program: u64) -> Memory {
+    let all = Window::whole(scene.film.size);
+    let pixels = settings.crop.unwrap_or(all).pixels();
     let media = &scene.media;
     let sizes = || media.iter().flat_map(Medium::grid_bytes);
     let grids = sizes().map(|bytes| bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
     let film = pixels * FILM;
-    let maps = if needs.maps { pixels * MAPS } else { 0 };
+    let maps = if Needs::of(scene, settings).maps { all.pixels() * MAPS } else { 0 };
+    let writing = pixels * WRITING;
     let scene = program + grids + surfaces;
     // Grids are read one after another, the last beside the others; its source and OpenVDB's own
     // copy come and go. So do the lists that a mesh is read into.
@@ -128,8 +160,8 @@ fn memory(scene: &Scene, photons: PhotonMemory, needs: &Needs, program: u64) -> 
         scene + reading,
         scene + maps + building + left(reading),
         scene + maps + photons.held + film + left(freed),
-        scene + pixels * WRITING + left(freed),
+        scene + writing + left(freed),
     ];
     let peak = peak.into_iter().fold(0, u64::max);
-    Memory { program, grids, surfaces, photons: photons.held, film, maps, peak }
+    Memory { program, grids, surfaces, photons: photons.held, film, maps, writing, peak }
 }

@@ -1,19 +1,35 @@
 //! From rays to the film: pixels, their samples and their budget.
+//!
+//! Pixels get their rays in passes, each over the whole film, so that at any time there is a picture.
+//! Samples of a pixel are taken in one order whatever the passes, and each depends on nothing but
+//! seed, pixel and number: wherever work is halted, the samples that a pixel has say how it goes on,
+//! and the picture is the same in the end.
+
+use std::iter::successors;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
 use crate::director::Budget;
-use crate::image::{Accumulator, Film, FilmPixel, Sample};
-use crate::math::{Ray, Stage, Stream, World, luminance};
+use crate::image::{Accumulator, Film, FilmPixel, Sample, Window};
+use crate::math::{Ray, Rgb, Stage, Stream, World, luminance};
 use crate::medium::Profile;
+use crate::photon::DirectLattice;
 use crate::scene::lighting::Draws;
 use crate::scene::plan::Needs;
 use crate::work::Work;
 
-use super::Progress;
+use super::checkpoint::{Keeping, Moment};
+use super::control::{Control, Halt};
+use super::plate::{Plate, Tile};
+use super::reckoning::{Left, Spent, Units};
+use super::rendered::Ended;
 
-/// Edge of the square of pixels that is one piece of work.
-const TILE: u32 = 16;
+/// How many times as many rays a pixel has after a pass as before it.
+const GROWTH: u32 = 4;
+
+/// Rays of a pixel after which the clock is looked at.
+const LOOK: u32 = 16;
 
 /// What the director says of a pixel.
 #[derive(Debug, Clone, Copy)]
@@ -43,6 +59,10 @@ pub struct State {
     /// What light that varies little within a pixel counts along this ray: 0 where another ray of
     /// the pixel stands in for it.
     pub shared: f64,
+    /// What has been found so and not yet been told, W/(m² sr).
+    pub stands_in: Rgb,
+    /// Time that finding it took.
+    pub gathering: Duration,
 }
 
 /// What is exposed.
@@ -50,6 +70,8 @@ pub struct State {
 pub struct Sheet {
     /// Width and height of the film in pixels.
     pub size: [u32; 2],
+    /// The part of it that gets rays.
+    pub window: Window,
     /// Seed of the random streams.
     pub seed: u64,
     /// What they are drawn for.
@@ -58,94 +80,186 @@ pub struct Sheet {
     pub needs: Needs,
 }
 
+/// What an exposure left.
+#[derive(Debug)]
+pub struct Exposed {
+    /// The picture.
+    pub film: Film,
+    /// Work done for it, before it was taken up again too.
+    pub work: Work,
+    /// Why it ended.
+    pub ended: Ended,
+    /// Rays that it would still have got.
+    pub rays_left: u64,
+    /// Why its state could not be kept on disk.
+    pub unkept: Option<String>,
+}
+
 /// Exposes the film of `sheet`: `camera` aims a ray through a place on it and on the lens, `direct`
 /// says what the pixel (x, y) may spend, `estimate` what one ray brings. Pixels are sampled with an
 /// Owen-scrambled Sobol sequence (Burley 2020) over a box filter; the samples of a pixel depend on
-/// nothing but the seed, the pixel and their number.
+/// nothing but the seed, the pixel and their number. `lattices` are what `estimate` fills on its
+/// way; they are kept with the picture where `control` keeps it.
 pub fn expose(
     sheet: Sheet,
     camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
     direct: impl Fn(u32, u32) -> Direction + Sync,
     estimate: impl Fn(Ray<World>, &Budget, &mut State) -> Sample + Sync,
-    progress: &dyn Progress,
-) -> (Film, Work) {
-    let Sheet { size: [width, height], seed, stage, needs } = sheet;
-    let across = width.div_ceil(TILE);
-    let tiles = u64::from(across) * u64::from(height.div_ceil(TILE));
-    progress.stage("rays", u64::from(width) * u64::from(height));
-    let pixel = |x: u32, y: u32, state: &mut State| {
-        let Direction { budget, saliency, xs } = direct(x, y);
-        let index = u64::from(y) * u64::from(width) + u64::from(x);
-        let mut samples = Accumulator::default();
-        for sample in 0..budget.rays {
-            if sample >= budget.least && is_settled(&samples, budget.tolerance) {
+    lattices: &[DirectLattice],
+    control: &Control<'_>,
+) -> Exposed {
+    let Sheet { size, window, seed, stage, needs } = sheet;
+    let pixel = |x: u32, y: u32, samples: &mut Accumulator, end: u32, run: &mut Run<'_>| {
+        let budget = direct(x, y).budget;
+        let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
+        let begin = samples.given() as u32;
+        for sample in begin..end.min(budget.rays) {
+            if run.halt.halts(sample == begin || sample % LOOK == 0) {
+                run.spent.rays += u64::from(sample - begin);
+                return;
+            }
+            if sample >= budget.least && is_settled(samples, budget.tolerance) {
                 break;
             }
+            let state = &mut run.state;
             state.draws.rng = Stream::new(seed, stage, index, u64::from(sample));
             let ([u, v, a, b], even) = pattern(seed, index, sample);
             state.draws.even = Some(even);
             let ray = camera(f64::from(x) + u, f64::from(y) + v, [a, b]);
             state.draws.work.rays += 1;
-            state.shared = shared(sample, budget.rays, budget.gathers);
+            state.shared = shared(sample, &budget);
+            run.spent.gathers += u64::from(state.shared > 1.0);
+            let dropped = samples.dropped();
             samples.add(estimate(ray, &budget, state));
+            state.draws.work.dropped_samples += samples.dropped() - dropped;
         }
-        state.draws.work.dropped_samples += samples.dropped();
-        let (radius, step) = (budget.radius, budget.step);
-        FilmPixel { saliency, xs, radius, step, ..FilmPixel::from(&samples) }
+        let before = begin.max(end / GROWTH); // what settled in an earlier pass has been counted
+        run.spent.rays += u64::from(end.min(budget.rays).saturating_sub(before));
     };
-    let done: Vec<(Vec<FilmPixel>, Work)> = (0..tiles)
-        .into_par_iter()
-        .map(|tile| {
-            let (left, top) = corner(tile, across);
-            let (right, bottom) = ((left + TILE).min(width), (top + TILE).min(height));
-            let mut state = State {
-                draws: Draws::new(Stream::new(seed, stage, 0, 0), needs),
-                profile: Profile::default(),
-                shared: 1.0,
-            };
-            let places = (top..bottom).flat_map(|y| (left..right).map(move |x| (x, y)));
-            let pixels: Vec<_> = places.map(|(x, y)| pixel(x, y, &mut state)).collect();
-            progress.advance(pixels.len() as u64);
-            (pixels, state.draws.work)
-        })
-        .collect();
-    progress.finish();
-    let mut film = Film::new(width as usize, height as usize);
+    let mut plate = Plate::new(window);
     let mut work = Work::default();
-    for (tile, (pixels, tile_work)) in (0..).zip(done) {
-        let (left, top) = corner(tile, across);
-        let columns = (left + TILE).min(width) - left;
-        film.set_tile(left as usize, top as usize, columns as usize, &pixels);
-        work += tile_work;
+    if let Some(Moment { work: known, samples, .. }) = control.checkpoints.and_then(|c| c.take()) {
+        work = known;
+        plate.restore(samples);
     }
-    (film, work)
+    let left = Left::of(&mut plate, &direct);
+    let (mut units, mut spent) = (Units::default(), Spent::default());
+    control.progress.stage("rays", units.count(left.rays, left.gathers));
+    if let Some(stop) = control.stop {
+        stop.begin_picture();
+    }
+    let mut keeping = Keeping::new(control.checkpoints);
+    let mut ended = Ended::Complete;
+    let mut passes = passes(left.most).peekable();
+    while let Some(&end) = passes.peek() {
+        let halt = Halt::new(control, keeping.due());
+        let tile = |tile: &mut Tile| {
+            let draws = Draws::new(Stream::new(seed, stage, 0, 0), needs);
+            let (profile, stands_in) = (Profile::default(), Rgb::ZERO);
+            let gathering = Duration::ZERO;
+            let state = State { draws, profile, shared: 1.0, stands_in, gathering };
+            let mut run = Run { state, halt: &halt, spent: Spent::default() };
+            let start = Instant::now();
+            for (x, y, samples) in tile.pixels() {
+                pixel(x, y, samples, end, &mut run);
+            }
+            let Run { state, mut spent, .. } = run;
+            (spent.time, spent.gathering) = (start.elapsed(), state.gathering);
+            control.progress.advance(units.count(spent.rays, spent.gathers));
+            (state.draws.work, spent)
+        };
+        let (done, took) = plate.tiles.par_iter_mut().map(tile).reduce(Default::default, sum);
+        work += done;
+        spent += took;
+        if units.learn(&spent) {
+            let left = Left::of(&mut plate, &direct);
+            let done = units.count(spent.rays, spent.gathers);
+            control.progress.weigh(done, done + units.count(left.rays, left.gathers));
+        }
+        if !halt.has_halted() {
+            passes.next();
+            continue;
+        }
+        if control.is_stopped() {
+            ended = Ended::Stopped;
+        } else if control.is_late() {
+            ended = Ended::OutOfTime;
+        }
+        keeping.keep(&work, &plate, lattices, control.progress);
+        if ended != Ended::Complete {
+            break;
+        }
+    }
+    control.progress.finish();
+    let rays_left = if ended == Ended::Complete { 0 } else { Left::of(&mut plate, &direct).rays };
+    let film = plate.develop(size, |x, y, samples| {
+        let Direction { budget, saliency, xs } = direct(x, y);
+        let Budget { radius, step, .. } = budget;
+        let pixel = FilmPixel::from(samples);
+        let radiance = pixel.radiance + unshared(samples, &budget);
+        FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
+    });
+    Exposed { film, work, ended, rays_left, unkept: keeping.problem() }
 }
 
-/// What light that varies little counts along a ray of a pixel, so that `gathers` rays, spread
-/// evenly, stand in for all.
-fn shared(sample: u32, rays: u32, gathers: u32) -> f64 {
-    if rays <= gathers {
-        return 1.0;
-    }
-    let group = |i: u32| u64::from(i) * u64::from(gathers) / u64::from(rays);
-    if sample == 0 || group(sample) != group(sample - 1) {
-        f64::from(rays) / f64::from(gathers)
+/// One thread's way through a tile.
+struct Run<'a> {
+    state: State,
+    halt: &'a Halt<'a>,
+    spent: Spent,
+}
+
+/// Both sums.
+fn sum(mut a: (Work, Spent), b: (Work, Spent)) -> (Work, Spent) {
+    a.0 += b.0;
+    a.1 += b.1;
+    a
+}
+
+/// How many rays pixels have after each pass, up to `most`.
+fn passes(most: u32) -> impl Iterator<Item = u32> {
+    let ends = successors(Some(1_u32), |end| end.checked_mul(GROWTH));
+    ends.take_while(move |end| *end < most).chain((most > 0).then_some(most))
+}
+
+/// What light that varies little counts along a ray of a pixel, so that few rays, spread evenly,
+/// stand in for all.
+fn shared(sample: u32, budget: &Budget) -> f64 {
+    if budget.rays <= budget.gathers {
+        1.0
+    } else if groups(sample + 1, budget) != groups(sample, budget) {
+        f64::from(budget.rays) / f64::from(budget.gathers)
     } else {
         0.0
     }
 }
 
-/// Whether the standard error of a pixel is at most `tolerance` of its mean. A pixel without light
-/// is not: a rare path may still bring some.
-fn is_settled(samples: &Accumulator, tolerance: f64) -> bool {
-    let mean = luminance(samples.mean());
-    mean > 0.0 && samples.luminance_variance().sqrt() <= tolerance * mean
+/// How many groups the first `rays` rays of a pixel belong to, for all of which the first one
+/// gathers; none where every ray does.
+pub(super) fn groups(rays: u32, budget: &Budget) -> u64 {
+    if rays == 0 || budget.rays <= budget.gathers {
+        return 0;
+    }
+    u64::from(rays - 1) * u64::from(budget.gathers) / u64::from(budget.rays) + 1
 }
 
-/// Upper left pixel of a tile.
-fn corner(tile: u64, across: u32) -> (u32, u32) {
-    let across = u64::from(across);
-    ((tile % across) as u32 * TILE, (tile / across) as u32 * TILE)
+/// What the mean of a pixel that has not got all its rays wants, so that light for which one ray
+/// stands in for others counts as if those had been there.
+fn unshared(samples: &Accumulator, budget: &Budget) -> Rgb {
+    let given = samples.given() as u32;
+    let groups = groups(given, budget);
+    if groups == 0 || given >= budget.rays {
+        return Rgb::ZERO;
+    }
+    let counted = groups as f64 * f64::from(budget.rays) / f64::from(budget.gathers);
+    samples.shared() * (f64::from(given) / counted - 1.0)
+}
+
+/// Whether the standard error of a pixel is at most `tolerance` of its mean. A pixel without light
+/// is not: a rare path may still bring some.
+pub(super) fn is_settled(samples: &Accumulator, tolerance: f64) -> bool {
+    let mean = luminance(samples.mean());
+    mean > 0.0 && samples.luminance_variance().sqrt() <= tolerance * mean
 }
 
 /// The place of a sample in its pixel and on the lens, and numbers for places on lights.
@@ -157,4 +271,40 @@ fn pattern(seed: u64, pixel: u64, sample: u32) -> ([f64; 4], [f64; 2]) {
     let place = sobol_burley::sample_4d(index, 0, scramble).map(f64::from);
     let light = [4, 5].map(|dimension| f64::from(sobol_burley::sample(index, dimension, scramble)));
     (place, light)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_on_its_way_has_as_much_light_as_a_finished_one() {
+        for (rays, gathers) in [(16, 4), (10, 4), (64, 3), (3, 4), (7, 7)] {
+            let budget = Budget { gathers, ..Budget::fixed(rays, 0.0, 0.0) };
+            let mut samples = Accumulator::default();
+            for sample in 0..rays {
+                let shared = Rgb::splat(2.0 * super::shared(sample, &budget));
+                let shares = budget.rays > budget.gathers;
+                samples.add(Sample {
+                    radiance: Rgb::ONE + shared,
+                    shared: if shares { shared } else { Rgb::ZERO },
+                    alpha: 1.0,
+                    transmittance: 1.0,
+                    depth: 1.0,
+                });
+                let told = samples.mean() + unshared(&samples, &budget);
+                assert!((told - 3.0).abs().max_element() < 1e-5, "{told} after {sample} of {rays}");
+            }
+            assert_eq!(unshared(&samples, &budget), Rgb::ZERO);
+        }
+    }
+
+    #[test]
+    fn passes_grow_to_all_rays() {
+        assert_eq!(passes(0).count(), 0);
+        assert_eq!(passes(1).collect::<Vec<_>>(), [1]);
+        assert_eq!(passes(16).collect::<Vec<_>>(), [1, 4, 16]);
+        assert_eq!(passes(40).collect::<Vec<_>>(), [1, 4, 16, 40]);
+        assert_eq!(passes(u32::MAX).last(), Some(u32::MAX));
+    }
 }

@@ -1,5 +1,7 @@
 //! The march: light along a camera ray from the photon maps and from direct light.
 
+use std::time::Instant;
+
 use smallvec::SmallVec;
 
 use crate::director::Budget;
@@ -80,8 +82,13 @@ impl<'a> Marcher<'a> {
     /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
     /// followed to the first diffuse surface.
     pub fn radiance(&self, mut ray: Ray<World>, budget: &Budget, state: &mut State) -> Sample {
-        let mut sample =
-            Sample { radiance: Rgb::ZERO, alpha: 0.0, depth: f64::INFINITY, transmittance: 1.0 };
+        let mut sample = Sample {
+            radiance: Rgb::ZERO,
+            shared: Rgb::ZERO,
+            alpha: 0.0,
+            depth: f64::INFINITY,
+            transmittance: 1.0,
+        };
         let (mut throughput, mut inside) = (Rgb::ONE, 0);
         for depth in 0..MAX_SPECULAR {
             let hit = lighting::first_surface(self.scene, &ray, &mut state.draws);
@@ -90,6 +97,7 @@ impl<'a> Marcher<'a> {
                 let (light, through) =
                     self.through_media(&ray, hit.as_ref(), depth == 0, budget, state);
                 sample.radiance += throughput * light;
+                sample.shared += throughput * std::mem::take(&mut state.stands_in);
                 transmittance = through;
             }
             if depth == 0 {
@@ -106,6 +114,7 @@ impl<'a> Marcher<'a> {
             sample.radiance += throughput * lighting::emitted(self.scene, &ray, &hit);
             if !hit.material.is_specular() {
                 sample.radiance += throughput * self.reflected(&ray, &hit, state);
+                sample.shared += throughput * std::mem::take(&mut state.stands_in);
                 break;
             }
             let u = std::array::from_fn(|_| state.draws.rng.uniform());
@@ -165,7 +174,11 @@ impl<'a> Marcher<'a> {
             light += self.kept_along(ray, profile, radius, state);
         }
         if !keeps_flights && state.shared > 0.0 {
-            light += state.shared * self.indirect(ray, hit, profile, radius, state);
+            let start = Instant::now();
+            let indirect = self.indirect(ray, hit, profile, radius, state);
+            state.gathering += start.elapsed();
+            state.stands_in += state.shared * indirect;
+            light += state.shared * indirect;
         }
         light
     }
@@ -351,9 +364,13 @@ impl<'a> Marcher<'a> {
         }
         let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
         state.draws.work.surface_gathers += 1;
+        let start = Instant::now();
         let irradiance = self.maps.irradiance(hit.point, facing, &mut state.draws.work.gathered);
+        state.gathering += start.elapsed();
         let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
-        direct + state.shared * reflectance * irradiance
+        let indirect = state.shared * reflectance * irradiance;
+        state.stands_in += indirect;
+        direct + indirect
     }
 }
 

@@ -47,7 +47,7 @@ const COLD: f64 = 300.0;
 
 /// The scene of the VDB file `path`.
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
-    let file = VdbFile::open(path)?;
+    let file = VdbFile::open(path)?.within(options.memory);
     let index = density_index(&file, options.level_set_as_fog)?;
     let read_as = if options.level_set_as_fog { ReadAs::LevelSetAsFog } else { ReadAs::Density };
     let grid = file.read_scalar(index, read_as)?;

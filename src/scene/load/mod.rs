@@ -27,6 +27,8 @@ pub struct LoadOptions {
     pub overrides: Overrides,
     /// For a bare VDB: turn a level set into a fog volume where there is no fog volume.
     pub level_set_as_fog: bool,
+    /// Bytes that reading a grid may take; no limit where none is given.
+    pub memory: Option<u64>,
 }
 
 /// What loading gathers on its way.
@@ -60,7 +62,7 @@ impl Scene {
     }
 
     fn build(path: &Path, text: &str, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
-        let mut context = Context::default();
+        let mut context = Context { grids: Grids::within(options.memory), ..Context::default() };
         let film = file.film.overridden(&options.overrides);
         let camera = Camera::new(&file.camera.pose, &file.camera.projection, film.size)
             .ok_or_else(|| file.camera.at.error("its axes cannot be found; give another `up`"))?;
