@@ -10,15 +10,25 @@ use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
 use crate::scene::{LoadOptions, Scene};
 
+/// How volumes are read.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Volumes {
+    /// A bare level set is turned into fog.
+    pub(super) level_set_as_fog: bool,
+    /// The frame of a sequence.
+    pub(super) frame: Option<i64>,
+}
+
 /// Loads `path` under the settings given, in a pool of as many threads as asked for; also the time
 /// that it took.
 pub(super) fn scene(
     path: &Path,
     settings: &SettingArgs,
-    level_set_as_fog: bool,
+    volumes: Volumes,
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Duration)> {
-    let options = LoadOptions { overrides: settings.overrides(), level_set_as_fog };
+    let Volumes { level_set_as_fog, frame } = volumes;
+    let options = LoadOptions { overrides: settings.overrides(), level_set_as_fog, frame };
     let pool = thread_pool(run.threads)?;
     let start = Instant::now();
     let scene = pool.install(|| Scene::load(path, &options))?;
@@ -30,7 +40,11 @@ pub(super) fn scene(
     Ok((scene, pool, loading))
 }
 
-fn thread_pool(threads: Option<u16>) -> Result<ThreadPool> {
+/// As many threads as asked for, by default one a core.
+///
+/// # Errors
+/// Where the system has not so many.
+pub(super) fn thread_pool(threads: Option<u16>) -> Result<ThreadPool> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from)) // 0 is one a core
         .build()

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::console;
-use super::load;
+use super::load::{self, Volumes};
 use super::memory;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
@@ -22,6 +22,9 @@ pub(super) struct Args {
     /// A scene (.toml), or a VDB file, which gets a camera and lights.
     #[arg(value_name = "SCENE|FILE.vdb")]
     scene: PathBuf,
+    /// The frame meant, where the scene names a sequence of files.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    frame: Option<i64>,
     #[command(flatten)]
     settings: SettingArgs,
     /// For a VDB file that has only a level set: turn it into a fog volume.
@@ -34,8 +37,8 @@ pub(super) struct Args {
 /// Prints what rendering the scene needs, and what it should cost.
 pub(super) fn run(args: &Args) -> Result<()> {
     let program = memory::resident().unwrap_or(PROGRAM);
-    let (scene, pool, _) =
-        load::scene(&args.scene, &args.settings, args.level_set.is_some(), &args.run)?;
+    let volumes = Volumes { level_set_as_fog: args.level_set.is_some(), frame: args.frame };
+    let (scene, pool, _) = load::scene(&args.scene, &args.settings, volumes, &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
     let advice = scene::advice(&scene);

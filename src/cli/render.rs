@@ -6,7 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::{Map, Value, json};
 
 use super::console;
-use super::load;
+use super::load::{self, Volumes};
 use super::memory;
 use super::output::Output;
 use super::progress::Console;
@@ -41,9 +41,9 @@ pub(super) struct Args {
 /// Renders and writes the pictures.
 pub(super) fn run(args: &Args) -> Result<()> {
     let output = Output::check(&args.paths.output)?;
-    let level_set_as_fog = args.level_set.is_some();
+    let volumes = Volumes { level_set_as_fog: args.level_set.is_some(), ..Volumes::default() };
     let (mut scene, pool, loading) =
-        load::scene(&args.paths.scene, &args.settings, level_set_as_fog, &args.run)?;
+        load::scene(&args.paths.scene, &args.settings, volumes, &args.run)?;
     scene.render.planning = args.plan;
     if !args.reference && !args.run.quiet {
         console::message(&RenderPlan::of(&scene, &scene.render).line());

@@ -26,8 +26,11 @@ const FILM: u64 = 96 + 48;
 /// Bytes a pixel of the layers, their copies for the file and the file itself.
 const WRITING: u64 = 48 + 48 + 48;
 
-/// Bytes a pixel: distances, snapshot, X, S, XS and what pixels may spend.
-const MAPS: u64 = 8 + 12 + 4 + 4 + 4 + 80;
+/// Bytes a pixel of the maps: distances, snapshot, X, S, XS.
+const MAPS: u64 = 8 + 12 + 4 + 4 + 4;
+
+/// Bytes a pixel of the film: what it may spend.
+const BUDGET: u64 = 80;
 
 /// Bytes, at most, that the allocator keeps of what was freed: larger blocks go back at once.
 const RETAINED: u64 = 32 << 20;
@@ -97,16 +100,27 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
     work += scaled(&again, width * height / (size[0] * size[1]));
     work += first.less(&again);
     work.rays = (width * height) as u64 * u64::from(settings.rays);
-    work.map_pixels = if needs.maps { (width * height) as u64 } else { 0 };
+    work.map_pixels = if needs.maps { map_pixels(scene, settings) } else { 0 };
     let photons = photon::memory(&work, &photons);
-    Ok(Costs { memory: memory(scene, photons, &needs, program + WORKING), work })
+    Ok(Costs { memory: memory(scene, settings, photons, &needs, program + WORKING), work })
 }
 
 fn scaled(work: &Work, factor: f64) -> Work {
     work.map(|count| (count as f64 * factor).round() as u64)
 }
 
-fn memory(scene: &Scene, photons: PhotonMemory, needs: &Needs, program: u64) -> Memory {
+/// Pixels of each of the director's maps.
+fn map_pixels(scene: &Scene, settings: &RenderSettings) -> u64 {
+    settings.directing.map_size(scene.film.size).map(u64::from).iter().product()
+}
+
+fn memory(
+    scene: &Scene,
+    settings: &RenderSettings,
+    photons: PhotonMemory,
+    needs: &Needs,
+    program: u64,
+) -> Memory {
     let [width, height] = scene.film.size.map(u64::from);
     let pixels = width * height;
     let media = &scene.media;
@@ -114,7 +128,7 @@ fn memory(scene: &Scene, photons: PhotonMemory, needs: &Needs, program: u64) -> 
     let grids = sizes().map(|bytes| bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
     let film = pixels * FILM;
-    let maps = if needs.maps { pixels * MAPS } else { 0 };
+    let maps = if needs.maps { map_pixels(scene, settings) * MAPS + pixels * BUDGET } else { 0 };
     let scene = program + grids + surfaces;
     // Grids are read one after another, the last beside the others; its source and OpenVDB's own
     // copy come and go. So do the lists that a mesh is read into.
