@@ -7,6 +7,8 @@ use crate::math::{Rgb, luminance};
 pub struct Sample {
     /// Radiance, W/(m² sr).
     pub radiance: Rgb,
+    /// The part of the radiance that stands in for other rays of the pixel, which leave it out.
+    pub shared: Rgb,
     /// Coverage, 0 to 1.
     pub alpha: f64,
     /// Transmittance to the first surface, or to infinity where there is none.
@@ -29,19 +31,40 @@ impl Sample {
 /// Gathers the samples of one pixel, in f64 by Welford's update (Welford 1962, "Note on a Method
 /// for Calculating Corrected Sums of Squares and Products"): the variance does not suffer where
 /// the mean is large.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Accumulator {
-    count: u64,
-    dropped: u64,
+    count: u32,
+    dropped: u32,
+    shared: [f32; 3],
     mean: Rgb,
     squares: Rgb,
     luminance_squares: f64,
     alpha: f64,
     transmittance: f64,
-    depth: Option<f64>,
+    depth: f64,
+}
+
+impl Default for Accumulator {
+    /// No sample yet.
+    fn default() -> Self {
+        Self {
+            count: 0,
+            dropped: 0,
+            shared: [0.0; 3],
+            mean: Rgb::ZERO,
+            squares: Rgb::ZERO,
+            luminance_squares: 0.0,
+            alpha: 0.0,
+            transmittance: 0.0,
+            depth: f64::INFINITY,
+        }
+    }
 }
 
 impl Accumulator {
+    /// 64-bit words that one takes in store.
+    pub const WORDS: usize = 13;
+
     /// Takes a sample in. One with a NaN, an infinity or a value beyond the range of f32 (an
     /// infinite depth aside) is counted by [`dropped`](Self::dropped) and otherwise ignored.
     pub fn add(&mut self, sample: Sample) {
@@ -50,30 +73,74 @@ impl Accumulator {
             return;
         }
         self.count += 1;
-        let weight = 1.0 / self.count as f64;
+        let weight = 1.0 / f64::from(self.count);
         let before = sample.radiance - self.mean;
         self.mean += before * weight;
         let after = sample.radiance - self.mean;
         self.squares += before * after;
         self.luminance_squares += luminance(before) * luminance(after);
+        let shared = self.shared().lerp(sample.shared, weight);
+        self.shared = shared.as_vec3().to_array();
         self.alpha += (sample.alpha - self.alpha) * weight;
         self.transmittance += (sample.transmittance - self.transmittance) * weight;
-        self.depth = Some(self.depth.map_or(sample.depth, |depth| depth.min(sample.depth)));
+        self.depth = self.depth.min(sample.depth);
     }
 
     /// How many samples were taken in.
     pub fn count(&self) -> u64 {
-        self.count
+        self.count.into()
     }
 
     /// How many samples were not finite and left out.
     pub fn dropped(&self) -> u64 {
-        self.dropped
+        self.dropped.into()
+    }
+
+    /// How many samples were given, those left out among them.
+    pub fn given(&self) -> u64 {
+        self.count() + self.dropped()
+    }
+
+    /// All that is known, as the bits of its numbers, for storing.
+    pub fn to_bits(&self) -> [u64; Self::WORDS] {
+        let [[r, g, b], [u, v, w]] = [self.mean, self.squares].map(|rgb| rgb.to_array());
+        let numbers =
+            [r, g, b, u, v, w, self.luminance_squares, self.alpha, self.transmittance, self.depth];
+        let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
+        let [x, y, z] = self.shared.map(f32::to_bits);
+        let mut bits =
+            [pair(self.count, self.dropped), pair(x, y), z.into(), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+        for (word, number) in bits[3..].iter_mut().zip(numbers) {
+            *word = number.to_bits();
+        }
+        bits
+    }
+
+    /// What [`to_bits`](Self::to_bits) stored.
+    pub fn from_bits(bits: &[u64; Self::WORDS]) -> Self {
+        let number = |index: usize| f64::from_bits(bits[3 + index]);
+        let [low, high] = [|word: u64| word as u32, |word: u64| (word >> 32) as u32];
+        Self {
+            count: low(bits[0]),
+            dropped: high(bits[0]),
+            shared: [low(bits[1]), high(bits[1]), low(bits[2])].map(f32::from_bits),
+            mean: Rgb::new(number(0), number(1), number(2)),
+            squares: Rgb::new(number(3), number(4), number(5)),
+            luminance_squares: number(6),
+            alpha: number(7),
+            transmittance: number(8),
+            depth: number(9),
+        }
     }
 
     /// Mean radiance, W/(m² sr); 0 without a sample.
     pub fn mean(&self) -> Rgb {
         self.mean
+    }
+
+    /// Mean of what stands in for other samples; 0 without one.
+    pub fn shared(&self) -> Rgb {
+        Rgb::from_array(self.shared.map(f64::from))
     }
 
     /// Mean coverage; 0 without a sample.
@@ -89,7 +156,7 @@ impl Accumulator {
     /// Distance to the nearest surface that a sample met, in metres; positive infinity where none
     /// did. Distances are not averaged: between two surfaces there is nothing.
     pub fn depth(&self) -> f64 {
-        self.depth.unwrap_or(f64::INFINITY)
+        self.depth
     }
 
     /// Variance of the mean per channel, in radiance squared; 0 below two samples, which tell
@@ -105,7 +172,7 @@ impl Accumulator {
 
     /// From a sum of squared deviations to the variance of the mean: 1 / (n (n - 1)).
     fn per_mean(&self) -> f64 {
-        let n = self.count as f64;
+        let n = f64::from(self.count);
         if self.count < 2 { 0.0 } else { 1.0 / (n * (n - 1.0)) }
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{
-    AnyChannels, AttributeValue, FlatSamples, Layer, ReadChannels, ReadLayers as _, Text,
+    AnyChannels, AttributeValue, FlatSamples, Layer, ReadChannels, ReadLayers as _, Text, Vec2,
     read as read_with,
 };
 
@@ -36,6 +36,10 @@ pub struct Layers {
     pub width: usize,
     /// Rows.
     pub height: usize,
+    /// Column and row of the upper left pixel on the display window's.
+    pub corner: [i32; 2],
+    /// Width and height of the display window: larger than the picture's where it is a part.
+    pub display: [usize; 2],
     /// Channels by name, row by row from the top.
     pub channels: BTreeMap<String, Vec<f32>>,
     /// The header's attributes that are strings.
@@ -145,9 +149,17 @@ fn decode_here(
 }
 
 fn layers(part: Layer<AnyChannels<FlatSamples>>, header: &Header) -> Layers {
+    let display = header.shared_attributes.display_window;
+    let origin = header.own_attributes.layer_position;
+    let corner = [0, 1].map(|axis| {
+        let at = |v: Vec2<i32>| [v.x(), v.y()][axis];
+        at(origin).saturating_sub(at(display.position))
+    });
     Layers {
         width: part.size.width(),
         height: part.size.height(),
+        corner,
+        display: [display.size.width(), display.size.height()],
         channels: part
             .channel_data
             .list

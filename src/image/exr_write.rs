@@ -6,21 +6,22 @@ use std::path::Path;
 
 use exr::meta::header::standard_names;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage, Layer,
-    LayerAttributes, Text, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage,
+    IntegerBounds, Layer, LayerAttributes, Text, Vec2, WritableImage,
 };
 
-use super::{Film, Image, exr_header};
+use super::{Film, Image, Window, exr_header};
 use crate::error::{Error, Result};
 use crate::file;
 
-/// Writes a film with all its layers; see [`write_exr_layers`].
+/// Writes a film with all its layers; see [`write_exr_layers`]. The data window is the film's, the
+/// display window all of the film that it is part of.
 ///
 /// # Errors
 /// As [`write_exr_layers`].
 pub fn write_exr(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Result<()> {
     let layers: Vec<(&str, &[f32])> = film.layers().collect();
-    write_exr_layers(path, film.width(), film.height(), &layers, attributes)
+    write_windows(path, film.window(), film.full_size(), &layers, attributes)
 }
 
 /// Writes a picture as `R`, `G` and `B`; see [`write_exr_layers`].
@@ -47,16 +48,28 @@ pub fn write_exr_layers(
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
 ) -> Result<()> {
-    check_layers(path, width, height, layers)?;
+    let sides = [width, height].map(|side| u32::try_from(side).unwrap_or(0));
+    write_windows(path, Window::whole(sides), sides, layers, attributes)
+}
+
+/// Writes `layers` of the data window `window` of a picture of the size `full`.
+fn write_windows(
+    path: &Path,
+    window: Window,
+    full: [u32; 2],
+    layers: &[(&str, &[f32])],
+    attributes: &[(&str, String)],
+) -> Result<()> {
+    check_layers(path, window.width as usize, window.height as usize, layers)?;
     check_attributes(path, attributes)?;
-    let bytes = encode(width, height, layers, attributes)
+    let bytes = encode(window, full, layers, attributes)
         .map_err(|e| Error::file(path, format!("cannot be encoded as EXR: {e}")))?;
     file::write(path, |out| out.write_all(&bytes))
 }
 
 fn encode(
-    width: usize,
-    height: usize,
+    window: Window,
+    full: [u32; 2],
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
 ) -> Result<Vec<u8>, exr::error::Error> {
@@ -68,10 +81,13 @@ fn encode(
         .iter()
         .map(|(name, value)| (text(name), AttributeValue::Text(text(value))))
         .collect();
-    let header = LayerAttributes { other, ..LayerAttributes::default() };
-    let part =
-        Layer::new((width, height), header, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
-    let image = ExrImage::from_layer(part);
+    let layer_position = Vec2(window.left as i32, window.top as i32);
+    let header = LayerAttributes { layer_position, other, ..LayerAttributes::default() };
+    let size = (window.width as usize, window.height as usize);
+    let part = Layer::new(size, header, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
+    let mut image = ExrImage::from_layer(part);
+    image.attributes.display_window =
+        IntegerBounds::from_dimensions((full[0] as usize, full[1] as usize));
     let mut bytes = Cursor::new(Vec::new());
     let writer = image.write();
     let writer = if rayon::current_num_threads() == 1 { writer.non_parallel() } else { writer };

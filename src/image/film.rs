@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-use super::{Accumulator, Image};
+use super::{Accumulator, Image, Window};
 use crate::math::Rgb;
 
 /// The depth, in metres, that stands for "nothing hit" in a stored Z layer: far behind everything,
@@ -104,11 +104,12 @@ const LAYERS: [&str; 12] = [
     "variance",
 ];
 
-/// Layers of f32, one value per pixel each, all of them finite.
+/// Layers of f32, one value per pixel each, all of them finite. A film may be a part of a larger one:
+/// its pixels are then counted from its own corner.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
-    width: usize,
-    height: usize,
+    window: Window,
+    full: [u32; 2],
     layers: Vec<Vec<f32>>,
     repaired: u64,
 }
@@ -119,20 +120,40 @@ impl Film {
     /// # Panics
     /// Where it would have no pixel.
     pub fn new(width: usize, height: usize) -> Self {
-        assert!(width > 0 && height > 0, "a film has at least one pixel");
+        let full = [width as u32, height as u32];
+        Self::part(full, Window::whole(full))
+    }
+
+    /// The `window` of a film of the size `full`, of default pixels.
+    ///
+    /// # Panics
+    /// Where it would have no pixel or reach beyond the film.
+    pub fn part(full: [u32; 2], window: Window) -> Self {
+        assert!(window.fits(full), "{window} of a film of {full:?} pixels");
+        let pixels = window.width as usize * window.height as usize;
         let values = FilmPixel::default().values();
-        let layers = values.map(|v| vec![v as f32; width * height]).to_vec();
-        Self { width, height, layers, repaired: 0 }
+        let layers = values.map(|v| vec![v as f32; pixels]).to_vec();
+        Self { window, full, layers, repaired: 0 }
+    }
+
+    /// Where the film lies on the one that it is part of; all of it where it is whole.
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    /// Width and height of the film that it is part of.
+    pub fn full_size(&self) -> [u32; 2] {
+        self.full
     }
 
     /// Pixels in a row.
     pub fn width(&self) -> usize {
-        self.width
+        self.window.width as usize
     }
 
     /// Rows.
     pub fn height(&self) -> usize {
-        self.height
+        self.window.height as usize
     }
 
     /// Sets the pixel in column `x` from the left and row `y` from the top. A NaN becomes 0 and an
@@ -141,8 +162,8 @@ impl Film {
     /// # Panics
     /// Where the pixel lies outside the film.
     pub fn set(&mut self, x: usize, y: usize, pixel: &FilmPixel) {
-        assert!(x < self.width && y < self.height, "pixel {x}, {y}");
-        let index = y * self.width + x;
+        assert!(x < self.width() && y < self.height(), "pixel {x}, {y}");
+        let index = y * self.width() + x;
         for (layer, value) in self.layers.iter_mut().zip(pixel.values()) {
             layer[index] = finite(value, &mut self.repaired);
         }
@@ -180,7 +201,7 @@ impl Film {
     pub fn image(&self) -> Image {
         let [r, g, b] = [0, 1, 2].map(|i| &self.layers[i]);
         let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
-        Image::new(self.width, self.height, pixels)
+        Image::new(self.width(), self.height(), pixels)
     }
 }
 

@@ -17,6 +17,7 @@ mod scalar;
 mod srgb;
 mod texture;
 mod view;
+mod window;
 
 pub use accumulator::{Accumulator, Sample};
 pub use exr_read::{EXR_DECODER, Layers, read_exr, read_layers};
@@ -30,3 +31,4 @@ pub use scalar::{ScalarMap, contact_sheet, titled};
 pub use srgb::{decode as srgb_decode, encode as srgb_encode};
 pub use texture::{decode_texture, read_texture};
 pub use view::{View, ViewTransform};
+pub use window::Window;

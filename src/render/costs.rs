@@ -4,9 +4,10 @@ use serde::Serialize;
 
 use super::expose::{Direction, Sheet, State, expose};
 use super::march::Marcher;
-use super::{Silent, finest_step, guide};
+use super::{Control, finest_step, guide};
 use crate::director::Budget;
 use crate::error::Result;
+use crate::image::Window;
 use crate::math::Stage;
 use crate::medium::Medium;
 use crate::photon::{self, PhotonMemory, Shooting};
@@ -88,12 +89,19 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
     let budget = Budget::fixed(settings.rays, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, needs);
     let look = |seed: u64| {
-        let sheet =
-            Sheet { size: size.map(|side| side as u32), seed, stage: Stage::Director, needs };
+        let small = size.map(|side| side as u32);
+        let sheet = Sheet {
+            size: small,
+            window: Window::whole(small),
+            seed,
+            stage: Stage::Director,
+            needs,
+        };
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
         let radiance =
             |ray, budget: &Budget, state: &mut State| marcher.radiance(ray, budget, state);
-        expose(sheet, camera, |_, _| Direction::fixed(budget), radiance, &Silent).1
+        let fixed = |_, _| Direction::fixed(budget);
+        expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
     };
     // What lattices keep is computed once; the second look finds most of it.
     let (first, again) = (look(settings.seed), look(settings.seed.wrapping_add(1)));

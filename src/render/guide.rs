@@ -7,7 +7,7 @@ use crate::director::{
     xs_map,
 };
 use crate::error::Result;
-use crate::image::{Film, Image};
+use crate::image::{Film, Image, Window};
 use crate::math::Stage;
 use crate::photon::{self, Shooting};
 use crate::scene::plan::Needs;
@@ -16,7 +16,7 @@ use crate::work::Work;
 
 use super::expose::{Direction, Sheet, expose};
 use super::march::Marcher;
-use super::{Silent, Stages};
+use super::{Control, Stages};
 
 /// Share of the photons with which the light is first looked at.
 const PILOT_PHOTONS: u64 = 64;
@@ -157,9 +157,10 @@ fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
     let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
     // All rays of one place lead through the same pixel, the middle one of its square.
     let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
-    let (film, marching) = expose(
+    let exposed = expose(
         Sheet {
             size,
+            window: Window::whole(size),
             seed: settings.seed ^ PILOT_SEED,
             stage: Stage::Director,
             needs: shooting.needs,
@@ -167,10 +168,11 @@ fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
         |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
         |_, _| Direction::fixed(budget),
         |ray, budget, state| marcher.radiance(ray, budget, state),
-        &Silent,
+        &[],
+        &Control::silent(),
     );
-    work += marching;
-    Ok((film, work))
+    work += exposed.work;
+    Ok((exposed.film, work))
 }
 
 /// Photons shot where nothing thins them.

@@ -74,8 +74,13 @@ impl<'a> Marcher<'a> {
     /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
     /// followed to the first diffuse surface.
     pub fn radiance(&self, mut ray: Ray<World>, budget: &Budget, state: &mut State) -> Sample {
-        let mut sample =
-            Sample { radiance: Rgb::ZERO, alpha: 0.0, depth: f64::INFINITY, transmittance: 1.0 };
+        let mut sample = Sample {
+            radiance: Rgb::ZERO,
+            shared: Rgb::ZERO,
+            alpha: 0.0,
+            depth: f64::INFINITY,
+            transmittance: 1.0,
+        };
         let (mut throughput, mut inside) = (Rgb::ONE, 0);
         for depth in 0..MAX_SPECULAR {
             let hit = lighting::first_surface(self.scene, &ray, &mut state.draws);
@@ -84,6 +89,7 @@ impl<'a> Marcher<'a> {
                 let (light, through) =
                     self.through_media(&ray, hit.as_ref(), depth == 0, budget, state);
                 sample.radiance += throughput * light;
+                sample.shared += throughput * std::mem::take(&mut state.stands_in);
                 transmittance = through;
             }
             if depth == 0 {
@@ -100,6 +106,7 @@ impl<'a> Marcher<'a> {
             sample.radiance += throughput * lighting::emitted(self.scene, &ray, &hit);
             if !hit.material.is_specular() {
                 sample.radiance += throughput * self.reflected(&ray, &hit, state);
+                sample.shared += throughput * std::mem::take(&mut state.stands_in);
                 break;
             }
             let u = std::array::from_fn(|_| state.draws.rng.uniform());
@@ -138,6 +145,7 @@ impl<'a> Marcher<'a> {
             light += self.direct(ray, &profile, &[], state);
             if state.shared > 0.0 {
                 let indirect = self.indirect(ray, hit, &profile, budget.radius, state);
+                state.stands_in += state.shared * indirect;
                 light += state.shared * indirect;
             }
         }
@@ -327,7 +335,9 @@ impl<'a> Marcher<'a> {
         state.draws.work.surface_gathers += 1;
         let irradiance = self.maps.irradiance(hit.point, facing, &mut state.draws.work.gathered);
         let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
-        direct + state.shared * reflectance * irradiance
+        let indirect = state.shared * reflectance * irradiance;
+        state.stands_in += indirect;
+        direct + indirect
     }
 }
 

@@ -3,41 +3,52 @@
 //! Only this room knows both the budget of a pixel and the estimators; below it plain numbers are
 //! passed. The unbiased reference renders the same scene onto the same film.
 
+mod checkpoint;
+mod checkpoint_file;
+mod control;
 mod costs;
 mod expose;
 mod guide;
 mod lamps;
 mod march;
+mod plate;
 mod progress;
 mod reference;
 mod rendered;
 
+pub use checkpoint::Checkpoints;
+pub use control::{Control, Stop};
 pub use costs::{Costs, Memory, costs};
 pub use guide::{Extent, Maps, maps};
 pub use progress::{Progress, Silent, Stages};
-pub use rendered::Rendered;
+pub use rendered::{Ended, Rendered};
 
 use std::time::Instant;
 
 use crate::director::Budget;
 use crate::error::Result;
+use crate::image::Window;
 use crate::math::Stage;
 use crate::photon;
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
+use crate::work::Work;
 
-use expose::{Direction, Sheet};
+use expose::{Direction, Exposed, Sheet};
 
 /// Renders `scene` with a photon map and a march, directed as `settings` say: the same picture on
-/// any number of threads of the rayon pool it is called in.
+/// any number of threads of the rayon pool it is called in, and however often it was cut short and
+/// taken up again. `control` is whom to tell of progress, or a [`Control`].
 ///
 /// # Errors
-/// Where an emitter cannot be sampled.
-pub fn render(
+/// Where an emitter cannot be sampled, or a checkpoint does not fit the scene.
+pub fn render<'a>(
     scene: &Scene,
     settings: &RenderSettings,
-    progress: &dyn Progress,
+    control: impl Into<Control<'a>>,
 ) -> Result<Rendered> {
+    let control = control.into();
+    let progress = control.progress;
     let mut stages = Stages::default();
     let needs = Needs::of(scene, settings);
     let mut maps = Maps::default();
@@ -66,46 +77,64 @@ pub fn render(
     let directions = maps.directions(scene, settings, gold);
     let width = scene.film.size[0] as usize;
     let marcher = march::Marcher::new(scene, &photons, needs);
-    let (film, marching) = expose::expose(
-        Sheet { size: scene.film.size, seed: settings.seed, stage: Stage::March, needs },
+    if let Some(checkpoints) = control.checkpoints {
+        checkpoints.recall(&photons.direct)?;
+    }
+    let exposed = expose::expose(
+        sheet(scene, settings, Stage::March),
         |x, y, lens| scene.camera.ray(x, y, lens),
         |x, y| {
             let index = y as usize * width + x as usize;
             directions.get(index).copied().unwrap_or(Direction::fixed(gold))
         },
         |ray, budget, state| marcher.radiance(ray, budget, state),
-        progress,
+        &photons.direct,
+        &control,
     );
-    work += marching;
     stages.done("march", start);
-    Ok(Rendered { film, work, timings: stages.timings, radius: Some(photons.volume_radius) })
+    Ok(rendered(exposed, work, stages, Some(photons.volume_radius)))
 }
 
 /// Renders `scene` without bias by null-collision path tracing with next-event estimation: the
-/// same picture on any number of threads of the rayon pool it is called in.
-pub fn render_reference(
+/// same picture on any number of threads of the rayon pool it is called in, as [`render()`].
+pub fn render_reference<'a>(
     scene: &Scene,
     settings: &RenderSettings,
-    progress: &dyn Progress,
+    control: impl Into<Control<'a>>,
 ) -> Rendered {
     let mut stages = Stages::default();
     let start = Instant::now();
     let tracer = reference::PathTracer::new(scene, settings.max_scatter);
     let budget = Budget::fixed(settings.rays, 0.0, 0.0);
-    let (film, work) = expose::expose(
-        Sheet {
-            size: scene.film.size,
-            seed: settings.seed,
-            stage: Stage::Reference,
-            needs: Needs::of(scene, settings),
-        },
+    let exposed = expose::expose(
+        sheet(scene, settings, Stage::Reference),
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| Direction::fixed(budget),
         |ray, _, state| tracer.radiance(ray, &mut state.draws),
-        progress,
+        &[],
+        &control.into(),
     );
     stages.done("reference", start);
-    Rendered { film, work, timings: stages.timings, radius: None }
+    rendered(exposed, Work::default(), stages, None)
+}
+
+/// What is exposed for `stage`.
+fn sheet(scene: &Scene, settings: &RenderSettings, stage: Stage) -> Sheet {
+    let size = scene.film.size;
+    Sheet {
+        size,
+        window: settings.crop.unwrap_or(Window::whole(size)),
+        seed: settings.seed,
+        stage,
+        needs: Needs::of(scene, settings),
+    }
+}
+
+/// The picture of an exposure, before which `work` was done.
+fn rendered(exposed: Exposed, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
+    let Exposed { film, work: exposing, ended, unkept } = exposed;
+    work += exposing;
+    Rendered { film, work, timings: stages.timings, radius, ended, unkept }
 }
 
 /// The step where none is given, in metres: the shortest voxel edge of all media, at which cells

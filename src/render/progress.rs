@@ -10,6 +10,8 @@ pub trait Progress: Sync {
     fn advance(&self, units: u64);
     /// The stage is over.
     fn finish(&self);
+    /// Something went wrong that does not end the render: one sentence.
+    fn warn(&self, _: &str) {}
 }
 
 /// Tells nobody.

@@ -68,6 +68,7 @@ impl<'a> PathTracer<'a> {
         draws.work.capped_paths += u64::from(!ended);
         Sample {
             radiance: path.radiance,
+            shared: Rgb::ZERO,
             alpha: if first.is_some() { 1.0 } else { 1.0 - luminance(transmittance) },
             depth: first.unwrap_or(f64::INFINITY),
             transmittance: luminance(transmittance),

@@ -6,7 +6,18 @@ use crate::image::Film;
 use crate::photon::MAX_EVENTS;
 use crate::work::Work;
 
-/// A finished picture and what it took.
+/// Why a render ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ended {
+    /// All rays are shot.
+    Complete,
+    /// It was asked to stop.
+    Stopped,
+    /// Its time was over.
+    OutOfTime,
+}
+
+/// A picture and what it took.
 #[derive(Debug)]
 pub struct Rendered {
     /// The picture.
@@ -17,14 +28,23 @@ pub struct Rendered {
     pub timings: Vec<(&'static str, Duration)>,
     /// Gather radius of the volume photons, in metres; nothing for the reference.
     pub radius: Option<f64>,
+    /// Whether the picture is finished.
+    pub ended: Ended,
+    /// Why its state could not be kept on disk.
+    pub unkept: Option<String>,
 }
 
 impl Rendered {
+    /// Whether all rays have been shot.
+    pub fn is_complete(&self) -> bool {
+        self.ended == Ended::Complete
+    }
+
     /// What keeps the picture from being all that was asked for, one sentence each: work that was
     /// cut short, samples that were left out.
     pub fn warnings(&self) -> Vec<String> {
         let Work { capped_paths: capped, photon_paths, rays, dropped_samples, .. } = self.work;
-        let mut warnings = Vec::new();
+        let mut warnings: Vec<String> = self.unkept.iter().cloned().collect();
         if capped > 0 {
             let (paths, kind) =
                 if photon_paths > 0 { (photon_paths, "photon") } else { (rays, "camera") };

@@ -1,7 +1,7 @@
 //! Film and render settings, their defaults, and what the command line puts over them.
 
 use super::directing::{Directing, DirectingOverrides, Director};
-use crate::image::ViewTransform;
+use crate::image::{ViewTransform, Window};
 
 /// Largest width and height of a film, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -62,6 +62,8 @@ pub struct RenderSettings {
     pub max_scatter: Option<u32>,
     /// Whether what the scene does not need is left out.
     pub planning: Planning,
+    /// The part of the film that is rendered; all of it where none is given.
+    pub crop: Option<Window>,
 }
 
 impl Default for RenderSettings {
@@ -76,6 +78,7 @@ impl Default for RenderSettings {
             seed: 0,
             max_scatter: None,
             planning: Planning::Needed,
+            crop: None,
         }
     }
 }
@@ -132,6 +135,7 @@ impl RenderSettings {
             seed: over.seed.unwrap_or(self.seed),
             max_scatter: over.max_scatter.or(self.max_scatter),
             planning: self.planning,
+            crop: self.crop,
         }
     }
 }

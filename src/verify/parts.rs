@@ -86,7 +86,13 @@ fn mean(radiances: &mut dyn Iterator<Item = f64>) -> f64 {
     let mut samples = Accumulator::default();
     for radiance in radiances {
         let radiance = Rgb::splat(radiance);
-        samples.add(Sample { radiance, alpha: 1.0, transmittance: 0.0, depth: 0.0 });
+        samples.add(Sample {
+            radiance,
+            shared: Rgb::ZERO,
+            alpha: 1.0,
+            transmittance: 0.0,
+            depth: 0.0,
+        });
     }
     samples.mean().x
 }

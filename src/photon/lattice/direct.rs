@@ -62,6 +62,26 @@ impl DirectLattice {
         self.values.len() * size_of::<[AtomicU32; 3]>()
     }
 
+    /// How many cells there are.
+    pub const fn cells(&self) -> usize {
+        self.values.len()
+    }
+
+    /// The bits of what is known of a cell, for storing; nothing where it has not been asked for.
+    pub fn known(&self, cell: usize) -> Option<[u32; 3]> {
+        let value = self.values[cell].each_ref().map(|v| v.load(Ordering::Acquire));
+        (value[0] != UNKNOWN).then_some(value)
+    }
+
+    /// Takes back what [`known`](Self::known) told of a cell of the same lattice; no work is counted
+    /// for it again.
+    pub fn recall(&self, cell: usize, [r, g, b]: [u32; 3]) {
+        let [red, green, blue] = &self.values[cell];
+        green.store(g, Ordering::Relaxed);
+        blue.store(b, Ordering::Relaxed);
+        red.store(r, Ordering::Release);
+    }
+
     /// The light scattered at `p` per unit of sigma_s, W/(m² sr): trilinear between the centres of
     /// the cells, 0 where there are none. `draws` counts the work, each cell's once.
     pub fn at(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> Rgb {

@@ -245,6 +245,7 @@ fn render(root: &Section<'_>) -> Result<RenderSettings> {
             .maybe("max_scatter", |v| v.integer(0, u64::from(MAX_SCATTER)))?
             .map(|orders| orders as u32),
         planning: default.planning,
+        crop: default.crop,
     })
 }
 

@@ -1,0 +1,85 @@
+//! A part of a film.
+
+use std::fmt::{self, Display, Formatter};
+use std::str::FromStr;
+
+/// A rectangle of a film's pixels; row 0 is the top row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Pixels to the left of it.
+    pub left: u32,
+    /// Rows above it.
+    pub top: u32,
+    /// Pixels in a row of it.
+    pub width: u32,
+    /// Its rows.
+    pub height: u32,
+}
+
+impl Window {
+    /// All of a film of `size`, width and height.
+    pub const fn whole([width, height]: [u32; 2]) -> Self {
+        Self { left: 0, top: 0, width, height }
+    }
+
+    /// Whether it has pixels and all of them lie on a film of `size`.
+    pub fn fits(&self, size: [u32; 2]) -> bool {
+        let inside = |first: u32, length: u32, all: u32| {
+            length > 0 && first.checked_add(length).is_some_and(|end| end <= all)
+        };
+        inside(self.left, self.width, size[0]) && inside(self.top, self.height, size[1])
+    }
+
+    /// Pixels in it.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+}
+
+impl Display for Window {
+    /// As it is parsed: `left,top,widthxheight`.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{},{}x{}", self.left, self.top, self.width, self.height)
+    }
+}
+
+impl FromStr for Window {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parse = || {
+            let (left, rest) = text.split_once(',')?;
+            let (top, size) = rest.split_once(',')?;
+            let (width, height) = size.split_once(['x', 'X'])?;
+            let number = |text: &str| text.trim().parse::<u32>().ok();
+            let (width, height) = (number(width)?, number(height)?);
+            let window = Self { left: number(left)?, top: number(top)?, width, height };
+            (width > 0 && height > 0).then_some(window)
+        };
+        parse().ok_or_else(|| {
+            "give the upper left pixel and the size as 320,180,640x360, counted from 0".into()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_goes_both_ways() {
+        let window = Window { left: 3, top: 0, width: 20, height: 7 };
+        assert_eq!(window.to_string().parse(), Ok(window));
+        for bad in ["", "1,2", "1,2,3", "1,2,0x4", "-1,2,3x4", "1,2,3x4x5", "1;2;3x4"] {
+            assert!(bad.parse::<Window>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn a_window_lies_on_the_film_or_not() {
+        let window = Window { left: 3, top: 1, width: 5, height: 2 };
+        assert!(window.fits([8, 3]));
+        assert!(!window.fits([7, 3]) && !window.fits([8, 2]));
+        assert!(!Window { left: u32::MAX, ..window }.fits([8, 3]));
+    }
+}
