@@ -127,6 +127,7 @@ fn settings(scene: &Scene, rendered: &Rendered, reference: bool) -> Map<String, 
                 "coarsest_radius": asked.coarsest_radius,
                 "coarsest_step": asked.coarsest_step,
                 "tolerance": asked.tolerance,
+                "resolution": asked.resolution,
             }),
         );
     }

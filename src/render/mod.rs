@@ -21,11 +21,11 @@ pub use control::{Control, Stop};
 pub use costs::{Costs, Memory, costs};
 pub use guide::{Extent, Maps, maps};
 pub use progress::{Progress, Silent, Stages};
-pub use rendered::{Ended, Rendered};
+pub use rendered::{Directed, Ended, Rendered};
 
 use std::time::Instant;
 
-use crate::director::Budget;
+use crate::director::{Budget, KeptSight};
 use crate::error::Result;
 use crate::image::Window;
 use crate::math::Stage;
@@ -47,13 +47,27 @@ pub fn render<'a>(
     settings: &RenderSettings,
     control: impl Into<Control<'a>>,
 ) -> Result<Rendered> {
+    render_next(scene, settings, None, control)
+}
+
+/// As [`render()`], after a picture that left `kept`: where that suits the scene, nothing is
+/// intersected for the director's first look. The picture and the work that it tells are the same.
+///
+/// # Errors
+/// As [`render()`].
+pub fn render_next<'a>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    kept: Option<KeptSight>,
+    control: impl Into<Control<'a>>,
+) -> Result<Rendered> {
     let control = control.into();
     let progress = control.progress;
     let mut stages = Stages::default();
     let needs = Needs::of(scene, settings);
     let mut maps = Maps::default();
     if needs.maps {
-        maps = guide::maps(scene, settings, None, Extent::Needed, &mut stages)?;
+        maps = guide::maps(scene, settings, kept, Extent::Needed, &mut stages)?;
     }
     if matches!(settings.director, Director::Fixed | Director::Variance) {
         maps.xs.clear(); // made for nothing, where everything is asked for
@@ -92,7 +106,12 @@ pub fn render<'a>(
         &control,
     );
     stages.done("march", start);
-    Ok(rendered(exposed, work, stages, Some(photons.volume_radius)))
+    Ok(Rendered {
+        director: Some(Directed { work: maps.work.less(&maps.spared), spared: maps.spared })
+            .filter(|_| needs.maps),
+        sight: maps.sight,
+        ..rendered(exposed, work, stages, Some(photons.volume_radius))
+    })
 }
 
 /// Renders `scene` without bias by null-collision path tracing with next-event estimation: the
@@ -134,7 +153,8 @@ fn sheet(scene: &Scene, settings: &RenderSettings, stage: Stage) -> Sheet {
 fn rendered(exposed: Exposed, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
     let Exposed { film, work: exposing, ended, unkept } = exposed;
     work += exposing;
-    Rendered { film, work, timings: stages.timings, radius, ended, unkept }
+    let timings = stages.timings;
+    Rendered { film, work, timings, radius, ended, unkept, director: None, sight: None }
 }
 
 /// The step where none is given, in metres: the shortest voxel edge of all media, at which cells
