@@ -6,6 +6,7 @@
 mod console;
 mod directing;
 mod error;
+mod frames;
 mod info;
 mod load;
 mod make;
@@ -15,6 +16,7 @@ mod output;
 mod plan;
 mod progress;
 mod render;
+mod sequence;
 mod settings;
 mod study;
 mod verify;

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use serde::Serialize;
+
 use crate::director::KeptSight;
 use crate::image::Film;
 use crate::photon::MAX_EVENTS;
@@ -40,7 +42,7 @@ pub struct Rendered {
 }
 
 /// Work for the director's maps, without that of the coarse look at scattered light.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize)]
 pub struct Directed {
     /// What was done.
     pub work: Work,

@@ -1,0 +1,201 @@
+//! Frames of a sequence, read one ahead of the one that is rendered.
+
+use std::path::Path;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread::Scope;
+use std::time::{Duration, Instant};
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+use super::load;
+use crate::error::{Error, Result};
+use crate::scene::{Scene, Sequence};
+use crate::sequence::Frames;
+
+/// Which frames, and what to do without some.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Sequences")]
+pub(super) struct FrameArgs {
+    /// Frames to render, such as 1-100, 1-100x2 or 1,4,9-12: their numbers go where #### or %04d
+    /// stands in the names of files.
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
+    pub(super) frames: Option<Frames>,
+    /// What to do of a frame whose file is missing, broken or empty: stop, render the one before it
+    /// again, or make no picture; `fail` by default.
+    #[arg(long, value_name = "WHAT", requires = "frames", value_parser = policy())]
+    missing: Option<Missing>,
+    /// Render frames whose volume is empty as they are, without it.
+    #[arg(long, requires = "frames")]
+    empty: bool,
+}
+
+/// What is done of a frame that cannot be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Missing {
+    Fail,
+    Hold,
+    Skip,
+}
+
+fn policy() -> impl TypedValueParser<Value = Missing> {
+    PossibleValuesParser::new(["fail", "hold", "skip"]).map(|word| match word.as_str() {
+        "hold" => Missing::Hold,
+        "skip" => Missing::Skip,
+        _ => Missing::Fail,
+    })
+}
+
+/// A frame as it was read.
+#[derive(Debug)]
+pub(super) struct Frame {
+    pub(super) number: i64,
+    /// What is rendered, if anything.
+    pub(super) scene: Option<Box<Scene>>,
+    /// The frame whose files those are, where they are not its own.
+    pub(super) held: Option<i64>,
+    /// Why its own files are not used.
+    pub(super) problem: Option<String>,
+    /// What reading took.
+    pub(super) loading: Duration,
+}
+
+/// Reads frames as the policy for missing ones says.
+#[derive(Debug)]
+pub(super) struct Reader<'a> {
+    sequence: &'a Sequence,
+    missing: Missing,
+    empty: bool,
+}
+
+impl<'a> Reader<'a> {
+    /// For frames of `sequence`.
+    pub(super) fn new(sequence: &'a Sequence, args: &FrameArgs) -> Self {
+        Self { sequence, missing: args.missing.unwrap_or(Missing::Fail), empty: args.empty }
+    }
+
+    /// Looks whether the files of `frames` are there; says which are not.
+    ///
+    /// # Errors
+    /// Where the first frame without files can be neither left out nor replaced.
+    pub(super) fn check(&self, frames: &[i64]) -> Result<Option<String>> {
+        let absent = || frames.iter().filter(|frame| self.sequence.missing(**frame).is_some());
+        let Some(&first) = absent().next() else { return Ok(None) };
+        let count = format!("{} of {} frames have no file", absent().count(), frames.len());
+        let list = listed(absent().copied());
+        let fate = match self.missing {
+            Missing::Fail => {
+                let file = self.sequence.missing(first).unwrap_or_default();
+                let problem = format!("{}: no such file; {count}: {list}", file.display());
+                return Err(failed(first, &problem));
+            }
+            Missing::Skip => "no picture for them",
+            Missing::Hold => {
+                let lowest = absent().min().copied().unwrap_or(first);
+                if self.earlier(lowest).is_empty() {
+                    return Err(self.nothing_to_hold(lowest));
+                }
+                "the one before is rendered again"
+            }
+        };
+        Ok(Some(format!("{count}: {list}; {fate}")))
+    }
+
+    /// Reads `frames` in their order on a thread of its own, the next one while the one before is in
+    /// use and none beyond it. A frame that ends the run is the last.
+    pub(super) fn ahead<'scope>(
+        self,
+        scope: &'scope Scope<'scope, '_>,
+        frames: &'a [i64],
+    ) -> Result<Receiver<Result<Frame>>>
+    where
+        'a: 'scope,
+    {
+        // A pool of its own, so that reading does not wait for the rays of the picture.
+        let pool = load::thread_pool(Some(1))?;
+        let (sender, receiver) = sync_channel(0);
+        scope.spawn(move || {
+            for &number in frames {
+                let frame = pool.install(|| self.read(number));
+                let failed = frame.is_err();
+                if sender.send(frame).is_err() || failed {
+                    break;
+                }
+            }
+        });
+        Ok(receiver)
+    }
+
+    fn read(&self, number: i64) -> Result<Frame> {
+        let start = Instant::now();
+        let frame = |scene: Option<Scene>, held, problem| Frame {
+            number,
+            scene: scene.map(Box::new),
+            held,
+            problem,
+            loading: start.elapsed(),
+        };
+        let problem = match self.usable(number) {
+            Ok(scene) => return Ok(frame(Some(scene), None, None)),
+            Err(problem) => problem.to_string(),
+        };
+        match self.missing {
+            Missing::Fail => Err(failed(number, &problem)),
+            Missing::Skip => Ok(frame(None, None, Some(problem))),
+            Missing::Hold => {
+                let earlier = self.earlier(number).into_iter().rev();
+                let mut earlier = earlier.filter_map(|n| Some((n, self.usable(n).ok()?)));
+                let (held, scene) = earlier.next().ok_or_else(|| self.nothing_to_hold(number))?;
+                Ok(frame(Some(scene), Some(held), Some(problem)))
+            }
+        }
+    }
+
+    /// The scene of a frame whose files can be used.
+    fn usable(&self, number: i64) -> Result<Scene> {
+        if let Some(path) = self.sequence.missing(number) {
+            return Err(Error::file(path, "no such file"));
+        }
+        let scene = self.sequence.load(number)?;
+        if scene.is_clear() && !self.empty {
+            let files = self.sequence.files(number);
+            let problem =
+                "is empty, no voxel has a density above 0; --empty renders it all the same";
+            return Err(Error::file(files.first().map_or(Path::new(""), |path| path), problem));
+        }
+        Ok(scene)
+    }
+
+    /// The frames before `number` whose files are there, asked for or not: what is held does not
+    /// depend on the list of frames.
+    fn earlier(&self, number: i64) -> Vec<i64> {
+        self.sequence.numbers().into_iter().take_while(|earlier| *earlier < number).collect()
+    }
+
+    fn nothing_to_hold(&self, frame: i64) -> Error {
+        let file = self.sequence.files(frame).into_iter().next().unwrap_or_default();
+        let problem = format!(
+            "{}: cannot be used, and no frame before it can be held; begin with a later frame or \
+             give --missing skip",
+            file.display()
+        );
+        Error::Frame { frame, problem }
+    }
+}
+
+fn failed(frame: i64, problem: &str) -> Error {
+    let problem = format!("{problem}; --missing hold or --missing skip goes on without");
+    Error::Frame { frame, problem }
+}
+
+/// `frames` as `1, 4, 7-9`.
+fn listed(frames: impl Iterator<Item = i64>) -> String {
+    let mut runs: Vec<(i64, i64)> = Vec::new();
+    for frame in frames {
+        match runs.last_mut() {
+            Some((_, last)) if *last + 1 == frame => *last = frame,
+            _ => runs.push((frame, frame)),
+        }
+    }
+    let word = |(a, b): &(i64, i64)| if a == b { a.to_string() } else { format!("{a} to {b}") };
+    runs.iter().map(word).collect::<Vec<_>>().join(", ")
+}
