@@ -55,6 +55,17 @@ pub enum Error {
     /// The program was called in a way that makes no sense.
     #[error("{0}")]
     Usage(String),
+    /// The machine, its memory or its system, does not let it be done.
+    #[error("{0}")]
+    Failed(String),
+    /// The user or the system ended it; what is kept and how to go on.
+    #[error("{message}")]
+    Interrupted {
+        /// What is kept and how to go on.
+        message: String,
+        /// The exit code that tells of the signal.
+        code: u8,
+    },
     /// Something that must hold does not; what and how often.
     #[error("{0}")]
     Verify(String),
@@ -75,10 +86,12 @@ impl Error {
         }
     }
 
-    /// The exit code that belongs to the error: 2 for misuse, 1 for a failure.
+    /// The exit code that belongs to the error: 2 for misuse, 1 for a failure, that of the signal
+    /// for an interruption.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) => 2,
+            Self::Interrupted { code, .. } => *code,
             _ => 1,
         }
     }

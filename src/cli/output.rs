@@ -7,7 +7,7 @@ use crate::file::PendingFile;
 use crate::image::png_path_beside;
 
 /// The files of one picture.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Output {
     /// All layers.
     pub(super) exr: PathBuf,

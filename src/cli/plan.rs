@@ -5,16 +5,13 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::console;
+use super::limit;
 use super::load::{self, Volumes};
-use super::memory;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{self, Costs};
 use crate::scene::plan::{Item, RenderPlan};
 use crate::scene::{self, Scene};
-
-/// Bytes of the program and its libraries where the system does not tell.
-const PROGRAM: u64 = 36 << 20;
 
 /// Arguments of `fogbow plan`.
 #[derive(Debug, clap::Args)]
@@ -36,7 +33,7 @@ pub(super) struct Args {
 
 /// Prints what rendering the scene needs, and what it should cost.
 pub(super) fn run(args: &Args) -> Result<()> {
-    let program = memory::resident().unwrap_or(PROGRAM);
+    let program = limit::program();
     let volumes = Volumes { level_set_as_fog: args.level_set.is_some(), frame: args.frame };
     let (scene, pool, _) = load::scene(&args.scene, &args.settings, volumes, &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);

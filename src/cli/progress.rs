@@ -1,67 +1,150 @@
 //! Progress on stderr: bars with remaining time on a terminal, plain lines elsewhere.
 
 use std::io::IsTerminal;
-use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::console;
+use super::pace::{PERIOD, Pace};
 use crate::render::Progress;
 
-/// How a stage is shown.
+/// A stage that takes less is told only when it is over.
+const SHORT: Duration = Duration::from_secs(2);
+
+/// Parts of the work after each of which a line is printed.
+const LINES: f64 = 10.0;
+
+/// A stage that is shown.
 #[derive(Debug)]
-enum Shown {
-    Bar(ProgressBar),
-    Line { name: String, start: Instant },
+struct Stage {
+    name: String,
+    start: Instant,
+    pace: Pace,
+    /// Nothing where lines are printed.
+    bar: Option<ProgressBar>,
+    /// Parts of the work that lines have told of.
+    told: u64,
+}
+
+/// What is known, and shown from a thread of its own.
+#[derive(Debug)]
+struct Shown {
+    begin: Instant,
+    terminal: bool,
+    done: AtomicU64,
+    stage: Mutex<Option<Stage>>,
 }
 
 /// Shows the stages of a render on stderr.
 #[derive(Debug)]
 pub(super) struct Console {
-    terminal: bool,
-    stage: Mutex<Option<Shown>>,
+    shown: Arc<Shown>,
 }
 
 impl Console {
     /// Bars where stderr is a terminal, otherwise lines.
     pub(super) fn new() -> Self {
-        Self { terminal: std::io::stderr().is_terminal(), stage: Mutex::new(None) }
+        let shown = Arc::new(Shown {
+            begin: Instant::now(),
+            terminal: std::io::stderr().is_terminal(),
+            done: AtomicU64::new(0),
+            stage: Mutex::new(None),
+        });
+        let seen = Arc::downgrade(&shown);
+        let watch = move || {
+            while let Some(shown) = seen.upgrade() {
+                shown.look();
+                drop(shown);
+                std::thread::sleep(PERIOD);
+            }
+        };
+        // Without the thread only the remaining time is not told.
+        let _ = std::thread::Builder::new().name("progress".into()).spawn(watch);
+        Self { shown }
+    }
+}
+
+impl Shown {
+    fn stage(&self) -> MutexGuard<'_, Option<Stage>> {
+        self.stage.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn stage_now(&self) -> std::sync::MutexGuard<'_, Option<Shown>> {
-        self.stage.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Looks at clock and work, and shows them.
+    fn look(&self) {
+        if let Some(stage) = self.stage().as_mut() {
+            stage.pace.look(self.begin.elapsed(), self.done.load(Ordering::Relaxed));
+            stage.show(self.done.load(Ordering::Relaxed));
+        }
+    }
+}
+
+impl Stage {
+    fn show(&mut self, done: u64) {
+        let worked = self.pace.worked();
+        let left = self.pace.left();
+        if let Some(bar) = &self.bar {
+            bar.set_position(done);
+            let left = left.map(|left| format!(" + {}", seconds(left))).unwrap_or_default();
+            bar.set_prefix(format!("{}{left}", seconds(worked)));
+            return;
+        }
+        let part = (self.pace.share() * LINES) as u64;
+        let Some(left) = left.filter(|_| part > self.told && worked >= SHORT) else { return };
+        if part < LINES as u64 {
+            self.told = part;
+            console::message(&format!(
+                "{}: {:.0} % after {:.1} s, about {:.1} s left",
+                self.name,
+                100.0 * self.pace.share(),
+                worked.as_secs_f64(),
+                left.as_secs_f64()
+            ));
+        }
     }
 }
 
 impl Progress for Console {
     fn stage(&self, name: &str, total: u64) {
         self.finish();
-        let shown = if self.terminal {
-            let style = ProgressStyle::with_template(
-                "{msg:>10} [{bar:40}] {percent:>3} % {elapsed} + {eta}",
-            );
-            let bar = ProgressBar::new(total).with_message(name.to_owned());
-            Shown::Bar(if let Ok(style) = style { bar.with_style(style) } else { bar })
-        } else {
-            Shown::Line { name: name.to_owned(), start: Instant::now() }
+        let style = || {
+            let template = "{msg:>10} [{bar:40}] {percent:>3} % {prefix}";
+            ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
         };
-        *self.stage_now() = Some(shown);
+        let bar = || ProgressBar::new(total).with_message(name.to_owned()).with_style(style());
+        self.shown.done.store(0, Ordering::Relaxed);
+        *self.shown.stage() = Some(Stage {
+            name: name.to_owned(),
+            start: Instant::now(),
+            pace: Pace::new(total, self.shown.begin.elapsed()),
+            bar: self.shown.terminal.then(bar),
+            told: 0,
+        });
     }
 
     fn advance(&self, units: u64) {
-        if let Some(Shown::Bar(bar)) = &*self.stage_now() {
-            bar.inc(units);
-        }
+        self.shown.done.fetch_add(units, Ordering::Relaxed);
     }
 
     fn finish(&self) {
-        match self.stage_now().take() {
-            Some(Shown::Bar(bar)) => bar.finish(),
-            Some(Shown::Line { name, start }) => {
-                console::message(&format!("{name}: {:.2} s", start.elapsed().as_secs_f64()));
-            }
-            None => {}
+        let Some(mut stage) = self.shown.stage().take() else { return };
+        if let Some(bar) = stage.bar.take() {
+            bar.set_position(self.shown.done.load(Ordering::Relaxed));
+            bar.set_prefix(seconds(stage.start.elapsed()));
+            bar.abandon();
+        } else {
+            let took = stage.start.elapsed().as_secs_f64();
+            console::message(&format!("{}: {took:.2} s", stage.name));
         }
     }
+
+    fn warn(&self, text: &str) {
+        console::message(&format!("warning: {text}"));
+    }
+}
+
+fn seconds(time: Duration) -> String {
+    humantime::format_duration(Duration::from_secs(time.as_secs_f64().round() as u64)).to_string()
 }

@@ -8,21 +8,29 @@ use serde_json::{Value, json};
 
 use super::console;
 use super::frames::{Frame, Reader};
+use super::header;
+use super::holding::checkpoint_path;
+use super::interrupt::Interrupt;
+use super::limit;
 use super::load;
 use super::output::Output;
-use super::render::{self, Args, Job};
+use super::picture::{Job, Told};
+use super::render::{self, Args};
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::image::read_layers;
+use crate::medium::Medium;
 use crate::scene::{LoadOptions, Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
 
 /// Renders `frames`, each as it would be alone.
 pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
+    let program = limit::program();
     let frames = frames.numbers();
     let target = target(&args.paths.output);
     let first = frames.first().copied().unwrap_or_default();
     Output::check(&target.at(first))?;
+    let interrupt = Interrupt::listen()?;
     let options = LoadOptions {
         overrides: args.settings.overrides(),
         level_set_as_fog: args.level_set.is_some(),
@@ -34,7 +42,7 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
     if let Some(warning) = reader.check(frames)? {
         console::warn(&[warning]);
     }
-    let mut run = Run::new(args, frames.len());
+    let mut run = Run::new(args, &interrupt, program, frames.len());
     std::thread::scope(|scope| {
         for frame in reader.ahead(scope, frames)? {
             let frame = frame?;
@@ -63,9 +71,12 @@ fn target(path: &Path) -> Pattern {
 /// A sequence on its way.
 struct Run<'a> {
     args: &'a Args,
+    interrupt: &'a Interrupt,
+    /// Bytes in memory before anything was loaded.
+    program: u64,
     /// Frames asked for.
     frames: usize,
-    /// Frames that are done or were left out.
+    /// Frames that are done or were left out, the one at hand among them.
     done: usize,
     /// Pictures that are there now.
     pictures: usize,
@@ -78,14 +89,23 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(args: &'a Args, frames: usize) -> Self {
-        let rendered = (0, Duration::ZERO);
-        let said = BTreeSet::new();
-        Self { args, frames, done: 0, pictures: 0, rendered, sight: None, said }
+    fn new(args: &'a Args, interrupt: &'a Interrupt, program: u64, frames: usize) -> Self {
+        Self {
+            args,
+            interrupt,
+            program,
+            frames,
+            done: 0,
+            pictures: 0,
+            rendered: (0, Duration::ZERO),
+            sight: None,
+            said: BTreeSet::new(),
+        }
     }
 
     /// Renders `frame`, unless there is nothing to render or its picture is there already.
     fn frame(&mut self, frame: Frame, output: &Output, pool: &rayon::ThreadPool) -> Result<()> {
+        let start = Instant::now();
         let Frame { number, scene, held, problem, loading } = frame;
         self.done += 1;
         let Some(mut scene) = scene else {
@@ -94,35 +114,77 @@ impl<'a> Run<'a> {
             return Ok(());
         };
         scene.render.planning = self.args.plan;
+        scene.render.crop = self.args.hold.crop;
         self.pictures += 1;
         if let (Some(held), Some(problem)) = (held, &problem) {
             self.warn(number, &format!("{problem}; frame {held} is rendered again"));
         }
-        if self.args.resume && is_finished(output, &render::recipe(&scene, self.args)) {
+        if self.args.hold.resume && self.is_finished(output, &scene) {
             self.say(number, "finished by an earlier run");
             self.report(json!({ "frame": number, "state": "finished", "outputs": output.names() }));
             return Ok(());
         }
+        self.interrupt.stop().begin_anew();
+        if self.interrupt.stop().is_asked() {
+            let message = format!(
+                "interrupted before frame {number}: the frames before it are finished, --resume goes \
+                 on with it"
+            );
+            return Err(Error::Interrupted { message, code: self.interrupt.exit_code() });
+        }
         self.say(number, &self.progress());
-        self.tell(&scene);
-        let start = Instant::now();
-        let job = Job { args: self.args, output, pool, loading };
-        let (picture, sight) = render::picture(&job, &scene, self.sight.take())?;
-        self.sight = sight;
+        let warnings = self.tell(&scene);
+        let told = self.picture(&mut scene, output, pool, warnings, (start, loading))?;
         self.rendered.0 += 1;
         self.rendered.1 += start.elapsed();
         let state = if held.is_some() { "held" } else { "rendered" };
-        let mut report = json!({ "frame": number, "state": state });
-        if let (Value::Object(report), Value::Object(picture)) = (&mut report, picture) {
-            report.extend(held.map(|held| ("held".into(), json!(held))));
-            report.extend(problem.map(|problem| ("problem".into(), json!(problem))));
-            report.extend(picture);
+        let of_frame = json!({ "frame": number, "state": state, "held": held, "problem": problem });
+        let report = merged(of_frame, told.report);
+        let told = Told { report, ..told };
+        render::tell(self.args, &told);
+        told.end(self.interrupt)
+    }
+
+    /// Renders and writes the picture of `scene`, which took `loading`; its time began at `start`.
+    fn picture(
+        &mut self,
+        scene: &mut Scene,
+        output: &Output,
+        pool: &rayon::ThreadPool,
+        warnings: Vec<String>,
+        (start, loading): (Instant, Duration),
+    ) -> Result<Told> {
+        // The frame that is read meanwhile will be about as large as this one.
+        let next: usize = scene.media.iter().flat_map(Medium::grid_bytes).sum();
+        let job = Job {
+            output,
+            hold: &self.args.hold,
+            interrupt: self.interrupt,
+            reference: self.args.reference,
+            level_set_as_fog: self.args.level_set.is_some(),
+            quiet: self.args.run.quiet,
+            start,
+            loading,
+            program: self.program + next as u64,
+        };
+        let mut told = job.run(scene, pool, warnings, self.sight.take())?;
+        self.sight = told.sight.take();
+        Ok(told)
+    }
+
+    /// Whether `output` holds the picture of `scene`, whole and made as it would be now.
+    fn is_finished(&self, output: &Output, scene: &Scene) -> bool {
+        // The PNG is written first, so that one beside a finished EXR belongs to it.
+        let layers = if output.png.is_file() { read_layers(&output.exr).ok() } else { None };
+        let recipe = header::recipe(scene, self.args.reference, self.args.level_set.is_some());
+        let finished = layers.is_some_and(|layers| {
+            layers.attributes.get(header::RECIPE).is_some_and(|r| *r == recipe)
+        });
+        if finished {
+            // The run was killed before it took that away.
+            let _ = std::fs::remove_file(checkpoint_path(&output.exr));
         }
-        self.report(report);
-        if !self.args.run.json {
-            output.names().iter().for_each(|name| console::result(name));
-        }
-        Ok(())
+        finished
     }
 
     /// How far the sequence is, with about the time that is left by that of the frames so far.
@@ -136,15 +198,19 @@ impl<'a> Run<'a> {
         format!("{place}, about {} left", duration(left))
     }
 
-    /// Prints what reading `scene` brought up that no earlier frame did.
-    fn tell(&mut self, scene: &Scene) {
-        if !self.args.run.quiet {
-            for note in scene.notes.iter().filter(|note| self.said.insert((*note).clone())) {
-                console::message(&format!("note: {note}"));
+    /// Prints what there is to say of `scene` and was not said of an earlier frame; all warnings.
+    fn tell(&mut self, scene: &Scene) -> Vec<String> {
+        let notes = scene.notes.iter().map(|note| format!("note: {note}"));
+        let lines = notes.filter(|_| !self.args.run.quiet).chain(render::plan(self.args, scene));
+        for line in lines {
+            if self.said.insert(line.clone()) {
+                console::message(&line);
             }
         }
-        let new = scene.warnings.iter().filter(|warning| self.said.insert((*warning).clone()));
+        let warnings = [scene.warnings.clone(), render::advice(self.args, scene)].concat();
+        let new = warnings.iter().filter(|warning| self.said.insert((*warning).clone()));
         console::warn(&new.cloned().collect::<Vec<_>>());
+        warnings
     }
 
     fn say(&self, frame: i64, words: &str) {
@@ -164,11 +230,12 @@ impl<'a> Run<'a> {
     }
 }
 
-/// Whether `output` holds the picture that `recipe` makes, whole.
-fn is_finished(output: &Output, recipe: &str) -> bool {
-    // The PNG is written first, so that one beside a finished EXR belongs to it.
-    let layers = if output.png.is_file() { read_layers(&output.exr).ok() } else { None };
-    layers.is_some_and(|layers| layers.attributes.get(render::RECIPE).is_some_and(|r| r == recipe))
+/// The keys of `first`, then those of `second`.
+fn merged(mut first: Value, second: Value) -> Value {
+    if let (Value::Object(first), Value::Object(second)) = (&mut first, second) {
+        first.extend(second);
+    }
+    first
 }
 
 /// Seconds for people.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use std::io::Cursor;
+use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use exr::meta::MetaData;
@@ -83,6 +83,19 @@ pub fn read_layers(path: &Path) -> Result<Layers> {
         .ok_or_else(|| Error::file(path, "is an EXR file without a picture"))
 }
 
+/// Reads the strings of the header of an EXR file's first part, and nothing else of it.
+///
+/// # Errors
+/// Where the file cannot be read or its header is damaged.
+pub fn read_attributes(path: &Path) -> Result<BTreeMap<String, String>> {
+    let file = BufReader::new(file::open(path)?);
+    let damaged = |e: &dyn Display| Error::file(path, format!("has a damaged header: {e}"));
+    on_decoder(path, &damaged, || {
+        let meta = MetaData::read_from_buffered(file, false).map_err(|e| damaged(&e))?;
+        Ok(meta.headers.first().map(strings).unwrap_or_default())
+    })
+}
+
 /// Whether the bytes begin as those of an EXR file.
 pub(super) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
@@ -119,10 +132,19 @@ fn decode_parts(bytes: &[u8], path: &Path) -> Result<Vec<Layers>> {
     let damaged = |e: &dyn Display| {
         Error::file(path, format!("is damaged or of a kind of EXR that cannot be read: {e}"))
     };
+    on_decoder(path, &damaged, || decode_here(bytes, path, &damaged))
+}
+
+/// Runs `decode` on a thread of its own; a panic there is damage.
+fn on_decoder<T: Send>(
+    path: &Path,
+    damaged: &dyn Fn(&dyn Display) -> Error,
+    decode: impl FnOnce() -> Result<T> + Send,
+) -> Result<T> {
     std::thread::scope(|scope| {
         let decoder = std::thread::Builder::new()
             .name(EXR_DECODER.into())
-            .spawn_scoped(scope, || decode_here(bytes, path, &damaged))
+            .spawn_scoped(scope, decode)
             .map_err(|e| Error::file(path, format!("cannot be decoded: {e}")))?;
         decoder.join().unwrap_or_else(|_| Err(damaged(&"its blocks do not fit its header")))
     })
@@ -166,16 +188,20 @@ fn layers(part: Layer<AnyChannels<FlatSamples>>, header: &Header) -> Layers {
             .into_iter()
             .map(|channel| (string(&channel.name), floats(channel.sample_data)))
             .collect(),
-        attributes: header
-            .all_named_attributes()
-            .filter_map(|(name, value)| match value {
-                AttributeValue::Text(text) => {
-                    Some((String::from_utf8_lossy(name).into_owned(), string(&text)))
-                }
-                _ => None,
-            })
-            .collect(),
+        attributes: strings(header),
     }
+}
+
+/// The attributes of a header that are strings.
+fn strings(header: &Header) -> BTreeMap<String, String> {
+    let attributes = header.all_named_attributes();
+    let text = |(name, value): (&[u8], AttributeValue)| match value {
+        AttributeValue::Text(text) => {
+            Some((String::from_utf8_lossy(name).into_owned(), string(&text)))
+        }
+        _ => None,
+    };
+    attributes.filter_map(text).collect()
 }
 
 /// Checks the claims of the header before memory is taken for them.

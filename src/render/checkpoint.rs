@@ -72,6 +72,14 @@ impl Checkpoints {
         Ok(Self { left: Mutex::new(Some(moment)), resumes: true, ..fresh })
     }
 
+    /// What the file `path` is a checkpoint of; nothing where it is not there.
+    ///
+    /// # Errors
+    /// Where it cannot be read or is damaged.
+    pub fn key_of(path: &Path) -> Result<Option<Map<String, Value>>> {
+        if path.exists() { checkpoint_file::key(path).map(Some) } else { Ok(None) }
+    }
+
     /// Whether it goes on from what an earlier run left.
     pub fn resumes(&self) -> bool {
         self.resumes

@@ -93,47 +93,78 @@ pub(super) fn write(
     })
 }
 
+/// What the checkpoint at `path` is of.
+///
+/// # Errors
+/// Where it cannot be read or is damaged.
+pub(super) fn key(path: &Path) -> Result<Map<String, Value>> {
+    Opened::open(path).map(|opened| opened.head.key)
+}
+
 /// Reads the checkpoint at `path`.
 ///
 /// # Errors
 /// Where it cannot be read, is damaged, or not of `key`.
 pub(super) fn read(path: &Path, key: &Map<String, Value>) -> Result<Moment> {
-    let file = file::open(path)?;
-    let length = file.metadata().map_or(0, |data| data.len());
-    let mut input = Hashing::new(BufReader::new(file));
-    let damaged = |what: &str| {
-        Error::file(path, format!("{what}; delete it, or leave out --resume, to start anew"))
-    };
-    let cut = |e: io::Error| match e.kind() {
-        io::ErrorKind::UnexpectedEof => damaged("is a damaged checkpoint: it ends too early"),
-        _ => Error::file(path, format!("cannot be read: {e}")),
-    };
-    let magic: [u8; MAGIC.len()] = input.take().map_err(cut)?;
-    if magic != MAGIC {
-        return Err(damaged("is no checkpoint of this version of fogbow"));
-    }
-    let size = u64::from_le_bytes(input.take().map_err(cut)?);
-    if size > MAX_HEAD.min(length) {
-        return Err(damaged("is a damaged checkpoint: its head is too large"));
-    }
-    let mut head = vec![0; size as usize];
-    input.fill(&mut head).map_err(cut)?;
-    let head: Head = serde_json::from_slice(&head)
-        .map_err(|_| damaged("is a damaged checkpoint: its head cannot be understood"))?;
-    let before = MAGIC.len() as u64 + 8 + size;
-    let whole = head.body().and_then(|body| body.checked_add(before + HASH));
-    if whole != Some(length) {
-        return Err(damaged("is a damaged checkpoint: its length is not what its head says"));
-    }
+    let Opened { mut input, head } = Opened::open(path)?;
     check_key(path, &head.key, key)?;
-    let body = body(&mut input, &head).map_err(cut)?;
+    let body = body(&mut input, &head).map_err(|e| cut(path, &e))?;
     let hash = input.hash.finalize();
     let mut stored = [0; HASH as usize];
-    input.inner.read_exact(&mut stored).map_err(cut)?;
+    input.inner.read_exact(&mut stored).map_err(|e| cut(path, &e))?;
     if hash != stored {
-        return Err(damaged("is a damaged checkpoint: its hash does not fit its content"));
+        return Err(damaged(path, "its hash does not fit its content"));
     }
-    body.ok_or_else(|| damaged("is a damaged checkpoint: its cells are not as many as it says"))
+    body.ok_or_else(|| damaged(path, "it has not as many cells as it says"))
+}
+
+/// A file of which the head has been read.
+struct Opened {
+    input: Hashing<BufReader<File>>,
+    head: Head,
+}
+
+impl Opened {
+    fn open(path: &Path) -> Result<Self> {
+        let file = file::open(path)?;
+        let length = file.metadata().map_or(0, |data| data.len());
+        let mut input = Hashing::new(BufReader::new(file));
+        let magic: [u8; MAGIC.len()] = input.take().map_err(|e| cut(path, &e))?;
+        if magic != MAGIC {
+            return Err(damaged(path, "it is of another version of fogbow, or none of its files"));
+        }
+        let size = u64::from_le_bytes(input.take().map_err(|e| cut(path, &e))?);
+        if size > MAX_HEAD.min(length) {
+            return Err(damaged(path, "its head is too large"));
+        }
+        let mut head = vec![0; size as usize];
+        input.fill(&mut head).map_err(|e| cut(path, &e))?;
+        let head: Head = serde_json::from_slice(&head)
+            .map_err(|_| damaged(path, "its head cannot be understood"))?;
+        let before = MAGIC.len() as u64 + 8 + size;
+        let whole = head.body().and_then(|body| body.checked_add(before + HASH));
+        if whole != Some(length) {
+            return Err(damaged(path, "it is not as long as it says"));
+        }
+        Ok(Self { input, head })
+    }
+}
+
+fn damaged(path: &Path, what: &str) -> Error {
+    Error::file(
+        path,
+        format!(
+            "is not a checkpoint that can be gone on from: {what}; delete it, or leave out \
+             --resume, to start from the beginning"
+        ),
+    )
+}
+
+fn cut(path: &Path, e: &io::Error) -> Error {
+    match e.kind() {
+        io::ErrorKind::UnexpectedEof => damaged(path, "it ends too early"),
+        _ => Error::file(path, format!("cannot be read: {e}")),
+    }
 }
 
 /// Everything behind the head; nothing where counts do not fit.

@@ -7,7 +7,7 @@ use super::march::Marcher;
 use super::{Control, finest_step, guide};
 use crate::director::Budget;
 use crate::error::Result;
-use crate::image::Window;
+use crate::image::{Accumulator, Window};
 use crate::math::Stage;
 use crate::medium::Medium;
 use crate::photon::{self, PhotonMemory, Shooting};
@@ -22,7 +22,7 @@ const PATHS: u64 = 1 << 14;
 const RAYS: f64 = 30_000.0;
 
 /// Bytes a pixel: what its samples leave and the film's layers.
-const FILM: u64 = 96 + 48;
+const FILM: u64 = size_of::<Accumulator>() as u64 + 48;
 
 /// Bytes a pixel of the layers, their copies for the file and the file itself.
 const WRITING: u64 = 48 + 48 + 48;
@@ -64,6 +64,8 @@ pub struct Memory {
     pub film: u64,
     /// The director's maps.
     pub maps: u64,
+    /// The film while it is written, with its copies.
+    pub writing: u64,
     /// The most that is in use at any time.
     pub peak: u64,
 }
@@ -110,7 +112,14 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
     work.rays = (width * height) as u64 * u64::from(settings.rays);
     work.map_pixels = if needs.maps { map_pixels(scene, settings) } else { 0 };
     let photons = photon::memory(&work, &photons);
-    Ok(Costs { memory: memory(scene, settings, photons, &needs, program + WORKING), work })
+    Ok(Costs { memory: memory(scene, settings, photons, program + WORKING), work })
+}
+
+/// About the memory that rendering `scene` under `settings` takes beside photons, in a program that
+/// takes `program` bytes before it loads the scene.
+pub fn memory_without_photons(scene: &Scene, settings: &RenderSettings, program: u64) -> Memory {
+    let none = PhotonMemory { held: 0, building: 0 };
+    memory(scene, settings, none, program + WORKING)
 }
 
 fn scaled(work: &Work, factor: f64) -> Work {
@@ -122,21 +131,17 @@ fn map_pixels(scene: &Scene, settings: &RenderSettings) -> u64 {
     settings.directing.map_size(scene.film.size).map(u64::from).iter().product()
 }
 
-fn memory(
-    scene: &Scene,
-    settings: &RenderSettings,
-    photons: PhotonMemory,
-    needs: &Needs,
-    program: u64,
-) -> Memory {
-    let [width, height] = scene.film.size.map(u64::from);
-    let pixels = width * height;
+fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, program: u64) -> Memory {
+    let all = Window::whole(scene.film.size);
+    let pixels = settings.crop.unwrap_or(all).pixels();
     let media = &scene.media;
     let sizes = || media.iter().flat_map(Medium::grid_bytes);
     let grids = sizes().map(|bytes| bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
     let film = pixels * FILM;
-    let maps = if needs.maps { map_pixels(scene, settings) * MAPS + pixels * BUDGET } else { 0 };
+    let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
+    let maps = if Needs::of(scene, settings).maps { maps } else { 0 };
+    let writing = pixels * WRITING;
     let scene = program + grids + surfaces;
     // Grids are read one after another, the last beside the others; its source and OpenVDB's own
     // copy come and go. So do the lists that a mesh is read into.
@@ -150,8 +155,8 @@ fn memory(
         scene + reading,
         scene + maps + building + left(reading),
         scene + maps + photons.held + film + left(freed),
-        scene + pixels * WRITING + left(freed),
+        scene + writing + left(freed),
     ];
     let peak = peak.into_iter().fold(0, u64::max);
-    Memory { program, grids, surfaces, photons: photons.held, film, maps, peak }
+    Memory { program, grids, surfaces, photons: photons.held, film, maps, writing, peak }
 }

@@ -85,6 +85,8 @@ pub struct Exposed {
     pub work: Work,
     /// Why it ended.
     pub ended: Ended,
+    /// Rays that it would still have got.
+    pub rays_left: u64,
     /// Why its state could not be kept on disk.
     pub unkept: Option<String>,
 }
@@ -170,6 +172,7 @@ pub fn expose(
         }
     }
     control.progress.finish();
+    let rays_left = if ended == Ended::Complete { 0 } else { rays(&mut plate, &direct).1 };
     let film = plate.develop(size, |x, y, samples| {
         let Direction { budget, saliency, xs } = direct(x, y);
         let Budget { radius, step, .. } = budget;
@@ -177,7 +180,7 @@ pub fn expose(
         let radiance = pixel.radiance + unshared(samples, &budget);
         FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
     });
-    Exposed { film, work, ended, unkept: keeping.problem() }
+    Exposed { film, work, ended, rays_left, unkept: keeping.problem() }
 }
 
 /// One thread's way through a tile.

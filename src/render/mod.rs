@@ -11,6 +11,7 @@ mod expose;
 mod guide;
 mod lamps;
 mod march;
+mod pace;
 mod plate;
 mod progress;
 mod reference;
@@ -18,8 +19,9 @@ mod rendered;
 
 pub use checkpoint::Checkpoints;
 pub use control::{Control, Stop};
-pub use costs::{Costs, Memory, costs};
+pub use costs::{Costs, Memory, costs, memory_without_photons};
 pub use guide::{Extent, Maps, maps};
+pub use pace::photons_within;
 pub use progress::{Progress, Silent, Stages};
 pub use rendered::{Directed, Ended, Rendered};
 
@@ -151,10 +153,11 @@ fn sheet(scene: &Scene, settings: &RenderSettings, stage: Stage) -> Sheet {
 
 /// The picture of an exposure, before which `work` was done.
 fn rendered(exposed: Exposed, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
-    let Exposed { film, work: exposing, ended, unkept } = exposed;
+    let Exposed { film, work: exposing, ended, rays_left, unkept } = exposed;
     work += exposing;
     let timings = stages.timings;
-    Rendered { film, work, timings, radius, ended, unkept, director: None, sight: None }
+    let (director, sight) = (None, None);
+    Rendered { film, work, timings, radius, ended, rays_left, unkept, director, sight }
 }
 
 /// The step where none is given, in metres: the shortest voxel edge of all media, at which cells

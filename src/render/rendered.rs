@@ -33,6 +33,8 @@ pub struct Rendered {
     pub radius: Option<f64>,
     /// Whether the picture is finished.
     pub ended: Ended,
+    /// Rays that it would still have got.
+    pub rays_left: u64,
     /// Why its state could not be kept on disk.
     pub unkept: Option<String>,
     /// What the director's maps took, where there are any.
@@ -51,6 +53,12 @@ pub struct Directed {
 }
 
 impl Rendered {
+    /// Share of its rays that the picture has got, in percent.
+    pub fn percent(&self) -> f64 {
+        let (done, left) = (self.work.rays as f64, self.rays_left as f64);
+        100.0 * done / (done + left).max(1.0)
+    }
+
     /// Whether all rays have been shot.
     pub fn is_complete(&self) -> bool {
         self.ended == Ended::Complete

@@ -1,0 +1,100 @@
+//! What a picture says of itself: how it was made, and what that took.
+
+use serde_json::{Map, Value, json};
+
+use super::partial::COMPLETE;
+use crate::render::Rendered;
+use crate::scene::{Director, Planning, Scene};
+
+/// Says in the header of a picture that is finished what it was made of, by its [`recipe`].
+pub(super) const RECIPE: &str = "fogbow:recipe";
+
+/// What the picture is made with; the same input gives the same settings. `asked` are the photons
+/// asked for, where the scene now asks for fewer.
+pub(super) fn settings(
+    scene: &Scene,
+    rendered: Option<&Rendered>,
+    reference: bool,
+    asked: u64,
+) -> Map<String, Value> {
+    let (film, render) = (&scene.film, &scene.render);
+    let mut settings = object(json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "scene": scene.hash,
+        "method": if reference { "reference" } else { "photon map" },
+        "size": film.size,
+        "exposure": film.exposure,
+        "view": film.view.to_string(),
+        "rays": render.rays,
+        "photons": render.photons,
+        "radius": rendered.and_then(|r| r.radius).or(render.radius),
+        "step": render.step,
+        "director": render.director.name(),
+        "seed": render.seed,
+        "max_scatter": render.max_scatter,
+    }));
+    if render.photons != asked {
+        settings.insert("photons_asked".into(), json!(asked));
+    }
+    if let Some(crop) = render.crop {
+        settings.insert("crop".into(), json!(crop.to_string()));
+    }
+    if render.director != Director::Fixed && !reference {
+        let asked = &render.directing;
+        settings.insert(
+            "directing".into(),
+            json!({
+                "x": asked.x.name(),
+                "weights": asked.weights,
+                "op": asked.operator.name(),
+                "directs": asked.directed.to_string(),
+                "floor": asked.floor,
+                "coarsest_radius": asked.coarsest_radius,
+                "coarsest_step": asked.coarsest_step,
+                "tolerance": asked.tolerance,
+                "resolution": asked.resolution,
+            }),
+        );
+    }
+    settings
+}
+
+/// All that the bytes of a picture depend on.
+pub(super) fn key(
+    scene: &Scene,
+    reference: bool,
+    asked: u64,
+    level_set_as_fog: bool,
+) -> Map<String, Value> {
+    let mut key = settings(scene, None, reference, asked);
+    // These are of the PNG alone, which is made of the finished film.
+    key.remove("exposure");
+    key.remove("view");
+    key.insert("level_set_as_fog".into(), json!(level_set_as_fog));
+    key.insert("everything".into(), json!(scene.render.planning == Planning::Everything));
+    key
+}
+
+/// A hash of all that a picture's files depend on, where no photons are left out.
+pub(super) fn recipe(scene: &Scene, reference: bool, level_set_as_fog: bool) -> String {
+    let key = key(scene, reference, scene.render.photons, level_set_as_fog);
+    let all = format!("{} {:?}", Value::Object(key), scene.film);
+    blake3::hash(all.as_bytes()).to_hex().to_string()
+}
+
+/// The attributes of the EXR header: settings and work, and whether the picture is unfinished.
+pub(super) fn attributes(
+    settings: &Map<String, Value>,
+    rendered: &Rendered,
+) -> Vec<(String, String)> {
+    let work = object(serde_json::to_value(rendered.work).unwrap_or_default());
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let setting = |(name, value)| (format!("fogbow:{name}"), text(value));
+    let counter = |(name, value): (&String, &Value)| (format!("fogbow:work:{name}"), text(value));
+    let unfinished = (!rendered.is_complete()).then(|| (COMPLETE.into(), "false".into()));
+    settings.iter().map(setting).chain(work.iter().map(counter)).chain(unfinished).collect()
+}
+
+fn object(value: Value) -> Map<String, Value> {
+    if let Value::Object(object) = value { object } else { Map::new() }
+}

@@ -1,0 +1,100 @@
+//! Renders that fit the memory there is.
+
+use bytesize::ByteSize;
+
+use super::memory;
+use crate::error::{Error, Result};
+use crate::render::{self, Memory};
+use crate::scene::Scene;
+
+/// Bytes of the program and its libraries where the system does not tell.
+const PROGRAM: u64 = 36 << 20;
+
+/// Bytes a photon asked for, at most: a path leaves several photons in thick media.
+const PHOTON: u64 = 4096;
+
+/// Bytes of lattices, at most.
+const LATTICES: u64 = 1 << 30;
+
+/// Fewer photons show nothing.
+const FEWEST: u64 = 1000;
+
+/// How often fewer photons are tried.
+const TRIES: usize = 6;
+
+/// Share of the memory left for photons that is filled.
+const FILLED: f64 = 0.9;
+
+/// Bytes in memory before anything is loaded.
+pub(super) fn program() -> u64 {
+    memory::resident().unwrap_or(PROGRAM)
+}
+
+/// Sees to it that rendering `scene` takes at most `asked` bytes, and asks for fewer photons where
+/// it must; then a sentence says so. Where nothing is asked it must fit what the machine has free.
+/// The program took `program` bytes before the scene was loaded.
+///
+/// # Errors
+/// Where it does not fit.
+pub(super) fn fit(
+    scene: &mut Scene,
+    asked: Option<u64>,
+    reference: bool,
+    program: u64,
+) -> Result<Option<String>> {
+    let free = || memory::available().map(|free| free + memory::resident().unwrap_or(0));
+    let Some(limit) = asked.or_else(free) else { return Ok(None) };
+    let without = render::memory_without_photons(scene, &scene.render, program);
+    if without.peak > limit {
+        return Err(refusal(&without, &without, limit, asked.is_some()));
+    }
+    let most = scene.render.photons.saturating_mul(PHOTON).saturating_add(LATTICES);
+    if reference || without.peak.saturating_add(most) <= limit {
+        return Ok(None);
+    }
+    let all = scene.render.photons;
+    for _ in 0..TRIES {
+        let needed = render::costs(scene, &scene.render, program)?.memory;
+        let photons = scene.render.photons;
+        if needed.peak <= limit {
+            let thinned = format!(
+                "{photons} photons instead of {all}, so that about {} of memory are enough",
+                show(needed.peak)
+            );
+            return Ok((photons < all).then_some(thinned));
+        }
+        if asked.is_none() || photons <= FEWEST {
+            return Err(refusal(&needed, &without, limit, asked.is_some()));
+        }
+        let share = (limit - without.peak) as f64 / (needed.peak - without.peak) as f64;
+        scene.render.photons = ((photons as f64 * share * FILLED) as u64).max(FEWEST);
+    }
+    let needed = render::costs(scene, &scene.render, program)?.memory;
+    Err(refusal(&needed, &without, limit, asked.is_some()))
+}
+
+/// What is needed, what there is, what takes most, and what would help.
+fn refusal(needed: &Memory, without: &Memory, limit: u64, is_asked: bool) -> Error {
+    let parts = [
+        ("photons", needed.peak - without.peak, "fewer --photons"),
+        ("the film", needed.film.max(needed.writing) + needed.maps, "a smaller --size or --crop"),
+        ("grids", needed.grids, "a coarser or cropped grid"),
+        ("surfaces", needed.surfaces, "simpler meshes"),
+        ("the program", needed.program, "more memory"),
+    ];
+    let (name, bytes, remedy) = parts.into_iter().max_by_key(|part| part.1).unwrap_or(parts[0]);
+    let (has, more) = if is_asked {
+        (format!("--memory allows {}", show(limit)), "a larger --memory")
+    } else {
+        (format!("{} are free", show(limit)), "free memory")
+    };
+    Error::Failed(format!(
+        "the render needs about {} of memory, and {has}: {name} alone take {}; give {remedy} or {more}",
+        show(needed.peak),
+        show(bytes),
+    ))
+}
+
+fn show(bytes: u64) -> String {
+    ByteSize(bytes).to_string()
+}

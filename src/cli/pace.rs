@@ -1,0 +1,134 @@
+//! How long a stage will still take.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// How often the clock should be looked at.
+pub(super) const PERIOD: Duration = Duration::from_millis(100);
+
+/// Where the clock has not been looked at for so long, the program was paused: stopped, or the
+/// machine slept.
+const PAUSED: Duration = Duration::from_secs(1);
+
+/// Share of the work done from whose pace that of the rest is told: what is cached, and what is done
+/// for the first ray of a pixel alone, makes the beginning slower.
+const RECENT: f64 = 0.4;
+
+/// Moments that are remembered, at most.
+const MOMENTS: usize = 512;
+
+/// The pace of a stage, by looks at the clock and at the work.
+#[derive(Debug)]
+pub(super) struct Pace {
+    total: u64,
+    done: u64,
+    /// When the clock was last looked at.
+    looked: Duration,
+    /// Time that went by, without pauses.
+    worked: Duration,
+    /// Time and work of some moments before.
+    moments: VecDeque<(Duration, u64)>,
+}
+
+impl Pace {
+    /// A stage of `total` units of work that begins at the time `now`.
+    pub(super) fn new(total: u64, now: Duration) -> Self {
+        let moments = VecDeque::from([(Duration::ZERO, 0)]);
+        Self { total, done: 0, looked: now, worked: Duration::ZERO, moments }
+    }
+
+    /// At the time `now`, `done` units are done.
+    pub(super) fn look(&mut self, now: Duration, done: u64) {
+        let gap = now.saturating_sub(self.looked);
+        self.looked = now;
+        self.worked += if gap > PAUSED { PERIOD } else { gap };
+        if done == self.done {
+            return;
+        }
+        self.done = done.min(self.total);
+        if self.moments.len() == MOMENTS {
+            // Every other one goes: they are as dense as the whole time needs.
+            let mut index = 0;
+            self.moments.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+        }
+        self.moments.push_back((self.worked, self.done));
+    }
+
+    /// Share of the work that is done, 0 to 1.
+    pub(super) fn share(&self) -> f64 {
+        self.done as f64 / self.total.max(1) as f64
+    }
+
+    /// Time that the stage has taken, without pauses.
+    pub(super) fn worked(&self) -> Duration {
+        self.worked
+    }
+
+    /// About how long it will still take; nothing where no work is done yet.
+    pub(super) fn left(&self) -> Option<Duration> {
+        let &(now, done) = self.moments.back().filter(|(_, done)| *done > 0)?;
+        let recent = (done as f64 * (1.0 - RECENT)) as u64;
+        let mut earlier = self.moments.iter().rev().skip_while(|(_, done)| *done > recent);
+        let &(then, before) = earlier.next()?;
+        let each = (now - then).as_secs_f64() / (done - before).max(1) as f64;
+        let since = self.worked.saturating_sub(now);
+        let left = each * (self.total - done) as f64 - since.as_secs_f64();
+        Some(Duration::from_secs_f64(left.max(0.0)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs a stage whose unit `i` of `total` takes `cost(i)` seconds and is paused for an hour at
+    /// `paused`; checks what it tells from a tenth of the work on.
+    fn run(total: u64, cost: impl Fn(u64) -> f64, paused: u64, within: f64) {
+        let all: f64 = (0..total).map(&cost).sum();
+        let begin = 77.0;
+        let mut pace = Pace::new(total, Duration::from_secs_f64(begin));
+        let (mut clock, mut worked) = (begin, 0.0);
+        for i in 0..total {
+            let mut unit = cost(i);
+            worked += unit;
+            while unit > 0.0 {
+                let slice = unit.min(PERIOD.as_secs_f64());
+                (clock, unit) = (clock + slice, unit - slice);
+                pace.look(Duration::from_secs_f64(clock), i);
+            }
+            pace.look(Duration::from_secs_f64(clock), i + 1);
+            if i == paused {
+                clock += 3600.0;
+                pace.look(Duration::from_secs_f64(clock), i + 1);
+            }
+            if 10 * (i + 1) >= total {
+                let (told, right) = (pace.left().unwrap().as_secs_f64(), all - worked);
+                let off = (told - right).abs();
+                assert!(off <= within * right + 0.5, "{told} s told, {right} s left at {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_even_pace_is_told_rightly_and_pauses_are_not_counted() {
+        run(1000, |_| 0.05, 50, 0.05);
+        run(1000, |_| 0.05, 500, 0.05);
+        run(40, |_| 3.0, 7, 0.05);
+    }
+
+    #[test]
+    fn a_slow_beginning_is_forgotten() {
+        run(1600, |i| if i < 90 { 0.2 } else { 0.05 }, 200, 0.2);
+    }
+
+    #[test]
+    fn nothing_is_told_before_anything_is_done() {
+        let mut pace = Pace::new(10, Duration::ZERO);
+        pace.look(Duration::from_secs(1), 0);
+        assert_eq!(pace.left(), None);
+        assert_eq!(Pace::new(0, Duration::ZERO).left(), None);
+    }
+}

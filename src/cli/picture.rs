@@ -1,0 +1,299 @@
+//! One picture: rendered, held, written.
+
+use std::time::{Duration, Instant};
+
+use rayon::ThreadPool;
+use serde_json::{Map, Value, json};
+
+use super::console;
+use super::header;
+use super::holding::{HoldArgs, Pause, checkpoint_path};
+use super::interrupt::Interrupt;
+use super::limit;
+use super::memory;
+use super::output::Output;
+use super::partial;
+use super::progress::Console;
+use crate::director::KeptSight;
+use crate::error::{Error, Result};
+use crate::image::{View, write_exr, write_png};
+use crate::render::{self, Checkpoints, Control, Ended, Progress, Rendered, Silent};
+use crate::scene::Scene;
+
+/// Seconds a pixel that writing takes, about.
+const WRITING: f64 = 1.5e-6;
+
+/// Of the time that is left, photons are to take at most this share.
+const PHOTONS: f64 = 0.4;
+
+/// How one picture is rendered.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Job<'a> {
+    /// Where it goes.
+    pub(super) output: &'a Output,
+    /// What holds it.
+    pub(super) hold: &'a HoldArgs,
+    /// Ends it on Ctrl-C.
+    pub(super) interrupt: &'a Interrupt,
+    /// Whether it is the unbiased reference.
+    pub(super) reference: bool,
+    /// Whether a level set of a bare VDB is taken as a fog volume.
+    pub(super) level_set_as_fog: bool,
+    /// Whether progress and notes are left out.
+    pub(super) quiet: bool,
+    /// When its time began.
+    pub(super) start: Instant,
+    /// How long the scene took to load.
+    pub(super) loading: Duration,
+    /// Bytes in memory before the scene was loaded.
+    pub(super) program: u64,
+}
+
+/// What is told of a picture that is written.
+#[derive(Debug)]
+pub(super) struct Told {
+    /// Settings, seconds, work, memory and paths.
+    pub(super) report: Value,
+    /// The files.
+    pub(super) output: Output,
+    /// What is kept, and how to go on, where the picture was interrupted.
+    pub(super) interrupted: Option<String>,
+    /// What the director saw first.
+    pub(super) sight: Option<KeptSight>,
+}
+
+impl Told {
+    /// The end of a run whose last picture this is.
+    ///
+    /// # Errors
+    /// Where the picture was interrupted.
+    pub(super) fn end(self, interrupt: &Interrupt) -> Result<()> {
+        match self.interrupted {
+            Some(message) => Err(Error::Interrupted { message, code: interrupt.exit_code() }),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Job<'_> {
+    /// Renders `scene` on `pool` and writes what there is. `warnings` have been printed before; `kept`
+    /// is what the director saw first of an earlier picture.
+    ///
+    /// # Errors
+    /// Where it takes more memory than it may, cannot be taken up again, rendered or written.
+    pub(super) fn run(
+        &self,
+        scene: &mut Scene,
+        pool: &ThreadPool,
+        mut warnings: Vec<String>,
+        kept: Option<KeptSight>,
+    ) -> Result<Told> {
+        let asked = scene.render.photons;
+        self.crop(scene)?;
+        let thinned = pool.install(|| self.thin(scene))?;
+        console::warn(thinned.as_slice());
+        warnings.extend(thinned);
+        let checkpoints = self.checkpoints(scene, asked)?;
+        let mut rendered = self.render(scene, pool, kept, checkpoints.as_ref())?;
+
+        let mut ended = rendered.warnings();
+        ended.extend(self.shortened(&rendered, checkpoints.as_ref()));
+        console::warn(&ended);
+        warnings.extend(ended);
+        let start = Instant::now();
+        let settings = header::settings(scene, Some(&rendered), self.reference, asked);
+        let output = self.write(scene, &rendered, &settings, checkpoints.as_ref())?;
+        let mut report = json!({
+            "settings": settings,
+            "complete": rendered.is_complete(),
+            "seconds": seconds(self.loading, &rendered, start.elapsed()),
+            "work": rendered.work,
+            "peak_memory": memory::peak(),
+            "warnings": warnings,
+            "notes": scene.notes,
+            "outputs": output.names(),
+        });
+        if let Some(directed) = rendered.director {
+            report["director"] = json!(directed);
+        }
+        let stopped = rendered.ended == Ended::Stopped;
+        let interrupted = stopped.then(|| {
+            format!(
+                "interrupted: {} has {:.1} % of the rays{}",
+                output.exr.display(),
+                rendered.percent(),
+                going_on(checkpoints.as_ref(), &rendered)
+            )
+        });
+        Ok(Told { report, output, interrupted, sight: rendered.sight.take() })
+    }
+
+    fn crop(&self, scene: &mut Scene) -> Result<()> {
+        let Some(crop) = self.hold.crop else { return Ok(()) };
+        let [width, height] = scene.film.size;
+        if !crop.fits(scene.film.size) {
+            return Err(Error::Usage(format!(
+                "--crop {crop} reaches beyond the film of {width}x{height} pixels"
+            )));
+        }
+        scene.render.crop = Some(crop);
+        Ok(())
+    }
+
+    /// Asks for fewer photons where an earlier part of the render did, or where memory or time do
+    /// not last for all; a sentence says so.
+    fn thin(&self, scene: &mut Scene) -> Result<Option<String>> {
+        let asked = scene.render.photons;
+        let before = self.photons_before(asked)?;
+        scene.render.photons = before.unwrap_or(asked);
+        let thinned = limit::fit(scene, self.hold.memory, self.reference, self.program)?;
+        let (Some(deadline), None, false) = (self.deadline(scene), before, self.reference) else {
+            return Ok(thinned);
+        };
+        let left = deadline.saturating_duration_since(Instant::now()).mul_f64(PHOTONS);
+        let photons = scene.render.photons;
+        scene.render.photons = render::photons_within(scene, &scene.render, left)?;
+        Ok((scene.render.photons < photons)
+            .then(|| {
+                format!(
+                    "{} photons instead of {asked}, for which --time is too short",
+                    scene.render.photons
+                )
+            })
+            .or(thinned))
+    }
+
+    /// The photons that a checkpoint, if one is gone on from, was made with out of `asked`.
+    fn photons_before(&self, asked: u64) -> Result<Option<u64>> {
+        if !self.hold.resume {
+            return Ok(None);
+        }
+        let Some(key) = Checkpoints::key_of(&checkpoint_path(&self.output.exr))? else {
+            return Ok(None);
+        };
+        let number = |name: &str| key.get(name).and_then(Value::as_u64);
+        let of = number("photons_asked").or_else(|| number("photons"));
+        Ok(number("photons").filter(|_| of == Some(asked)))
+    }
+
+    /// When rendering must end for the files to be written in time.
+    fn deadline(&self, scene: &Scene) -> Option<Instant> {
+        let time = self.hold.time?;
+        let pixels = scene.render.crop.map_or_else(
+            || scene.film.size.map(f64::from).iter().product(),
+            |crop| crop.pixels() as f64,
+        );
+        let writing = Duration::from_secs_f64(pixels * WRITING).min(time / 4);
+        self.start.checked_add(time - writing)
+    }
+
+    fn checkpoints(&self, scene: &Scene, asked: u64) -> Result<Option<Checkpoints>> {
+        let path = checkpoint_path(&self.output.exr);
+        let key = header::key(scene, self.reference, asked, self.level_set_as_fog);
+        let (every, off) = match self.hold.checkpoint {
+            Pause::Lasts(pause) => (pause, false),
+            Pause::Off => (Duration::MAX, true),
+        };
+        if !self.hold.resume {
+            let note = format!(
+                "note: {} was left by an earlier render; --resume would go on from it",
+                path.display()
+            );
+            self.note(path.exists().then_some(note));
+            return Ok((!off).then(|| Checkpoints::new(&path, key, every)));
+        }
+        let checkpoints = Checkpoints::resume(&path, key, every)?;
+        self.note(Some(if checkpoints.resumes() {
+            format!("note: goes on after {} rays from {}", checkpoints.rays(), path.display())
+        } else {
+            format!("note: there is no {}: the render starts from the beginning", path.display())
+        }));
+        Ok((!off || checkpoints.resumes()).then_some(checkpoints))
+    }
+
+    fn note(&self, note: Option<String>) {
+        note.filter(|_| !self.quiet).iter().for_each(|note| console::message(note));
+    }
+
+    fn render(
+        &self,
+        scene: &Scene,
+        pool: &ThreadPool,
+        kept: Option<KeptSight>,
+        checkpoints: Option<&Checkpoints>,
+    ) -> Result<Rendered> {
+        let console = Console::new();
+        let progress: &dyn Progress = if self.quiet { &Silent } else { &console };
+        let stop = self.interrupt.stop();
+        let deadline = self.deadline(scene);
+        let control = Control { progress, stop: Some(stop), deadline, checkpoints };
+        pool.install(|| {
+            if self.reference {
+                Ok(render::render_reference(scene, &scene.render, control))
+            } else {
+                render::render_next(scene, &scene.render, kept, control)
+            }
+        })
+    }
+
+    /// A sentence where the time was over before all rays were shot.
+    fn shortened(&self, rendered: &Rendered, checkpoints: Option<&Checkpoints>) -> Option<String> {
+        (rendered.ended == Ended::OutOfTime).then(|| {
+            format!(
+                "the time is over: the picture has {:.1} % of its rays{}",
+                rendered.percent(),
+                going_on(checkpoints, rendered)
+            )
+        })
+    }
+
+    /// Writes the PNG, then the EXR with settings and work counters in its header: once that is there,
+    /// the picture is finished. Then tidies up.
+    fn write(
+        &self,
+        scene: &Scene,
+        rendered: &Rendered,
+        settings: &Map<String, Value>,
+        checkpoints: Option<&Checkpoints>,
+    ) -> Result<Output> {
+        let output = match rendered.ended {
+            Ended::Stopped => partial::place(self.output),
+            Ended::Complete | Ended::OutOfTime => self.output.clone(),
+        };
+        let mut named = header::attributes(settings, rendered);
+        if rendered.is_complete() && !settings.contains_key("photons_asked") {
+            let recipe = header::recipe(scene, self.reference, self.level_set_as_fog);
+            named.push((header::RECIPE.into(), recipe));
+        }
+        let attributes: Vec<(&str, String)> =
+            named.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+        let view = View { exposure: scene.film.exposure, transform: scene.film.view };
+        write_png(&output.png, &rendered.film.image(), &view)?;
+        write_exr(&output.exr, &rendered.film, &attributes)?;
+        if rendered.is_complete() {
+            partial::clear(self.output);
+            checkpoints.map_or(Ok(()), Checkpoints::remove)?;
+        }
+        Ok(output)
+    }
+}
+
+/// How to go on with a picture that is not finished.
+fn going_on(checkpoints: Option<&Checkpoints>, rendered: &Rendered) -> String {
+    match checkpoints.filter(|_| rendered.unkept.is_none()) {
+        Some(kept) => {
+            format!("; {} holds its state: add --resume to go on", kept.path().display())
+        }
+        None => "; its state was not kept".into(),
+    }
+}
+
+fn seconds(loading: Duration, rendered: &Rendered, writing: Duration) -> Map<String, Value> {
+    let stages = rendered.timings.iter().map(|(name, time)| (*name, *time));
+    [("load", loading)]
+        .into_iter()
+        .chain(stages)
+        .chain([("write", writing)])
+        .map(|(name, time)| (name.to_owned(), json!(time.as_secs_f64())))
+        .collect()
+}
