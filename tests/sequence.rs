@@ -436,7 +436,7 @@ fn flicker_of_seeds() {
         eprintln!("skipped: {} is not there", pattern.display());
         return;
     }
-    let overrides = Overrides { size: Some([96, 72]), ..Overrides::default() };
+    let overrides = Overrides { size: Some([64, 48]), ..Overrides::default() };
     let options = LoadOptions { overrides, ..LoadOptions::default() };
     let sequence = Sequence::open(pattern, &options).unwrap();
     let scenes: Vec<_> = (7..=10).map(|frame| sequence.load(frame).unwrap()).collect();
@@ -457,7 +457,7 @@ fn flicker_of_seeds() {
         let middle: f64 = lights[1..lights.len() - 1].iter().flatten().sum();
         bends / middle
     };
-    let smoke = flicker(256, 8_000_000, &|_| 0);
+    let smoke = flicker(64, 2_000_000, &|_| 0);
     eprintln!("with little noise: {smoke:.4}");
     for photons in [20_000, 200_000] {
         let mean = |vary: u64| {

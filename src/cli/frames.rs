@@ -199,3 +199,70 @@ fn listed(frames: impl Iterator<Item = i64>) -> String {
     let word = |(a, b): &(i64, i64)| if a == b { a.to_string() } else { format!("{a} to {b}") };
     runs.iter().map(word).collect::<Vec<_>>().join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, IVec3};
+
+    use super::*;
+    use crate::scene::LoadOptions;
+    use crate::vdb::{Block, GridToWrite, write};
+
+    const FRAMES: [i64; 3] = [7, 8, 9];
+
+    fn file(folder: &Path, frame: i64) -> std::path::PathBuf {
+        folder.join(format!("cube_{frame}.vdb"))
+    }
+
+    fn sequence(folder: &Path) -> Sequence {
+        let mut grid = GridToWrite::fog("density", 0.5, DVec3::ZERO);
+        let (origin, values) = (IVec3::ZERO, vec![1.0; 512]);
+        grid.blocks.push(Block { origin, values, active: None });
+        for frame in FRAMES {
+            write(&file(folder, frame), std::slice::from_ref(&grid)).unwrap();
+        }
+        Sequence::open(&folder.join("cube_#.vdb"), &LoadOptions::default()).unwrap()
+    }
+
+    fn reader(sequence: &Sequence) -> Reader<'_> {
+        Reader { sequence, missing: Missing::Fail, empty: false }
+    }
+
+    #[test]
+    fn one_frame_is_read_ahead_and_no_more() {
+        let folder = tempfile::tempdir().unwrap();
+        let sequence = sequence(folder.path());
+        std::thread::scope(|scope| {
+            let frames = reader(&sequence).ahead(scope, &FRAMES).unwrap();
+            assert_eq!(frames.recv().unwrap().unwrap().number, 7);
+            // Whoever reads 9 waits until 8 is taken.
+            std::fs::remove_file(file(folder.path(), 9)).unwrap();
+            assert_eq!(frames.recv().unwrap().unwrap().number, 8);
+            let problem = frames.recv().unwrap().unwrap_err().to_string();
+            assert!(problem.contains("frame 9") && problem.contains("no such file"), "{problem}");
+            assert!(frames.recv().is_err(), "a frame that fails is the last");
+        });
+    }
+
+    /// A frame that vanishes while the one before is in use has been read by then, given time.
+    #[test]
+    fn the_next_frame_is_read_meanwhile() {
+        let folder = tempfile::tempdir().unwrap();
+        let was_read = |milliseconds| {
+            let sequence = sequence(folder.path());
+            std::thread::scope(|scope| {
+                let frames = reader(&sequence).ahead(scope, &FRAMES).unwrap();
+                frames.recv().unwrap().unwrap();
+                std::thread::sleep(Duration::from_millis(milliseconds));
+                std::fs::remove_file(file(folder.path(), 8)).unwrap();
+                frames.recv().unwrap().is_ok()
+            })
+        };
+        assert!([50, 200, 1000, 5000].into_iter().any(was_read));
+    }
+
+    #[test]
+    fn lists_of_frames_are_short() {
+        assert_eq!(listed([1, 4, 5, 6, 9, 8].into_iter()), "1, 4 to 6, 9, 8");
+    }
+}
