@@ -12,6 +12,9 @@ use crate::error::{Error, Result};
 use crate::scene::{Scene, Sequence};
 use crate::sequence::Frames;
 
+/// Runs of missing frames that are listed at most.
+const LISTED: usize = 10;
+
 /// Which frames, and what to do without some.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Sequences")]
@@ -78,10 +81,11 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// Where the first frame without files can be neither left out nor replaced.
     pub(super) fn check(&self, frames: &[i64]) -> Result<Option<String>> {
-        let absent = || frames.iter().filter(|frame| self.sequence.missing(**frame).is_some());
-        let Some(&first) = absent().next() else { return Ok(None) };
-        let count = format!("{} of {} frames have no file", absent().count(), frames.len());
-        let list = listed(absent().copied());
+        let is_absent = |frame: &i64| self.sequence.missing(*frame).is_some();
+        let absent: Vec<i64> = frames.iter().copied().filter(is_absent).collect();
+        let Some(&first) = absent.first() else { return Ok(None) };
+        let count = format!("{} of {} frames have no file", absent.len(), frames.len());
+        let list = listed(&absent);
         let fate = match self.missing {
             Missing::Fail => {
                 let file = self.sequence.missing(first).unwrap_or_default();
@@ -90,7 +94,7 @@ impl<'a> Reader<'a> {
             }
             Missing::Skip => "no picture for them",
             Missing::Hold => {
-                let lowest = absent().min().copied().unwrap_or(first);
+                let lowest = absent.iter().copied().min().unwrap_or(first);
                 if self.earlier(lowest).is_empty() {
                     return Err(self.nothing_to_hold(lowest));
                 }
@@ -187,17 +191,18 @@ fn failed(frame: i64, problem: &str) -> Error {
     Error::Frame { frame, problem }
 }
 
-/// `frames` as `1, 4, 7-9`.
-fn listed(frames: impl Iterator<Item = i64>) -> String {
+/// `frames` as `1, 4, 7 to 9`, the first of them where there are many.
+fn listed(frames: &[i64]) -> String {
     let mut runs: Vec<(i64, i64)> = Vec::new();
-    for frame in frames {
+    for &frame in frames {
         match runs.last_mut() {
             Some((_, last)) if *last + 1 == frame => *last = frame,
             _ => runs.push((frame, frame)),
         }
     }
     let word = |(a, b): &(i64, i64)| if a == b { a.to_string() } else { format!("{a} to {b}") };
-    runs.iter().map(word).collect::<Vec<_>>().join(", ")
+    let more = (runs.len() > LISTED).then(|| "and more".to_owned());
+    runs.iter().take(LISTED).map(word).chain(more).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -263,6 +268,8 @@ mod tests {
 
     #[test]
     fn lists_of_frames_are_short() {
-        assert_eq!(listed([1, 4, 5, 6, 9, 8].into_iter()), "1, 4 to 6, 9, 8");
+        assert_eq!(listed(&[1, 4, 5, 6, 9, 8]), "1, 4 to 6, 9, 8");
+        let odd: Vec<i64> = (0..1000).map(|i| 2 * i + 1).collect();
+        assert!(listed(&odd).ends_with("17, 19, and more"));
     }
 }
