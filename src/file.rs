@@ -110,3 +110,27 @@ pub fn write(
     drop(out);
     pending.finish()
 }
+
+/// Writes `target` with `write`, whole or not at all, by way of the file `passing` in the same
+/// folder: what a program that was killed has left there is written over. The bytes are on the disk
+/// when it returns.
+///
+/// # Errors
+/// As [`write`]; nothing is left at `passing` then.
+pub fn write_by_way_of(
+    passing: &Path,
+    target: &Path,
+    write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+) -> Result<()> {
+    let written = File::create(passing).and_then(|file| {
+        let mut out = BufWriter::new(file);
+        write(&mut out)?;
+        out.flush()?;
+        out.get_ref().sync_data()?;
+        std::fs::rename(passing, target)
+    });
+    written.map_err(|e| {
+        let _ = std::fs::remove_file(passing);
+        Error::file(target, format!("cannot be written: {e}"))
+    })
+}

@@ -22,8 +22,14 @@ const FEWEST: u64 = 1000;
 /// How often fewer photons are tried.
 const TRIES: usize = 6;
 
-/// Share of the memory left for photons that is filled.
+/// Of the photons of one try, at most this share is taken for the next.
 const FILLED: f64 = 0.9;
+
+/// One part in so many by which an estimate may be too low.
+const OFF: u64 = 8;
+
+/// Bytes that may come on top of it: what the look at the photons leaves behind.
+const SPARE: u64 = 24 << 20;
 
 /// Bytes in memory before anything is loaded.
 pub(super) fn program() -> u64 {
@@ -45,7 +51,7 @@ pub(super) fn fit(
     let free = || memory::available().map(|free| free + memory::resident().unwrap_or(0));
     let Some(limit) = asked.or_else(free) else { return Ok(None) };
     let without = render::memory_without_photons(scene, &scene.render, program);
-    if without.peak > limit {
+    if !fits(&without, limit) {
         return Err(refusal(&without, &without, limit, asked.is_some()));
     }
     let most = scene.render.photons.saturating_mul(PHOTON).saturating_add(LATTICES);
@@ -54,9 +60,9 @@ pub(super) fn fit(
     }
     let all = scene.render.photons;
     for _ in 0..TRIES {
-        let needed = render::costs(scene, &scene.render, program)?.memory;
+        let needed = render::memory_needed(scene, &scene.render, program)?;
         let photons = scene.render.photons;
-        if needed.peak <= limit {
+        if fits(&needed, limit) {
             let thinned = format!(
                 "{photons} photons instead of {all}, so that about {} of memory are enough",
                 show(needed.peak)
@@ -66,30 +72,37 @@ pub(super) fn fit(
         if asked.is_none() || photons <= FEWEST {
             return Err(refusal(&needed, &without, limit, asked.is_some()));
         }
-        let share = (limit - without.peak) as f64 / (needed.peak - without.peak) as f64;
-        scene.render.photons = ((photons as f64 * share * FILLED) as u64).max(FEWEST);
+        let room = limit.saturating_sub(SPARE + limit / OFF + without.peak) as f64;
+        let share = room / (needed.peak - without.peak).max(1) as f64;
+        scene.render.photons = ((photons as f64 * share.min(FILLED)) as u64).max(FEWEST);
     }
-    let needed = render::costs(scene, &scene.render, program)?.memory;
+    let needed = render::memory_needed(scene, &scene.render, program)?;
     Err(refusal(&needed, &without, limit, asked.is_some()))
 }
 
-/// What is needed, what there is, what takes most, and what would help.
+/// Whether so much is there, even if somewhat more is needed than was estimated.
+fn fits(needed: &Memory, limit: u64) -> bool {
+    needed.peak.saturating_add(needed.peak / OFF).saturating_add(SPARE) <= limit
+}
+
+/// What is needed, what takes most, what there is, and what would help.
 fn refusal(needed: &Memory, without: &Memory, limit: u64, is_asked: bool) -> Error {
     let parts = [
         ("photons", needed.peak - without.peak, "fewer --photons"),
         ("the film", needed.film.max(needed.writing) + needed.maps, "a smaller --size or --crop"),
         ("grids", needed.grids, "a coarser or cropped grid"),
         ("surfaces", needed.surfaces, "simpler meshes"),
-        ("the program", needed.program, "more memory"),
+        ("the program", needed.program, "a machine with more memory"),
     ];
     let (name, bytes, remedy) = parts.into_iter().max_by_key(|part| part.1).unwrap_or(parts[0]);
-    let (has, more) = if is_asked {
+    let (there, more) = if is_asked {
         (format!("--memory allows {}", show(limit)), "a larger --memory")
     } else {
-        (format!("{} are free", show(limit)), "free memory")
+        (format!("{} are free", show(limit)), "more free memory")
     };
     Error::Failed(format!(
-        "the render needs about {} of memory, and {has}: {name} alone take {}; give {remedy} or {more}",
+        "the render needs about {} of memory, {} of them for {name}, and some to spare; {there}: \
+         give {remedy} or {more}",
         show(needed.peak),
         show(bytes),
     ))

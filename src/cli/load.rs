@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use rayon::ThreadPool;
 
 use super::console;
+use super::memory;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
 use crate::scene::{LoadOptions, Scene};
@@ -17,6 +18,8 @@ pub(super) struct Volumes {
     pub(super) level_set_as_fog: bool,
     /// The frame of a sequence.
     pub(super) frame: Option<i64>,
+    /// Bytes that reading a grid may take; what the machine has where none is given.
+    pub(super) memory: Option<u64>,
 }
 
 /// Loads `path` under the settings given, in a pool of as many threads as asked for; also the time
@@ -27,8 +30,10 @@ pub(super) fn scene(
     volumes: Volumes,
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Duration)> {
-    let Volumes { level_set_as_fog, frame } = volumes;
-    let options = LoadOptions { overrides: settings.overrides(), level_set_as_fog, frame };
+    let Volumes { level_set_as_fog, frame, memory } = volumes;
+    let overrides = settings.overrides();
+    let memory = memory.or_else(memory::available);
+    let options = LoadOptions { overrides, level_set_as_fog, frame, memory };
     let pool = thread_pool(run.threads)?;
     let start = Instant::now();
     let scene = pool.install(|| Scene::load(path, &options))?;

@@ -34,7 +34,8 @@ pub(super) struct Args {
 /// Prints what rendering the scene needs, and what it should cost.
 pub(super) fn run(args: &Args) -> Result<()> {
     let program = limit::program();
-    let volumes = Volumes { level_set_as_fog: args.level_set.is_some(), frame: args.frame };
+    let level_set_as_fog = args.level_set.is_some();
+    let volumes = Volumes { level_set_as_fog, frame: args.frame, memory: None };
     let (scene, pool, _) = load::scene(&args.scene, &args.settings, volumes, &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;

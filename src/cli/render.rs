@@ -52,7 +52,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
     let level_set_as_fog = args.level_set.is_some();
-    let volumes = Volumes { level_set_as_fog, frame: None };
+    let volumes = Volumes { level_set_as_fog, frame: None, memory: args.hold.memory };
     let (mut scene, pool, loading) =
         load::scene(&args.paths.scene, &args.settings, volumes, &args.run)?;
     scene.render.planning = args.plan;

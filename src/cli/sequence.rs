@@ -13,6 +13,7 @@ use super::holding::checkpoint_path;
 use super::interrupt::Interrupt;
 use super::limit;
 use super::load;
+use super::memory;
 use super::output::Output;
 use super::picture::{Job, Told};
 use super::render::{self, Args};
@@ -35,6 +36,7 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
         overrides: args.settings.overrides(),
         level_set_as_fog: args.level_set.is_some(),
         frame: None,
+        memory: args.hold.memory.or_else(memory::available),
     };
     let pool = load::thread_pool(args.run.threads)?;
     let sequence = pool.install(|| Sequence::open(&args.paths.scene, &options))?;

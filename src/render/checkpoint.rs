@@ -100,12 +100,11 @@ impl Checkpoints {
     /// # Errors
     /// Where it is there and cannot be removed.
     pub fn remove(&self) -> Result<()> {
-        match std::fs::remove_file(&self.path) {
-            Err(e) if e.kind() != std::io::ErrorKind::NotFound => {
-                Err(Error::file(&self.path, format!("cannot be removed: {e}")))
-            }
-            _ => Ok(()),
+        if !self.path.is_file() {
+            return Ok(());
         }
+        std::fs::remove_file(&self.path)
+            .map_err(|e| Error::file(&self.path, format!("cannot be removed: {e}")))
     }
 
     /// Tells `lattices` what was known of them, uncounted: the work for it has been counted.

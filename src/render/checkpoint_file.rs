@@ -67,7 +67,9 @@ pub(super) fn write(
     };
     let head = serde_json::to_vec(&head)
         .map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
-    file::write(path, |out| {
+    let mut passing = path.as_os_str().to_owned();
+    passing.push(".new");
+    file::write_by_way_of(Path::new(&passing), path, |out| {
         let mut out = Hashing::new(out);
         out.put(&MAGIC)?;
         out.put(&(head.len() as u64).to_le_bytes())?;

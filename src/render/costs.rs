@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::expose::{Direction, Sheet, State, expose};
+use super::expose::{self, Direction, Sheet, State};
 use super::march::Marcher;
 use super::{Control, finest_step, guide};
 use crate::director::Budget;
@@ -10,7 +10,7 @@ use crate::error::Result;
 use crate::image::{Accumulator, Window};
 use crate::math::Stage;
 use crate::medium::Medium;
-use crate::photon::{self, PhotonMemory, Shooting};
+use crate::photon::{self, PhotonMaps, PhotonMemory, Shooting};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 use crate::work::Work;
@@ -77,11 +77,7 @@ pub struct Memory {
 /// As [`render`](super::render()).
 pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Costs> {
     let needs = Needs::of(scene, settings);
-    let paths = PATHS.min(settings.photons);
-    let shooting = Shooting { traced: Some(paths), ..guide::shooting(scene, settings) };
-    let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
-    let factor = settings.photons as f64 / paths.max(1) as f64;
-    let mut work = scaled(&shot, factor);
+    let (photons, mut work) = look(scene, settings)?;
 
     let [width, height] = scene.film.size.map(f64::from);
     let all = width * height * f64::from(settings.rays);
@@ -90,7 +86,7 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
     let budget = Budget::fixed(settings.rays, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, needs);
-    let look = |seed: u64| {
+    let expose = |seed: u64| {
         let small = size.map(|side| side as u32);
         let sheet = Sheet {
             size: small,
@@ -103,16 +99,34 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
         let radiance =
             |ray, budget: &Budget, state: &mut State| marcher.radiance(ray, budget, state);
         let fixed = |_, _| Direction::fixed(budget);
-        expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
+        expose::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
     };
     // What lattices keep is computed once; the second look finds most of it.
-    let (first, again) = (look(settings.seed), look(settings.seed.wrapping_add(1)));
+    let (first, again) = (expose(settings.seed), expose(settings.seed.wrapping_add(1)));
     work += scaled(&again, width * height / (size[0] * size[1]));
     work += first.less(&again);
     work.rays = (width * height) as u64 * u64::from(settings.rays);
     work.map_pixels = if needs.maps { map_pixels(scene, settings) } else { 0 };
     let photons = photon::memory(&work, &photons);
     Ok(Costs { memory: memory(scene, settings, photons, program + WORKING), work })
+}
+
+/// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`], without a look
+/// at its rays.
+///
+/// # Errors
+/// As [`costs`].
+pub fn memory_needed(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Memory> {
+    let (photons, work) = look(scene, settings)?;
+    Ok(memory(scene, settings, photon::memory(&work, &photons), program + WORKING))
+}
+
+/// The maps that a few of the photons leave, and the work that all are.
+fn look(scene: &Scene, settings: &RenderSettings) -> Result<(PhotonMaps, Work)> {
+    let paths = PATHS.min(settings.photons);
+    let shooting = Shooting { traced: Some(paths), ..guide::shooting(scene, settings) };
+    let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
+    Ok((photons, scaled(&shot, settings.photons as f64 / paths.max(1) as f64)))
 }
 
 /// About the memory that rendering `scene` under `settings` takes beside photons, in a program that

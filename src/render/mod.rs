@@ -19,7 +19,7 @@ mod rendered;
 
 pub use checkpoint::Checkpoints;
 pub use control::{Control, Stop};
-pub use costs::{Costs, Memory, costs, memory_without_photons};
+pub use costs::{Costs, Memory, costs, memory_needed, memory_without_photons};
 pub use guide::{Extent, Maps, maps};
 pub use pace::photons_within;
 pub use progress::{Progress, Silent, Stages};

@@ -89,7 +89,7 @@ pub(super) fn load_like(path: &Path, look: &Look, options: &LoadOptions) -> Resu
 
 impl Volume {
     fn read(path: &Path, options: &LoadOptions) -> Result<Self> {
-        let file = VdbFile::open(path)?;
+        let file = VdbFile::open(path)?.within(options.memory);
         let index = density_index(&file, options.level_set_as_fog)?;
         let read_as =
             if options.level_set_as_fog { ReadAs::LevelSetAsFog } else { ReadAs::Density };

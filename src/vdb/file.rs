@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bytesize::ByteSize;
 use glam::{DAffine3, DVec3};
 
 use crate::error::{Error, Result};
@@ -13,6 +14,10 @@ use super::grid::Grid;
 use super::source::Source;
 use super::statistics::Statistics;
 use super::voxel::Voxel;
+
+/// Bytes that a leaf of single numbers takes while it is read: as OpenVDB has it, as it comes over the
+/// bridge, and with its neighbours' first values.
+const LEAF: u64 = 4 * (512 + 512 + 729) + 1024;
 
 /// How to take the numbers of a scalar grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -122,6 +127,8 @@ pub struct VdbFile {
     checked: Checked,
     writer: String,
     grids: Vec<GridInfo>,
+    /// Bytes that reading a grid may take.
+    memory: Option<u64>,
 }
 
 impl std::fmt::Debug for VdbFile {
@@ -145,7 +152,13 @@ impl VdbFile {
         let headers = file.headers().map_err(|e| Error::file(path, reading(&e)))?;
         let grids = describe(&headers);
         let writer = file.library_of_writer();
-        Ok(Self { path: path.to_path_buf(), file, checked, writer, grids })
+        Ok(Self { path: path.to_path_buf(), file, checked, writer, grids, memory: None })
+    }
+
+    /// The same file, of which no grid is read that takes more than `memory` bytes on its way.
+    #[must_use]
+    pub fn within(self, memory: Option<u64>) -> Self {
+        Self { memory, ..self }
     }
 
     /// The file as it was named.
@@ -233,7 +246,18 @@ impl VdbFile {
 
     pub(super) fn voxels(&self, index: usize, fog: bool) -> Result<cxx::UniquePtr<bridge::Voxels>> {
         let info = self.info(index)?;
-        self.checked.tree(index).map_err(|e| self.grid_error(info, e))?;
+        let leaves = self.checked.tree(index).map_err(|e| self.grid_error(info, e))?;
+        let needed = leaves * if info.is_vector() { 3 * LEAF } else { LEAF };
+        if let Some(memory) = self.memory.filter(|memory| needed > *memory) {
+            let [needed, memory] = [needed, memory].map(|bytes| ByteSize(bytes).to_string());
+            return Err(self.grid_error(
+                info,
+                format!(
+                    "takes about {needed} of memory to read, and {memory} may be taken; give a \
+                     coarser or cropped grid, or more memory"
+                ),
+            ));
+        }
         self.file.read(index, fog).map_err(|e| self.grid_error(info, reading(&e)))
     }
 

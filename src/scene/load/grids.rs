@@ -17,13 +17,20 @@ use crate::vdb::{Grid, ReadAs, VdbFile, Voxel};
 #[derive(Debug, Default)]
 pub(in crate::scene) struct Grids {
     files: BTreeMap<PathBuf, VdbFile>,
+    memory: Option<u64>,
 }
 
 impl Grids {
+    /// None yet, of which each may take `memory` bytes while it is read.
+    pub(super) fn within(memory: Option<u64>) -> Self {
+        Self { memory, ..Self::default() }
+    }
+
     /// The open file of `path`.
     pub(in crate::scene) fn open(&mut self, path: &Path) -> Result<&VdbFile> {
         if !self.files.contains_key(path) {
-            self.files.insert(path.to_path_buf(), VdbFile::open(path)?);
+            let file = VdbFile::open(path)?.within(self.memory);
+            self.files.insert(path.to_path_buf(), file);
         }
         Ok(&self.files[path])
     }

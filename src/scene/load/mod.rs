@@ -33,6 +33,8 @@ pub struct LoadOptions {
     pub level_set_as_fog: bool,
     /// Which frame of a sequence is meant.
     pub frame: Option<i64>,
+    /// Bytes that reading a grid may take; no limit where none is given.
+    pub memory: Option<u64>,
 }
 
 /// What loading gathers on its way.
@@ -121,7 +123,8 @@ pub(super) fn build(
     options: &LoadOptions,
 ) -> Result<Scene> {
     let Stills { camera, surfaces, lights, sources, warnings, hash: still } = stills;
-    let mut context = Context { sources, warnings, ..Context::default() };
+    let grids = Grids::within(options.memory);
+    let mut context = Context { grids, sources, warnings };
     let media = file
         .media
         .iter()

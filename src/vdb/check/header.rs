@@ -131,7 +131,7 @@ fn grid<R: Read + Seek>(
         }
         (Some(end), _) => file.seek(end)?,
         (None, _) if !parent.is_empty() => {}
-        (None, Some(values)) => tree::walk(file, values)?,
+        (None, Some(values)) => tree::walk(file, values).map(drop)?,
         (None, None) => {
             return Err(format!(
                 "has the type {kind:?}, which cannot be skipped in a file without offsets; write the \

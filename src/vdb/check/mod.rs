@@ -63,22 +63,22 @@ impl Checked {
         self.version
     }
 
-    /// Checks the tree of grid `index`.
+    /// Checks the tree of grid `index`; how many leaves it has, as far as they are its own.
     ///
     /// # Errors
     /// The problem, where a node, a chunk or a size in it cannot be.
-    pub(super) fn tree(&self, index: usize) -> Result<(), String> {
+    pub(super) fn tree(&self, index: usize) -> Result<u64, String> {
         let grid = self.layout.owner(index)?;
-        let Some(values) = grid.values else { return Ok(()) };
+        let Some(values) = grid.values else { return Ok(0) };
         let mut bytes = Bytes::new(&self.file)?;
         bytes.seek(grid.tree)?;
-        tree::walk(&mut bytes, values)?;
+        let leaves = tree::walk(&mut bytes, values)?;
         match grid.end {
             Some(end) if bytes.at() > end => Err(bytes::damaged(
                 end,
                 format_args!("its voxels, which go on to byte {} behind its end,", bytes.at()),
             )),
-            _ => Ok(()),
+            _ => Ok(leaves),
         }
     }
 }

@@ -47,8 +47,8 @@ impl Values {
     }
 }
 
-/// Walks over a tree: first its nodes, then the voxels of its leaves.
-pub(super) fn walk<R: Read + Seek>(file: &mut Bytes<R>, values: Values) -> Checked<()> {
+/// Walks over a tree: first its nodes, then the voxels of its leaves; how many leaves it has.
+pub(super) fn walk<R: Read + Seek>(file: &mut Bytes<R>, values: Values) -> Checked<u64> {
     let at = file.at();
     if values.compression & !(ZIP | ACTIVE_MASK | BLOSC) != 0 {
         return Err(damaged(at, format_args!("a compression of {}", values.compression)));
@@ -61,7 +61,7 @@ pub(super) fn walk<R: Read + Seek>(file: &mut Bytes<R>, values: Values) -> Check
     for _ in 0..walk.leaves {
         walk.voxels()?;
     }
-    Ok(())
+    Ok(walk.leaves)
 }
 
 struct Walk<'f, R> {

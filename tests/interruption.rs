@@ -1,0 +1,374 @@
+//! Renders that are stopped, killed, cut short and cropped, as a user runs them: what they leave, and
+//! that going on gives the bytes of a render that nothing disturbed.
+
+#![allow(clippy::print_stderr)] // how often a render was killed
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use fogbow::image::{Layers, read_layers};
+use fogbow::math::{Stage, Stream};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Long enough for anything here on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+fn volume(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes").join(name)
+}
+
+/// `fogbow render` of a shipped scene in `folder`, with `more` arguments.
+fn with(folder: &Path, scene: &str, output: &str, size: &str, more: &[&str]) -> Command {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fogbow"));
+    command.current_dir(folder).arg("render").arg(volume(scene));
+    command.args(["-o", output, "--size", size]).args(more);
+    command
+}
+
+/// The same with few photons.
+fn render(folder: &Path, scene: &str, output: &str, size: &str, more: &[&str]) -> Command {
+    with(folder, scene, output, size, &[&["--photons", "5000"], more].concat())
+}
+
+fn run(mut command: Command) -> Output {
+    command.output().unwrap()
+}
+
+/// Runs to a good end; stderr.
+fn succeeds(command: Command) -> String {
+    let output = run(command);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{message}");
+    message
+}
+
+/// Runs to a bad end with `code`; the one line on stderr that says so.
+fn fails(command: Command, code: i32) -> String {
+    let output = run(command);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(code), "{message}");
+    assert!(!message.contains("panicked"), "{message}");
+    message
+}
+
+fn start(mut command: Command) -> Child {
+    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+fn bytes(folder: &Path, name: &str) -> [Vec<u8>; 2] {
+    ["exr", "png"].map(|e| std::fs::read(folder.join(name).with_extension(e)).unwrap())
+}
+
+fn signal(child: &Child, name: &str) {
+    let sent = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
+    assert!(sent.success());
+}
+
+/// Waits until `there` says so, while `child` runs.
+fn wait_for(child: &mut Child, there: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !there() {
+        assert!(child.try_wait().unwrap().is_none(), "the render ended early");
+        assert!(start.elapsed() < PATIENCE, "waited too long");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn is_incomplete(layers: &Layers) -> bool {
+    layers.attributes.get("fogbow:complete").is_some_and(|complete| complete == "false")
+}
+
+/// More rays than can be shot while a test runs.
+const ENDLESS: [&str; 4] = ["--rays", "1000000", "--checkpoint", "50ms"];
+
+#[test]
+fn the_first_signal_leaves_a_picture_and_what_is_needed_to_go_on() {
+    let folder = TempDir::new().unwrap();
+    let checkpoint = folder.path().join("out.exr.checkpoint");
+    for (scene, code, name) in [("smoke.toml", 130, "-INT"), ("cloud.toml", 143, "-TERM")] {
+        let mut child = start(render(folder.path(), scene, "out.exr", "64x48", &ENDLESS));
+        wait_for(&mut child, || checkpoint.exists());
+        let sent = Instant::now();
+        signal(&child, name);
+        let output = child.wait_with_output().unwrap();
+        let took = sent.elapsed();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{message}");
+        assert!(took < Duration::from_secs(5), "it took {took:?}");
+        let last = message.lines().last().unwrap();
+        assert!(last.starts_with("error: interrupted: out.exr has "), "{message}");
+        assert!(last.contains("--resume"), "{message}");
+        let layers = read_layers(&folder.path().join("out.exr")).unwrap();
+        assert!(is_incomplete(&layers));
+        assert!(layers.get("R").unwrap().iter().any(|r| *r > 0.0));
+        assert!(folder.path().join("out.png").exists());
+        std::fs::remove_file(&checkpoint).unwrap();
+    }
+}
+
+#[test]
+fn an_interrupted_render_leaves_a_finished_picture_as_it_was() {
+    let folder = TempDir::new().unwrap();
+    let few = ["--rays", "2", "--quiet"];
+    succeeds(render(folder.path(), "smoke.toml", "out.exr", "32x24", &few));
+    let before = bytes(folder.path(), "out.exr");
+    for _ in 0..2 {
+        let mut child = start(render(folder.path(), "smoke.toml", "out.exr", "32x24", &ENDLESS));
+        let checkpoint = folder.path().join("out.exr.checkpoint");
+        wait_for(&mut child, || checkpoint.exists());
+        signal(&child, "-INT");
+        assert_eq!(child.wait().unwrap().code(), Some(130));
+        assert_eq!(bytes(folder.path(), "out.exr"), before);
+        assert!(is_incomplete(&read_layers(&folder.path().join("out.partial.exr")).unwrap()));
+        std::fs::remove_file(checkpoint).unwrap();
+    }
+    succeeds(render(folder.path(), "smoke.toml", "out.exr", "32x24", &few));
+    assert!(!folder.path().join("out.partial.exr").exists());
+    assert!(!folder.path().join("out.partial.png").exists());
+}
+
+#[test]
+fn before_the_first_ray_a_signal_ends_it_and_nothing_is_written() {
+    let folder = TempDir::new().unwrap();
+    let many = ["--photons", "50000000", "--memory", "64G"]; // minutes of them
+    let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &many));
+    let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
+    let plan = messages.next().unwrap().unwrap();
+    assert!(plan.starts_with("plan: "), "{plan}");
+    let sent = Instant::now();
+    signal(&child, "-INT");
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(sent.elapsed() < Duration::from_secs(5));
+    let last = messages.last().unwrap().unwrap();
+    assert!(last.starts_with("error: interrupted before the first ray"), "{last}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Renders `arguments` undisturbed and, `rounds` times, killed at random moments and gone on with on
+/// other numbers of threads until it is done.
+fn kills(rounds: u64, scene: &str, size: &str, arguments: &[&str]) {
+    let folder = TempDir::new().unwrap();
+    let begin = Instant::now();
+    succeeds(render(folder.path(), scene, "whole.exr", size, &[arguments, &["--quiet"]].concat()));
+    let whole = begin.elapsed().as_secs_f64();
+    let expected = bytes(folder.path(), "whole.exr");
+    let mut killed = 0;
+    for round in 0..rounds {
+        let mut moments = Stream::new(round, Stage::March, 0, 0);
+        for attempt in 0.. {
+            let threads = (1 + (round + attempt) % 3).to_string();
+            let more = ["--quiet", "--resume", "--checkpoint", "20ms", "--threads", &threads];
+            let arguments = [arguments, &more].concat();
+            let mut child = start(render(folder.path(), scene, "out.exr", size, &arguments));
+            // Later and later, so that it is done in the end.
+            let moment = whole * (0.2 + 1.2 * moments.uniform() + 0.1 * attempt as f64);
+            std::thread::sleep(Duration::from_secs_f64(moment));
+            if let Some(status) = child.try_wait().unwrap() {
+                assert!(status.success(), "round {round}, attempt {attempt}: {status}");
+                break;
+            }
+            child.kill().unwrap();
+            child.wait().unwrap();
+            killed += 1;
+        }
+        assert_eq!(bytes(folder.path(), "out.exr"), expected, "round {round}");
+        let left = std::fs::read_dir(folder.path()).unwrap();
+        let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
+        assert!(left.iter().all(|name| !name.to_string_lossy().contains("checkpoint")), "{left:?}");
+        ["out.exr", "out.png"].map(|name| std::fs::remove_file(folder.path().join(name)).unwrap());
+    }
+    eprintln!("{scene}: {rounds} rounds, killed {killed} times, all bytes the same");
+}
+
+#[test]
+fn killed_and_gone_on_with_it_has_the_same_bytes() {
+    kills(2, "smoke.toml", "64x48", &["--rays", "40"]);
+    kills(1, "cloud.toml", "48x32", &["--rays", "20", "--director", "xs"]);
+    kills(1, "balls_a.toml", "48x32", &["--rays", "20", "--director", "variance"]);
+    kills(1, "smoke.toml", "48x32", &["--rays", "40", "--reference"]);
+}
+
+#[test]
+#[ignore = "50 rounds: cargo test --test interruption fifty -- --ignored --nocapture"]
+fn fifty_rounds_of_killing() {
+    kills(50, "smoke.toml", "96x64", &["--rays", "40"]);
+}
+
+/// A checkpoint of a render of smoke that was stopped, in `folder`.
+fn stopped(folder: &Path) -> PathBuf {
+    let checkpoint = folder.join("out.exr.checkpoint");
+    let mut child = start(render(folder, "smoke.toml", "out.exr", "32x24", &ENDLESS));
+    wait_for(&mut child, || checkpoint.exists());
+    signal(&child, "-INT");
+    child.wait().unwrap();
+    checkpoint
+}
+
+#[test]
+fn a_checkpoint_of_something_else_or_a_damaged_one_is_refused() {
+    let folder = TempDir::new().unwrap();
+    let checkpoint = stopped(folder.path());
+    let resumed = |scene: &str, size: &str, more: &[&str]| {
+        let more = [&ENDLESS[..], &["--resume", "--quiet"], more].concat();
+        fails(render(folder.path(), scene, "out.exr", size, &more), 1)
+    };
+    let before = std::fs::read(&checkpoint).unwrap();
+    for (message, words) in [
+        (resumed("smoke.toml", "32x25", &[]), "size is [32,24] there and [32,25] here"),
+        (resumed("smoke.toml", "32x24", &["--seed", "9"]), "seed is 0 there and 9 here"),
+        (resumed("smoke.toml", "32x24", &["--reference"]), "method is \"photon map\" there"),
+        (resumed("smoke.toml", "32x24", &["--crop", "0,0,9x9"]), "crop is null there"),
+        (resumed("cloud.toml", "32x24", &[]), "scene is \""),
+    ] {
+        assert!(message.starts_with("error: out.exr.checkpoint: "), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.contains(words) && message.contains("--resume"), "{message}");
+    }
+    assert_eq!(std::fs::read(&checkpoint).unwrap(), before);
+
+    let mut any = Stream::new(3, Stage::March, 0, 0);
+    let mut at = |length: usize| (any.uniform() * length as f64) as usize;
+    for round in 0..24 {
+        let mut damaged = before.clone();
+        if round % 2 == 0 {
+            damaged.truncate(at(before.len()));
+        } else {
+            let place = if round < 12 { at(1500) } else { at(before.len()) };
+            damaged[place] ^= 1 << at(8);
+        }
+        std::fs::write(&checkpoint, &damaged).unwrap();
+        let message = resumed("smoke.toml", "32x24", &[]);
+        assert!(message.starts_with("error: out.exr.checkpoint: "), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+}
+
+#[test]
+fn the_time_is_kept_and_the_rest_can_follow() {
+    let folder = TempDir::new().unwrap();
+    for more in [&[][..], &["--reference"]] {
+        let more = [&["--rays", "1000000", "--time", "2s"], more].concat();
+        let begin = Instant::now();
+        let message = succeeds(render(folder.path(), "smoke.toml", "out.exr", "48x32", &more));
+        assert!(begin.elapsed() < Duration::from_secs(12), "{:?}", begin.elapsed());
+        assert!(message.contains("warning: the time is over: the picture has "), "{message}");
+        let layers = read_layers(&folder.path().join("out.exr")).unwrap();
+        assert!(is_incomplete(&layers));
+        assert!(layers.get("rays").unwrap().iter().all(|rays| *rays >= 1.0));
+        let rays = |layers: &Layers| layers.attributes["fogbow:work:rays"].parse::<u64>().unwrap();
+        let again = [&more[..], &["--resume"]].concat();
+        succeeds(render(folder.path(), "smoke.toml", "out.exr", "48x32", &again));
+        assert!(rays(&read_layers(&folder.path().join("out.exr")).unwrap()) > rays(&layers));
+        std::fs::remove_file(folder.path().join("out.exr.checkpoint")).unwrap();
+    }
+}
+
+#[test]
+fn enough_time_changes_no_byte() {
+    let folder = TempDir::new().unwrap();
+    let few = ["--rays", "2", "--quiet"];
+    succeeds(render(folder.path(), "smoke.toml", "a.exr", "32x24", &few));
+    let long = [&few[..], &["--time", "1h", "--memory", "16G", "--resume"]].concat();
+    succeeds(render(folder.path(), "smoke.toml", "b.exr", "32x24", &long));
+    assert_eq!(bytes(folder.path(), "a.exr"), bytes(folder.path(), "b.exr"));
+}
+
+#[test]
+fn crops_are_cut_out_of_the_whole_picture() {
+    let folder = TempDir::new().unwrap();
+    for (scene, more) in [
+        ("balls_a.toml", &["--director", "xs"][..]),
+        ("smoke.toml", &[]),
+        ("smoke.toml", &["--reference"]),
+    ] {
+        let more = [&["--rays", "3", "--quiet"], more].concat();
+        succeeds(render(folder.path(), scene, "whole.exr", "50x40", &more));
+        let whole = read_layers(&folder.path().join("whole.exr")).unwrap();
+        let mut seen = 0;
+        for crop in ["0,0,21x17", "21,0,29x17", "0,17,21x23", "21,17,29x23"] {
+            let more = [&more[..], &["--crop", crop]].concat();
+            succeeds(render(folder.path(), scene, "part.exr", "50x40", &more));
+            let part = read_layers(&folder.path().join("part.exr")).unwrap();
+            assert_eq!(part.display, [50, 40]);
+            let [left, top] = part.corner.map(|c| usize::try_from(c).unwrap());
+            assert!(crop.starts_with(&format!("{left},{top},{}x{}", part.width, part.height)));
+            for (name, values) in &part.channels {
+                for (row, line) in values.chunks_exact(part.width).enumerate() {
+                    let first = (top + row) * whole.width + left;
+                    let expected = &whole.get(name).unwrap()[first..first + part.width];
+                    let bits = |line: &[f32]| line.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
+                    assert_eq!(bits(line), bits(expected), "{scene}: {name}, row {row} of {crop}");
+                }
+            }
+            seen += part.width * part.height;
+        }
+        assert_eq!(seen, whole.width * whole.height);
+    }
+    let beyond = ["--crop", "40,0,11x10"];
+    let message = fails(render(folder.path(), "smoke.toml", "part.exr", "50x40", &beyond), 2);
+    assert!(message.contains("beyond the film of 50x40"), "{message}");
+}
+
+#[test]
+fn what_does_not_fit_the_memory_is_thinned_or_refused_with_figures() {
+    let folder = TempDir::new().unwrap();
+    let scene =
+        |size: &str, more: &[&str]| render(folder.path(), "cloud.toml", "out.exr", size, more);
+    let message = fails(scene("32x24", &["--rays", "1", "--quiet", "--memory", "20M"]), 1);
+    assert!(message.contains("--memory allows") && message.contains("MiB"), "{message}");
+    let message = fails(scene("65536x4096", &["--memory", "4G"]), 1);
+    assert!(message.contains("for the film") && message.contains("--size"), "{message}");
+    assert!(!folder.path().join("out.exr").exists());
+
+    let many = ["--rays", "1", "--quiet", "--json", "--memory", "200M", "--photons", "2000000"];
+    let output = run(with(folder.path(), "cloud.toml", "out.exr", "32x24", &many));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{message}");
+    assert!(message.contains("photons instead of 2000000"), "{message}");
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["settings"]["photons_asked"], 2_000_000);
+    assert!(report["settings"]["photons"].as_u64().unwrap() < 2_000_000);
+    if let Some(peak) = report["peak_memory"].as_u64() {
+        assert!(peak <= 200_000_000, "{peak} bytes were taken");
+    }
+    let attributes = read_layers(&folder.path().join("out.exr")).unwrap().attributes;
+    assert_eq!(attributes["fogbow:photons_asked"], "2000000");
+}
+
+#[test]
+fn a_full_disk_ends_in_one_line_and_earlier_pictures_stay() {
+    let folder = TempDir::new().unwrap();
+    let few = ["--rays", "1", "--quiet"];
+    succeeds(render(folder.path(), "smoke.toml", "out.exr", "64x48", &few));
+    let before = bytes(folder.path(), "out.exr");
+    // No file may grow beyond 8 KiB, which a shell can forbid; a full disk fails alike.
+    let command = render(folder.path(), "smoke.toml", "out.exr", "64x48", &few);
+    let mut limited = Command::new("bash");
+    limited.current_dir(folder.path());
+    limited.args(["-c", "trap '' XFSZ; ulimit -f 8; exec \"$0\" \"$@\""]);
+    limited.arg(command.get_program()).args(command.get_args());
+    let message = fails(limited, 1);
+    assert!(message.starts_with("error: out.exr: cannot be written: "), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    assert_eq!(bytes(folder.path(), "out.exr"), before);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
+}
+
+#[test]
+fn a_checkpoint_that_cannot_be_written_does_not_end_the_render() {
+    let folder = TempDir::new().unwrap();
+    // A folder in its place.
+    std::fs::create_dir(folder.path().join("out.exr.checkpoint")).unwrap();
+    let message = succeeds(render(
+        folder.path(),
+        "smoke.toml",
+        "out.exr",
+        "64x48",
+        &["--rays", "64", "--checkpoint", "1ms"],
+    ));
+    assert!(message.contains("warning: no checkpoint is kept: "), "{message}");
+    assert!(!is_incomplete(&read_layers(&folder.path().join("out.exr")).unwrap()));
+}
