@@ -178,7 +178,9 @@ fn kills(rounds: u64, scene: &str, size: &str, arguments: &[&str]) {
         let left = std::fs::read_dir(folder.path()).unwrap();
         let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
         assert!(left.iter().all(|name| !name.to_string_lossy().contains("checkpoint")), "{left:?}");
-        ["out.exr", "out.png"].map(|name| std::fs::remove_file(folder.path().join(name)).unwrap());
+        for name in ["out.exr", "out.png"] {
+            std::fs::remove_file(folder.path().join(name)).unwrap();
+        }
     }
     eprintln!("{scene}: {rounds} rounds, killed {killed} times, all bytes the same");
 }

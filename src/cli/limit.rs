@@ -29,7 +29,7 @@ const FILLED: f64 = 0.9;
 const OFF: u64 = 8;
 
 /// Bytes that may come on top of it: what the look at the photons leaves behind.
-const SPARE: u64 = 24 << 20;
+const SPARE: u64 = 64 << 20;
 
 /// Bytes in memory before anything is loaded.
 pub(super) fn program() -> u64 {

@@ -57,6 +57,13 @@ impl Pace {
         self.moments.push_back((self.worked, self.done));
     }
 
+    /// The work is counted anew: `done` units are done out of `total`.
+    pub(super) fn weigh(&mut self, done: u64, total: u64) {
+        let factor = done as f64 / self.done.max(1) as f64;
+        self.moments.iter_mut().for_each(|(_, units)| *units = (*units as f64 * factor) as u64);
+        (self.done, self.total) = (done, total);
+    }
+
     /// Share of the work that is done, 0 to 1.
     pub(super) fn share(&self) -> f64 {
         self.done as f64 / self.total.max(1) as f64
@@ -122,6 +129,17 @@ mod tests {
     #[test]
     fn a_slow_beginning_is_forgotten() {
         run(1600, |i| if i < 90 { 0.2 } else { 0.05 }, 200, 0.2);
+    }
+
+    #[test]
+    fn work_can_be_counted_anew() {
+        let mut pace = Pace::new(100, Duration::ZERO);
+        for second in 1..=10 {
+            pace.look(Duration::from_secs(second), second);
+        }
+        pace.weigh(40, 100);
+        assert_eq!(pace.left(), Some(Duration::from_secs(15)));
+        assert_eq!(pace.share(), 0.4);
     }
 
     #[test]

@@ -119,9 +119,9 @@ impl Job<'_> {
         let stopped = rendered.ended == Ended::Stopped;
         let interrupted = stopped.then(|| {
             format!(
-                "interrupted: {} has {:.1} % of the rays{}",
+                "interrupted: {} has {}{}",
                 output.exr.display(),
-                rendered.percent(),
+                share(&rendered),
                 going_on(checkpoints.as_ref(), &rendered)
             )
         });
@@ -240,8 +240,8 @@ impl Job<'_> {
     fn shortened(&self, rendered: &Rendered, checkpoints: Option<&Checkpoints>) -> Option<String> {
         (rendered.ended == Ended::OutOfTime).then(|| {
             format!(
-                "the time is over: the picture has {:.1} % of its rays{}",
-                rendered.percent(),
+                "the time is over: the picture has {}{}",
+                share(rendered),
                 going_on(checkpoints, rendered)
             )
         })
@@ -275,6 +275,16 @@ impl Job<'_> {
             checkpoints.map_or(Ok(()), Checkpoints::remove)?;
         }
         Ok(output)
+    }
+}
+
+/// How much of a picture that is not finished is there.
+fn share(rendered: &Rendered) -> String {
+    let rays = rendered.film.layer("rays").unwrap_or_default();
+    let share = format!("{:.1} % of its rays", rendered.percent());
+    match rays.iter().filter(|rays| **rays == 0.0).count() {
+        0 => share,
+        bare => format!("{share}, and {bare} of {} pixels have none yet", rays.len()),
     }
 }
 

@@ -128,6 +128,16 @@ impl Progress for Console {
         self.shown.done.fetch_add(units, Ordering::Relaxed);
     }
 
+    fn weigh(&self, done: u64, total: u64) {
+        if let Some(stage) = self.shown.stage().as_mut() {
+            self.shown.done.store(done, Ordering::Relaxed);
+            stage.pace.weigh(done, total);
+            if let Some(bar) = &stage.bar {
+                bar.set_length(total);
+            }
+        }
+    }
+
     fn finish(&self) {
         let Some(mut stage) = self.shown.stage().take() else { return };
         if let Some(bar) = stage.bar.take() {

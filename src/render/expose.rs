@@ -6,6 +6,7 @@
 //! and the picture is the same in the end.
 
 use std::iter::successors;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
@@ -21,6 +22,7 @@ use crate::work::Work;
 use super::checkpoint::{Keeping, Moment};
 use super::control::{Control, Halt};
 use super::plate::{Plate, Tile};
+use super::reckoning::{Left, Spent, Units};
 use super::rendered::Ended;
 
 /// How many times as many rays a pixel has after a pass as before it.
@@ -59,6 +61,8 @@ pub struct State {
     pub shared: f64,
     /// What has been found so and not yet been told, W/(m² sr).
     pub stands_in: Rgb,
+    /// Time that finding it took.
+    pub gathering: Duration,
 }
 
 /// What is exposed.
@@ -111,6 +115,7 @@ pub fn expose(
         let begin = samples.given() as u32;
         for sample in begin..end.min(budget.rays) {
             if run.halt.halts(sample == begin || sample % LOOK == 0) {
+                run.spent.rays += u64::from(sample - begin);
                 return;
             }
             if sample >= budget.least && is_settled(samples, budget.tolerance) {
@@ -122,12 +127,14 @@ pub fn expose(
             state.draws.even = Some(even);
             let ray = camera(f64::from(x) + u, f64::from(y) + v, [a, b]);
             state.draws.work.rays += 1;
-            state.shared = shared(sample, budget.rays, budget.gathers);
+            state.shared = shared(sample, &budget);
+            run.spent.gathers += u64::from(state.shared > 1.0);
             let dropped = samples.dropped();
             samples.add(estimate(ray, &budget, state));
             state.draws.work.dropped_samples += samples.dropped() - dropped;
         }
-        run.done += u64::from(end.min(budget.rays).saturating_sub(begin));
+        let before = begin.max(end / GROWTH); // what settled in an earlier pass has been counted
+        run.spent.rays += u64::from(end.min(budget.rays).saturating_sub(before));
     };
     let mut plate = Plate::new(window);
     let mut work = Work::default();
@@ -135,28 +142,40 @@ pub fn expose(
         work = known;
         plate.restore(samples);
     }
-    let (most, left) = rays(&mut plate, &direct);
-    control.progress.stage("rays", left);
+    let left = Left::of(&mut plate, &direct);
+    let (mut units, mut spent) = (Units::default(), Spent::default());
+    control.progress.stage("rays", units.count(left.rays, left.gathers));
     if let Some(stop) = control.stop {
         stop.begin_picture();
     }
     let mut keeping = Keeping::new(control.checkpoints);
     let mut ended = Ended::Complete;
-    let mut passes = passes(most).peekable();
+    let mut passes = passes(left.most).peekable();
     while let Some(&end) = passes.peek() {
         let halt = Halt::new(control, keeping.due());
         let tile = |tile: &mut Tile| {
             let draws = Draws::new(Stream::new(seed, stage, 0, 0), needs);
             let (profile, stands_in) = (Profile::default(), Rgb::ZERO);
-            let state = State { draws, profile, shared: 1.0, stands_in };
-            let mut run = Run { state, halt: &halt, done: 0 };
+            let gathering = Duration::ZERO;
+            let state = State { draws, profile, shared: 1.0, stands_in, gathering };
+            let mut run = Run { state, halt: &halt, spent: Spent::default() };
+            let start = Instant::now();
             for (x, y, samples) in tile.pixels() {
                 pixel(x, y, samples, end, &mut run);
             }
-            control.progress.advance(run.done);
-            run.state.draws.work
+            let Run { state, mut spent, .. } = run;
+            (spent.time, spent.gathering) = (start.elapsed(), state.gathering);
+            control.progress.advance(units.count(spent.rays, spent.gathers));
+            (state.draws.work, spent)
         };
-        work += plate.tiles.par_iter_mut().map(tile).sum::<Work>();
+        let (done, took) = plate.tiles.par_iter_mut().map(tile).reduce(Default::default, sum);
+        work += done;
+        spent += took;
+        if units.learn(&spent) {
+            let left = Left::of(&mut plate, &direct);
+            let done = units.count(spent.rays, spent.gathers);
+            control.progress.weigh(done, done + units.count(left.rays, left.gathers));
+        }
         if !halt.has_halted() {
             passes.next();
             continue;
@@ -172,7 +191,7 @@ pub fn expose(
         }
     }
     control.progress.finish();
-    let rays_left = if ended == Ended::Complete { 0 } else { rays(&mut plate, &direct).1 };
+    let rays_left = if ended == Ended::Complete { 0 } else { Left::of(&mut plate, &direct).rays };
     let film = plate.develop(size, |x, y, samples| {
         let Direction { budget, saliency, xs } = direct(x, y);
         let Budget { radius, step, .. } = budget;
@@ -187,8 +206,14 @@ pub fn expose(
 struct Run<'a> {
     state: State,
     halt: &'a Halt<'a>,
-    /// Rays that the tile no longer needs.
-    done: u64,
+    spent: Spent,
+}
+
+/// Both sums.
+fn sum(mut a: (Work, Spent), b: (Work, Spent)) -> (Work, Spent) {
+    a.0 += b.0;
+    a.1 += b.1;
+    a
 }
 
 /// How many rays pixels have after each pass, up to `most`.
@@ -197,57 +222,42 @@ fn passes(most: u32) -> impl Iterator<Item = u32> {
     ends.take_while(move |end| *end < most).chain((most > 0).then_some(most))
 }
 
-/// The most rays that a pixel may get, and the sum of what all have not got yet.
-fn rays(plate: &mut Plate, direct: &(impl Fn(u32, u32) -> Direction + Sync)) -> (u32, u64) {
-    let tile = |tile: &mut Tile| {
-        let pixel = |(x, y, samples): (u32, u32, &mut Accumulator)| {
-            let rays = direct(x, y).budget.rays;
-            (rays, u64::from(rays).saturating_sub(samples.given()))
-        };
-        tile.pixels().map(pixel).fold((0, 0), both)
-    };
-    plate.tiles.par_iter_mut().map(tile).reduce(|| (0, 0), both)
-}
-
-/// The larger of the first and the sum of the second.
-fn both(a: (u32, u64), b: (u32, u64)) -> (u32, u64) {
-    (a.0.max(b.0), a.1 + b.1)
-}
-
-/// What light that varies little counts along a ray of a pixel, so that `gathers` rays, spread
-/// evenly, stand in for all.
-fn shared(sample: u32, rays: u32, gathers: u32) -> f64 {
-    if rays <= gathers {
-        return 1.0;
-    }
-    let group = |sample| group(sample, rays, gathers);
-    if sample == 0 || group(sample) != group(sample - 1) {
-        f64::from(rays) / f64::from(gathers)
+/// What light that varies little counts along a ray of a pixel, so that few rays, spread evenly,
+/// stand in for all.
+fn shared(sample: u32, budget: &Budget) -> f64 {
+    if budget.rays <= budget.gathers {
+        1.0
+    } else if groups(sample + 1, budget) != groups(sample, budget) {
+        f64::from(budget.rays) / f64::from(budget.gathers)
     } else {
         0.0
     }
 }
 
-/// Which group a ray of a pixel belongs to, for all of which its first one gathers.
-fn group(sample: u32, rays: u32, gathers: u32) -> u64 {
-    u64::from(sample) * u64::from(gathers) / u64::from(rays)
+/// How many groups the first `rays` rays of a pixel belong to, for all of which the first one
+/// gathers; none where every ray does.
+pub(super) fn groups(rays: u32, budget: &Budget) -> u64 {
+    if rays == 0 || budget.rays <= budget.gathers {
+        return 0;
+    }
+    u64::from(rays - 1) * u64::from(budget.gathers) / u64::from(budget.rays) + 1
 }
 
 /// What the mean of a pixel that has not got all its rays wants, so that light for which one ray
 /// stands in for others counts as if those had been there.
 fn unshared(samples: &Accumulator, budget: &Budget) -> Rgb {
-    let (given, rays, gathers) = (samples.given() as u32, budget.rays, budget.gathers);
-    if given == 0 || given >= rays || rays <= gathers {
+    let given = samples.given() as u32;
+    let groups = groups(given, budget);
+    if groups == 0 || given >= budget.rays {
         return Rgb::ZERO;
     }
-    let groups = group(given - 1, rays, gathers) + 1;
-    let counted = groups as f64 * f64::from(rays) / f64::from(gathers);
+    let counted = groups as f64 * f64::from(budget.rays) / f64::from(budget.gathers);
     samples.shared() * (f64::from(given) / counted - 1.0)
 }
 
 /// Whether the standard error of a pixel is at most `tolerance` of its mean. A pixel without light
 /// is not: a rare path may still bring some.
-fn is_settled(samples: &Accumulator, tolerance: f64) -> bool {
+pub(super) fn is_settled(samples: &Accumulator, tolerance: f64) -> bool {
     let mean = luminance(samples.mean());
     mean > 0.0 && samples.luminance_variance().sqrt() <= tolerance * mean
 }
@@ -266,6 +276,28 @@ fn pattern(seed: u64, pixel: u64, sample: u32) -> ([f64; 4], [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pixel_on_its_way_has_as_much_light_as_a_finished_one() {
+        for (rays, gathers) in [(16, 4), (10, 4), (64, 3), (3, 4), (7, 7)] {
+            let budget = Budget { gathers, ..Budget::fixed(rays, 0.0, 0.0) };
+            let mut samples = Accumulator::default();
+            for sample in 0..rays {
+                let shared = Rgb::splat(2.0 * super::shared(sample, &budget));
+                let shares = budget.rays > budget.gathers;
+                samples.add(Sample {
+                    radiance: Rgb::ONE + shared,
+                    shared: if shares { shared } else { Rgb::ZERO },
+                    alpha: 1.0,
+                    transmittance: 1.0,
+                    depth: 1.0,
+                });
+                let told = samples.mean() + unshared(&samples, &budget);
+                assert!((told - 3.0).abs().max_element() < 1e-5, "{told} after {sample} of {rays}");
+            }
+            assert_eq!(unshared(&samples, &budget), Rgb::ZERO);
+        }
+    }
 
     #[test]
     fn passes_grow_to_all_rays() {

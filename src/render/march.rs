@@ -1,5 +1,7 @@
 //! The march: light along a camera ray from the photon maps and from direct light.
 
+use std::time::Instant;
+
 use smallvec::SmallVec;
 
 use crate::director::Budget;
@@ -144,7 +146,9 @@ impl<'a> Marcher<'a> {
         } else if scatters {
             light += self.direct(ray, &profile, &[], state);
             if state.shared > 0.0 {
+                let start = Instant::now();
                 let indirect = self.indirect(ray, hit, &profile, budget.radius, state);
+                state.gathering += start.elapsed();
                 state.stands_in += state.shared * indirect;
                 light += state.shared * indirect;
             }
@@ -333,7 +337,9 @@ impl<'a> Marcher<'a> {
         }
         let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
         state.draws.work.surface_gathers += 1;
+        let start = Instant::now();
         let irradiance = self.maps.irradiance(hit.point, facing, &mut state.draws.work.gathered);
+        state.gathering += start.elapsed();
         let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
         let indirect = state.shared * reflectance * irradiance;
         state.stands_in += indirect;

@@ -14,6 +14,7 @@ mod march;
 mod pace;
 mod plate;
 mod progress;
+mod reckoning;
 mod reference;
 mod rendered;
 

@@ -8,6 +8,8 @@ pub trait Progress: Sync {
     fn stage(&self, name: &str, total: u64);
     /// `units` more of the stage's work are done.
     fn advance(&self, units: u64);
+    /// The stage's units are counted anew: so many are done out of `total`.
+    fn weigh(&self, _done: u64, _total: u64) {}
     /// The stage is over.
     fn finish(&self);
     /// Something went wrong that does not end the render: one sentence.
