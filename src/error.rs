@@ -44,6 +44,14 @@ pub enum Error {
         /// What was found and what would be right.
         problem: String,
     },
+    /// A frame of a sequence cannot be rendered.
+    #[error("frame {frame}: {problem}")]
+    Frame {
+        /// Its number.
+        frame: i64,
+        /// What was found and what would be right.
+        problem: String,
+    },
     /// The program was called in a way that makes no sense.
     #[error("{0}")]
     Usage(String),

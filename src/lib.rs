@@ -15,6 +15,7 @@ pub mod medium;
 pub mod photon;
 pub mod render;
 pub mod scene;
+pub mod sequence;
 pub mod shape;
 pub mod study;
 pub mod surface;

@@ -113,7 +113,7 @@ fn what_is_handed_out_is_recorded() {
 #[test]
 fn x_is_the_exact_transmittance() {
     let scene = load(&shipped("smoke.toml"), [12, 12], 1, 0);
-    let (sight, _) = Sight::look(&scene, 0, Needs::EVERYTHING);
+    let (sight, _) = Sight::look(&scene, scene.film.size, 0, Needs::EVERYTHING);
     let (x, _) = x_map(&scene, &sight, Needs::EVERYTHING);
     let medium = scene.media.get(0);
     let Density::Voxel(_) = &medium.density else { panic!("smoke is a grid") };

@@ -124,6 +124,13 @@ const WRONG: &[(&str, &str, &str, &[&str])] = &[
     ("[director]\nfloor = 0", "5:9", "director.floor", &["1 to"]),
     ("[director]\nradius = 0.5", "5:10", "director.radius", &["from 1 to 256"]),
     ("[director]\ntolerance = 0", "5:13", "director.tolerance", &["above 0"]),
+    ("[director]\nresolution = 5", "5:14", "director.resolution", &["0.0625 (1/16) to 4"]),
+    (
+        "[[medium]]\nfile = \"a_##.vdb\"",
+        "5:8",
+        "medium[0].file",
+        &["is a sequence of files", "--frames"],
+    ),
     ("[render]\nseed = \"a\"", "5:8", "render.seed", &["whole number"]),
     ("[render]\nmax_scatter = -2", "5:15", "render.max_scatter", &["0 to"]),
     // Media.

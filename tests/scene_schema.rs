@@ -88,6 +88,7 @@ const DIRECTOR: &[Key] = &[
     key("radius", Number, false, "2", &["0.5", "257"]),
     key("step", Number, false, "4", &["0.5"]),
     key("tolerance", Number, false, "0.1", &["0"]),
+    key("resolution", Number, false, "0.5", &["0", "0.06", "4.1"]),
 ];
 const SMOKE: &[Key] = &[
     key("file", Text, true, "\"smoke.vdb\"", &["\"gone.vdb\"", "\"..\"", "\"/dev/zero\""]),

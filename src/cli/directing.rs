@@ -4,6 +4,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use crate::scene::{
     Directed, DirectingOverrides, Director, Importance, MAX_COARSENING, MAX_RAYS, Operator,
+    RESOLUTIONS,
 };
 
 /// Settings of the director; each stands over the scene file's.
@@ -38,6 +39,9 @@ pub(super) struct DirectingArgs {
     /// Relative error at which `--director variance` ends a pixel.
     #[arg(long, value_name = "ERROR", value_parser = tolerance)]
     tolerance: Option<f64>,
+    /// Pixels of the maps over those of the film, along each side, such as 0.25 or 2.
+    #[arg(long, value_name = "FACTOR", value_parser = resolution)]
+    resolution: Option<f64>,
 }
 
 impl DirectingArgs {
@@ -52,6 +56,7 @@ impl DirectingArgs {
             coarsest_radius: self.coarsest_radius,
             coarsest_step: self.coarsest_step,
             tolerance: self.tolerance,
+            resolution: self.resolution,
         }
     }
 }
@@ -80,4 +85,9 @@ fn coarsening(text: &str) -> Result<f64, String> {
 fn tolerance(text: &str) -> Result<f64, String> {
     let parsed = text.parse().ok().filter(|e: &f64| *e > 0.0 && e.is_finite());
     parsed.ok_or_else(|| "give a number above 0, such as 0.05".into())
+}
+
+fn resolution(text: &str) -> Result<f64, String> {
+    let parsed = text.parse().ok().filter(|f: &f64| RESOLUTIONS.contains(f));
+    parsed.ok_or_else(|| "give a factor from 0.0625 to 4".into())
 }

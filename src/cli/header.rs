@@ -6,6 +6,9 @@ use super::partial::COMPLETE;
 use crate::render::Rendered;
 use crate::scene::{Director, Planning, Scene};
 
+/// Says in the header of a picture that is finished what it was made of, by its [`recipe`].
+pub(super) const RECIPE: &str = "fogbow:recipe";
+
 /// What the picture is made with; the same input gives the same settings. `asked` are the photons
 /// asked for, where the scene now asks for fewer.
 pub(super) fn settings(
@@ -49,6 +52,7 @@ pub(super) fn settings(
                 "coarsest_radius": asked.coarsest_radius,
                 "coarsest_step": asked.coarsest_step,
                 "tolerance": asked.tolerance,
+                "resolution": asked.resolution,
             }),
         );
     }
@@ -69,6 +73,13 @@ pub(super) fn key(
     key.insert("level_set_as_fog".into(), json!(level_set_as_fog));
     key.insert("everything".into(), json!(scene.render.planning == Planning::Everything));
     key
+}
+
+/// A hash of all that a picture's files depend on, where no photons are left out.
+pub(super) fn recipe(scene: &Scene, reference: bool, level_set_as_fog: bool) -> String {
+    let key = key(scene, reference, scene.render.photons, level_set_as_fog);
+    let all = format!("{} {:?}", Value::Object(key), scene.film);
+    blake3::hash(all.as_bytes()).to_hex().to_string()
 }
 
 /// The attributes of the EXR header: settings and work, and whether the picture is unfinished.

@@ -11,28 +11,29 @@ use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
 use crate::scene::{LoadOptions, Scene};
 
+/// How volumes are read.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Volumes {
+    /// A bare level set is turned into fog.
+    pub(super) level_set_as_fog: bool,
+    /// The frame of a sequence.
+    pub(super) frame: Option<i64>,
+    /// Bytes that reading a grid may take; what the machine has where none is given.
+    pub(super) memory: Option<u64>,
+}
+
 /// Loads `path` under the settings given, in a pool of as many threads as asked for; also the time
 /// that it took.
 pub(super) fn scene(
     path: &Path,
     settings: &SettingArgs,
-    level_set_as_fog: bool,
+    volumes: Volumes,
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Duration)> {
-    scene_within(None, path, settings, level_set_as_fog, run)
-}
-
-/// As [`scene`], but no grid is read that takes more than `memory` bytes, or than the machine has
-/// where none is given.
-pub(super) fn scene_within(
-    memory: Option<u64>,
-    path: &Path,
-    settings: &SettingArgs,
-    level_set_as_fog: bool,
-    run: &RunArgs,
-) -> Result<(Scene, ThreadPool, Duration)> {
+    let Volumes { level_set_as_fog, frame, memory } = volumes;
+    let overrides = settings.overrides();
     let memory = memory.or_else(memory::available);
-    let options = LoadOptions { overrides: settings.overrides(), level_set_as_fog, memory };
+    let options = LoadOptions { overrides, level_set_as_fog, frame, memory };
     let pool = thread_pool(run.threads)?;
     let start = Instant::now();
     let scene = pool.install(|| Scene::load(path, &options))?;
@@ -44,7 +45,11 @@ pub(super) fn scene_within(
     Ok((scene, pool, loading))
 }
 
-fn thread_pool(threads: Option<u16>) -> Result<ThreadPool> {
+/// As many threads as asked for, by default one a core.
+///
+/// # Errors
+/// Where the system has not so many.
+pub(super) fn thread_pool(threads: Option<u16>) -> Result<ThreadPool> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from)) // 0 is one a core
         .build()

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 
 use super::console;
-use super::load;
+use super::load::{self, Volumes};
 use super::settings::{RunArgs, SettingArgs};
-use crate::director::Sight;
+use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::image::{
     Image, Picture, ScalarMap, View, ViewTransform, contact_sheet, titled, write_exr_image,
@@ -28,9 +28,13 @@ pub(super) struct Args {
     /// The folder to write to; it is made where it is missing.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// A z.exr that this command wrote for the same camera and surfaces: nothing is intersected.
+    /// A z.exr that this command wrote for the same camera, surfaces, lights and seed: nothing is
+    /// intersected.
     #[arg(long, value_name = "FILE.exr")]
     z: Option<PathBuf>,
+    /// The frame to look at, where the scene names a sequence of files.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    frame: Option<i64>,
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]
@@ -51,12 +55,19 @@ enum Content<'a> {
     Distances(&'a [f32]),
 }
 
-/// Makes the director's maps and writes them as EXR and PNG, with a contact sheet.
+/// Makes the director's maps and writes them as EXR and PNG in their own resolution, with a contact
+/// sheet.
 pub(super) fn run(args: &Args) -> Result<()> {
     std::fs::create_dir_all(&args.output)
         .map_err(|e| Error::file(&args.output, format!("cannot be made: {e}; give a folder")))?;
-    let (scene, pool, _) = load::scene(&args.scene, &args.settings, false, &args.run)?;
-    let kept = args.z.as_ref().map(|path| Sight::read(path, &scene)).transpose()?;
+    let (scene, pool, _) = load::scene(
+        &args.scene,
+        &args.settings,
+        Volumes { frame: args.frame, ..Volumes::default() },
+        &args.run,
+    )?;
+    let kept =
+        args.z.as_ref().map(|path| KeptSight::read(path, &scene, &scene.render)).transpose()?;
     let mut stages = Stages::default();
     let maps =
         pool.install(|| render::maps(&scene, &scene.render, kept, Extent::All, &mut stages))?;
@@ -70,8 +81,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let mean = maps.xs.iter().map(|v| f64::from(*v)).sum::<f64>() / maps.xs.len() as f64;
         let outputs: Vec<String> = outputs.iter().map(|p| p.display().to_string()).collect();
         let report = json!({
-            "scene": scene.hash, "size": scene.film.size, "mean_xs": mean,
-            "seconds": seconds, "work": maps.work, "pilot_work": maps.pilot_work, "outputs": outputs,
+            "scene": scene.hash, "size": maps.size, "mean_xs": mean,
+            "seconds": seconds, "work": maps.work.less(&maps.spared), "pilot_work": maps.pilot_work, "outputs": outputs,
         });
         console::result(&report.to_string());
     } else {
@@ -83,11 +94,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
 fn write(folder: &Path, scene: &Scene, maps: &Maps) -> Result<Vec<PathBuf>> {
     let mut outputs = Vec::new();
     let mut panels = Vec::new();
-    let width = scene.film.size[0] as usize;
-    let distances: Vec<f32> = maps.sight.iter().flat_map(|s| &s.depth).map(|z| *z as f32).collect();
-    if let Some(sight) = &maps.sight {
+    let width = maps.size[0] as usize;
+    let depth = maps.sight.iter().flat_map(|kept| &kept.sight.depth);
+    let distances: Vec<f32> = depth.map(|z| *z as f32).collect();
+    if let Some(kept) = &maps.sight {
         let path = folder.join("z.exr");
-        sight.write(&path, scene)?;
+        kept.write(&path)?;
         outputs.push(path);
     }
     for shown in shown(maps, &distances) {
@@ -127,8 +139,8 @@ fn shown<'a>(maps: &'a Maps, distances: &'a [f32]) -> Vec<Shown<'a>> {
         unit("x", "X: transmittance", &maps.transmittance),
         Shown { name: "z", title: "Z: distance, m", content: Content::Distances(distances) },
     ];
-    if let Some(sight) = &maps.sight {
-        let content = Content::Light(&sight.snapshot);
+    if let Some(kept) = &maps.sight {
+        let content = Content::Light(&kept.sight.snapshot);
         all.push(Shown { name: "snapshot", title: "snapshot", content });
     }
     if let Some(image) = &maps.false_medium {

@@ -6,6 +6,7 @@
 mod console;
 mod directing;
 mod error;
+mod frames;
 mod header;
 mod holding;
 mod info;
@@ -22,6 +23,7 @@ mod picture;
 mod plan;
 mod progress;
 mod render;
+mod sequence;
 mod settings;
 mod study;
 mod verify;

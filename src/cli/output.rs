@@ -34,4 +34,9 @@ impl Output {
         }
         Ok(output)
     }
+
+    /// The names of the files.
+    pub(super) fn names(&self) -> [String; 2] {
+        [&self.exr, &self.png].map(|path| path.display().to_string())
+    }
 }

@@ -14,6 +14,7 @@ use super::memory;
 use super::output::Output;
 use super::partial;
 use super::progress::Console;
+use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::image::{View, write_exr, write_png};
 use crate::render::{self, Checkpoints, Control, Ended, Progress, Rendered, Silent};
@@ -57,10 +58,26 @@ pub(super) struct Told {
     pub(super) output: Output,
     /// What is kept, and how to go on, where the picture was interrupted.
     pub(super) interrupted: Option<String>,
+    /// What the director saw first.
+    pub(super) sight: Option<KeptSight>,
+}
+
+impl Told {
+    /// The end of a run whose last picture this is.
+    ///
+    /// # Errors
+    /// Where the picture was interrupted.
+    pub(super) fn end(self, interrupt: &Interrupt) -> Result<()> {
+        match self.interrupted {
+            Some(message) => Err(Error::Interrupted { message, code: interrupt.exit_code() }),
+            None => Ok(()),
+        }
+    }
 }
 
 impl Job<'_> {
-    /// Renders `scene` on `pool` and writes what there is. `warnings` have been printed before.
+    /// Renders `scene` on `pool` and writes what there is. `warnings` have been printed before; `kept`
+    /// is what the director saw first of an earlier picture.
     ///
     /// # Errors
     /// Where it takes more memory than it may, cannot be taken up again, rendered or written.
@@ -69,6 +86,7 @@ impl Job<'_> {
         scene: &mut Scene,
         pool: &ThreadPool,
         mut warnings: Vec<String>,
+        kept: Option<KeptSight>,
     ) -> Result<Told> {
         let asked = scene.render.photons;
         self.crop(scene)?;
@@ -76,7 +94,7 @@ impl Job<'_> {
         console::warn(thinned.as_slice());
         warnings.extend(thinned);
         let checkpoints = self.checkpoints(scene, asked)?;
-        let rendered = self.render(scene, pool, checkpoints.as_ref())?;
+        let mut rendered = self.render(scene, pool, kept, checkpoints.as_ref())?;
 
         let mut ended = rendered.warnings();
         ended.extend(self.shortened(&rendered, checkpoints.as_ref()));
@@ -85,7 +103,7 @@ impl Job<'_> {
         let start = Instant::now();
         let settings = header::settings(scene, Some(&rendered), self.reference, asked);
         let output = self.write(scene, &rendered, &settings, checkpoints.as_ref())?;
-        let report = json!({
+        let mut report = json!({
             "settings": settings,
             "complete": rendered.is_complete(),
             "seconds": seconds(self.loading, &rendered, start.elapsed()),
@@ -93,8 +111,11 @@ impl Job<'_> {
             "peak_memory": memory::peak(),
             "warnings": warnings,
             "notes": scene.notes,
-            "outputs": [output.exr.display().to_string(), output.png.display().to_string()],
+            "outputs": output.names(),
         });
+        if let Some(directed) = rendered.director {
+            report["director"] = json!(directed);
+        }
         let stopped = rendered.ended == Ended::Stopped;
         let interrupted = stopped.then(|| {
             format!(
@@ -104,7 +125,7 @@ impl Job<'_> {
                 going_on(checkpoints.as_ref(), &rendered)
             )
         });
-        Ok(Told { report, output, interrupted })
+        Ok(Told { report, output, interrupted, sight: rendered.sight.take() })
     }
 
     fn crop(&self, scene: &mut Scene) -> Result<()> {
@@ -198,6 +219,7 @@ impl Job<'_> {
         &self,
         scene: &Scene,
         pool: &ThreadPool,
+        kept: Option<KeptSight>,
         checkpoints: Option<&Checkpoints>,
     ) -> Result<Rendered> {
         let console = Console::new();
@@ -209,7 +231,7 @@ impl Job<'_> {
             if self.reference {
                 Ok(render::render_reference(scene, &scene.render, control))
             } else {
-                render::render(scene, &scene.render, control)
+                render::render_next(scene, &scene.render, kept, control)
             }
         })
     }
@@ -225,7 +247,8 @@ impl Job<'_> {
         })
     }
 
-    /// Writes the EXR, with settings and work counters in its header, and the PNG; then tidies up.
+    /// Writes the PNG, then the EXR with settings and work counters in its header: once that is there,
+    /// the picture is finished. Then tidies up.
     fn write(
         &self,
         scene: &Scene,
@@ -237,12 +260,16 @@ impl Job<'_> {
             Ended::Stopped => partial::place(self.output),
             Ended::Complete | Ended::OutOfTime => self.output.clone(),
         };
-        let named = header::attributes(settings, rendered);
+        let mut named = header::attributes(settings, rendered);
+        if rendered.is_complete() && !settings.contains_key("photons_asked") {
+            let recipe = header::recipe(scene, self.reference, self.level_set_as_fog);
+            named.push((header::RECIPE.into(), recipe));
+        }
         let attributes: Vec<(&str, String)> =
             named.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-        write_exr(&output.exr, &rendered.film, &attributes)?;
         let view = View { exposure: scene.film.exposure, transform: scene.film.view };
         write_png(&output.png, &rendered.film.image(), &view)?;
+        write_exr(&output.exr, &rendered.film, &attributes)?;
         if rendered.is_complete() {
             partial::clear(self.output);
             checkpoints.map_or(Ok(()), Checkpoints::remove)?;

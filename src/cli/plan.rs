@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::console;
 use super::limit;
-use super::load;
+use super::load::{self, Volumes};
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{self, Costs};
@@ -19,6 +19,9 @@ pub(super) struct Args {
     /// A scene (.toml), or a VDB file, which gets a camera and lights.
     #[arg(value_name = "SCENE|FILE.vdb")]
     scene: PathBuf,
+    /// The frame meant, where the scene names a sequence of files.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    frame: Option<i64>,
     #[command(flatten)]
     settings: SettingArgs,
     /// For a VDB file that has only a level set: turn it into a fog volume.
@@ -31,8 +34,9 @@ pub(super) struct Args {
 /// Prints what rendering the scene needs, and what it should cost.
 pub(super) fn run(args: &Args) -> Result<()> {
     let program = limit::program();
-    let (scene, pool, _) =
-        load::scene(&args.scene, &args.settings, args.level_set.is_some(), &args.run)?;
+    let level_set_as_fog = args.level_set.is_some();
+    let volumes = Volumes { level_set_as_fog, frame: args.frame, memory: None };
+    let (scene, pool, _) = load::scene(&args.scene, &args.settings, volumes, &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
     let advice = scene::advice(&scene);

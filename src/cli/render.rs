@@ -5,64 +5,62 @@ use std::time::Instant;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::console;
+use super::frames::FrameArgs;
 use super::holding::HoldArgs;
 use super::interrupt::Interrupt;
 use super::limit;
-use super::load;
+use super::load::{self, Volumes};
 use super::output::Output;
-use super::picture::Job;
+use super::picture::{Job, Told};
+use super::sequence;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::scene::plan::RenderPlan;
-use crate::scene::{self, Planning};
+use crate::scene::{self, Planning, Scene};
 
 /// Arguments of `fogbow render`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     #[command(flatten)]
-    paths: PathArgs,
+    pub(super) paths: PathArgs,
     #[command(flatten)]
-    settings: SettingArgs,
+    pub(super) settings: SettingArgs,
     /// Render without bias, by path tracing: slow, to measure against.
     #[arg(long)]
-    reference: bool,
+    pub(super) reference: bool,
     /// For a VDB file that has only a level set: turn it into a fog volume.
     #[arg(long, value_name = "AS", value_parser = ["fog"])]
-    level_set: Option<String>,
+    pub(super) level_set: Option<String>,
     /// What to do of what the scene does not need: nothing, or everything all the same.
     #[arg(long, value_name = "WHAT", default_value = "needed",
         value_parser = PossibleValuesParser::new(["needed", "everything"]).map(planning))]
-    plan: Planning,
+    pub(super) plan: Planning,
     #[command(flatten)]
-    hold: HoldArgs,
+    pub(super) hold: HoldArgs,
     #[command(flatten)]
-    run: RunArgs,
+    pub(super) frames: FrameArgs,
+    #[command(flatten)]
+    pub(super) run: RunArgs,
 }
 
 /// Renders and writes the pictures.
 pub(super) fn run(args: &Args) -> Result<()> {
+    if let Some(frames) = &args.frames.frames {
+        return sequence::run(args, frames);
+    }
     let (start, program) = (Instant::now(), limit::program());
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
     let level_set_as_fog = args.level_set.is_some();
-    let (mut scene, pool, loading) = load::scene_within(
-        args.hold.memory,
-        &args.paths.scene,
-        &args.settings,
-        level_set_as_fog,
-        &args.run,
-    )?;
+    let volumes = Volumes { level_set_as_fog, frame: None, memory: args.hold.memory };
+    let (mut scene, pool, loading) =
+        load::scene(&args.paths.scene, &args.settings, volumes, &args.run)?;
     scene.render.planning = args.plan;
-    if !args.reference && !args.run.quiet {
-        console::message(&RenderPlan::of(&scene, &scene.render).line());
-    }
-
-    let mut warnings = scene.warnings.clone();
-    if !args.reference {
-        let advice = scene::advice(&scene);
-        console::warn(&advice);
-        warnings.extend(advice);
-    }
+    let plan = plan(args, &scene);
+    plan.iter().for_each(|line| console::message(line));
+    let advice = advice(args, &scene);
+    console::warn(&advice);
+    let warnings = [scene.warnings.clone(), advice].concat();
     let job = Job {
         output: &output,
         hold: &args.hold,
@@ -74,16 +72,28 @@ pub(super) fn run(args: &Args) -> Result<()> {
         loading,
         program,
     };
-    let told = job.run(&mut scene, &pool, warnings)?;
+    let told = job.run(&mut scene, &pool, warnings, None)?;
+    tell(args, &told);
+    told.end(&interrupt)
+}
+
+/// One line on what rendering `scene` needs, where it is to be said.
+pub(super) fn plan(args: &Args, scene: &Scene) -> Option<String> {
+    let said = !args.reference && !args.run.quiet;
+    said.then(|| RenderPlan::of(scene, &scene.render).line())
+}
+
+/// What may be wrong with the settings for `scene`.
+pub(super) fn advice(args: &Args, scene: &Scene) -> Vec<String> {
+    if args.reference { Vec::new() } else { scene::advice(scene) }
+}
+
+/// Prints what is told of a picture.
+pub(super) fn tell(args: &Args, told: &Told) {
     if args.run.json {
         console::result(&told.report.to_string());
     } else {
-        console::result(&told.output.exr.display().to_string());
-        console::result(&told.output.png.display().to_string());
-    }
-    match told.interrupted {
-        Some(message) => Err(Error::Interrupted { message, code: interrupt.exit_code() }),
-        None => Ok(()),
+        told.output.names().iter().for_each(|name| console::result(name));
     }
 }
 

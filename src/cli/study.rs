@@ -6,7 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::json;
 
 use super::console;
-use super::load;
+use super::load::{self, Volumes};
 use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
@@ -55,6 +55,9 @@ pub(super) struct Args {
     /// Errors to tell the time to, with commas between.
     #[arg(long, value_name = "ERRORS", value_delimiter = ',')]
     errors: Vec<f64>,
+    /// The frame to study, where the scene names a sequence of files.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    frame: Option<i64>,
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]
@@ -73,7 +76,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         errors: args.errors.clone(),
     };
     request.check()?;
-    let (scene, pool, _) = load::scene(&args.scene, &args.settings, false, &args.run)?;
+    let volumes = Volumes { frame: args.frame, ..Volumes::default() };
+    let (scene, pool, _) = load::scene(&args.scene, &args.settings, volumes, &args.run)?;
     let console = Console::new();
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
     let results = pool.install(|| {

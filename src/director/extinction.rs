@@ -19,12 +19,14 @@ const WHITE: f64 = 0.99;
 /// no environment shines (Anson et al. 2006, section 3.1).
 /// Without media in `needs` it is 1, without an environment 0 where nothing is hit.
 pub fn x_map(scene: &Scene, sight: &Sight, needs: Needs) -> (Vec<f32>, Work) {
+    let width = sight.snapshot.width();
+    let size = [width, sight.snapshot.height()].map(|side| side as u32);
     let dark = |ray: &Ray<World>| scene.lights.environment_radiance(ray.direction) == Rgb::ZERO;
     let pixel = |index: usize, depth: f64, work: &mut Work| {
         if depth.is_infinite() && !needs.environment {
             return 0.0;
         }
-        let ray = middle(scene, index);
+        let ray = middle(scene, size, index);
         if depth.is_infinite() && dark(&ray) {
             return 0.0;
         }
@@ -34,7 +36,6 @@ pub fn x_map(scene: &Scene, sight: &Sight, needs: Needs) -> (Vec<f32>, Work) {
         let span = Span::new(0.0, depth);
         luminance(scene.media.transmittance_counted(&ray, span, work)) as f32
     };
-    let width = scene.film.size[0] as usize;
     let row = |(y, row): (usize, &[f64])| {
         let mut work = Work::default();
         let indices = y * width..;

@@ -11,12 +11,15 @@ mod importance;
 mod kept;
 mod noise;
 mod quantile;
+mod resample;
 mod saliency;
 mod sight;
 
 pub use budget::{Budget, radius_level};
 pub use extinction::{false_medium, x_map};
 pub use importance::xs_map;
+pub use kept::KeptSight;
 pub use noise::uncertainty;
+pub use resample::resampled;
 pub use saliency::Saliency;
 pub use sight::Sight;

@@ -25,12 +25,13 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// Looks at `scene`, at the size of its film; the same on any number of threads.
-    pub fn look(scene: &Scene, seed: u64, needs: Needs) -> (Self, Work) {
-        let [width, height] = scene.film.size.map(|side| side as usize);
+    /// Looks at `scene`, its film divided into `size` (width, height) pixels; the same on any number
+    /// of threads.
+    pub fn look(scene: &Scene, size: [u32; 2], seed: u64, needs: Needs) -> (Self, Work) {
+        let [width, height] = size.map(|side| side as usize);
         let pixel = |index: usize, draws: &mut Draws| {
             draws.rng = Stream::new(seed, Stage::Director, index as u64, 1);
-            see(scene, middle(scene, index), draws)
+            see(scene, middle(scene, size, index), draws)
         };
         let rows: Vec<(Vec<(f64, Rgb)>, Work)> = (0..height)
             .into_par_iter()
@@ -51,11 +52,13 @@ impl Sight {
     }
 }
 
-/// The ray through the middle of the pixel `index` and of the lens.
-pub(super) fn middle(scene: &Scene, index: usize) -> Ray<World> {
-    let width = scene.film.size[0] as usize;
+/// The ray through the middle of the pixel `index` of a film divided into `size` pixels, and of the
+/// lens.
+pub(super) fn middle(scene: &Scene, size: [u32; 2], index: usize) -> Ray<World> {
+    let width = size[0] as usize;
+    let scale = |axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]);
     let (x, y) = ((index % width) as f64, (index / width) as f64);
-    scene.camera.ray(x + 0.5, y + 0.5, [0.5, 0.5])
+    scene.camera.ray((x + 0.5) * scale(0), (y + 0.5) * scale(1), [0.5, 0.5])
 }
 
 /// Distance to the first surface along `ray`, and the direct light seen there, through mirrors and

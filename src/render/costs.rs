@@ -27,8 +27,11 @@ const FILM: u64 = size_of::<Accumulator>() as u64 + 48;
 /// Bytes a pixel of the layers, their copies for the file and the file itself.
 const WRITING: u64 = 48 + 48 + 48;
 
-/// Bytes a pixel: distances, snapshot, X, S, XS and what pixels may spend.
-const MAPS: u64 = 8 + 12 + 4 + 4 + 4 + 80;
+/// Bytes a pixel of the maps: distances, snapshot, X, S, XS.
+const MAPS: u64 = 8 + 12 + 4 + 4 + 4;
+
+/// Bytes a pixel of the film: what it may spend.
+const BUDGET: u64 = 80;
 
 /// Bytes, at most, that the allocator keeps of what was freed: larger blocks go back at once.
 const RETAINED: u64 = 32 << 20;
@@ -103,7 +106,7 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
     work += scaled(&again, width * height / (size[0] * size[1]));
     work += first.less(&again);
     work.rays = (width * height) as u64 * u64::from(settings.rays);
-    work.map_pixels = if needs.maps { (width * height) as u64 } else { 0 };
+    work.map_pixels = if needs.maps { map_pixels(scene, settings) } else { 0 };
     let photons = photon::memory(&work, &photons);
     Ok(Costs { memory: memory(scene, settings, photons, program + WORKING), work })
 }
@@ -137,6 +140,11 @@ fn scaled(work: &Work, factor: f64) -> Work {
     work.map(|count| (count as f64 * factor).round() as u64)
 }
 
+/// Pixels of each of the director's maps.
+fn map_pixels(scene: &Scene, settings: &RenderSettings) -> u64 {
+    settings.directing.map_size(scene.film.size).map(u64::from).iter().product()
+}
+
 fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, program: u64) -> Memory {
     let all = Window::whole(scene.film.size);
     let pixels = settings.crop.unwrap_or(all).pixels();
@@ -145,7 +153,8 @@ fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, progr
     let grids = sizes().map(|bytes| bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
     let film = pixels * FILM;
-    let maps = if Needs::of(scene, settings).maps { all.pixels() * MAPS } else { 0 };
+    let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
+    let maps = if Needs::of(scene, settings).maps { maps } else { 0 };
     let writing = pixels * WRITING;
     let scene = program + grids + surfaces;
     // Grids are read one after another, the last beside the others; its source and OpenVDB's own

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use crate::director::{
-    Budget, Saliency, Sight, false_medium, radius_level, uncertainty, x_map, xs_map,
+    Budget, KeptSight, Saliency, Sight, false_medium, radius_level, resampled, uncertainty, x_map,
+    xs_map,
 };
 use crate::error::Result;
 use crate::image::{Film, Image, Window};
@@ -20,7 +21,7 @@ use super::{Control, Stages};
 /// Share of the photons with which the light is first looked at.
 const PILOT_PHOTONS: u64 = 64;
 
-/// Pixels along each side of the squares of which that look takes one.
+/// Pixels of the maps along each side of the squares of which that look takes one.
 const PILOT_PIXELS: u32 = 4;
 
 /// Distinguishes the photons of that look from those of the picture, so that what they happen to
@@ -30,16 +31,20 @@ const PILOT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
 /// Rays through each of those pixels.
 const PILOT_RAYS: u32 = 4;
 
-/// The director's maps, one value a pixel, row by row from the top. What was not asked for is
-/// empty.
+/// The director's maps, one value for each of `size` pixels, row by row from the top. What was not
+/// asked for is empty.
 #[derive(Debug, Default)]
 pub struct Maps {
+    /// Width and height.
+    pub size: [u32; 2],
     /// First-hit distances and the snapshot.
-    pub sight: Option<Sight>,
+    pub sight: Option<KeptSight>,
     /// Transmittance to the first surface.
     pub transmittance: Vec<f32>,
-    /// Work done for those, without that of the pilot.
+    /// Work for those, without that of the pilot, as it is where no sight is kept.
     pub work: Work,
+    /// The part of it that a kept sight made unnecessary.
+    pub spared: Work,
     /// A coarse look at the picture, light scattered by media included.
     pub pilot: Option<Image>,
     /// Work done for it, few photons among it.
@@ -66,14 +71,15 @@ pub enum Extent {
 }
 
 /// Makes the maps that `settings` ask for, those of the director `xs` where it asks for none.
-/// `sight` is one kept from a look with the same camera, surfaces and lights.
+/// Their size is that of the film times the resolution asked for. Where `kept` suits it is taken
+/// for the first look.
 ///
 /// # Errors
 /// Where an emitter cannot be sampled.
 pub fn maps(
     scene: &Scene,
     settings: &RenderSettings,
-    sight: Option<Sight>,
+    kept: Option<KeptSight>,
     extent: Extent,
     stages: &mut Stages,
 ) -> Result<Maps> {
@@ -87,36 +93,40 @@ pub fn maps(
     let needs = Needs::of(scene, settings);
     let needs_saliency = all || weights[1] > 0.0;
     let looks = all || (weights[0] > 0.0 && asked.x == Importance::Scattering);
-    let mut maps = Maps::default();
+    let size = asked.map_size(scene.film.size);
+    let mut maps = Maps { size, ..Maps::default() };
     let needs_transmittance = needs_saliency || !looks;
     if needs_transmittance {
         let start = Instant::now();
-        let (sight, looking) = sight.map_or_else(
-            || Sight::look(scene, settings.seed, needs),
-            |kept| (kept, Work::default()),
-        );
+        let kept = kept.filter(|kept| kept.suits(scene, settings));
+        maps.spared = kept.as_ref().map_or(Work::default(), |kept| kept.work);
+        let kept = kept.unwrap_or_else(|| {
+            let (sight, work) = Sight::look(scene, size, settings.seed, needs);
+            KeptSight::new(sight, work, scene, settings)
+        });
         stages.done("snapshot", start);
         let start = Instant::now();
-        let (transmittance, marching) = x_map(scene, &sight, needs);
+        let (transmittance, marching) = x_map(scene, &kept.sight, needs);
         stages.done("x", start);
-        maps.work += looking;
+        maps.work += kept.work;
         maps.work += marching;
         maps.x.clone_from(&transmittance);
         if needs_saliency {
             let start = Instant::now();
-            let veiled = false_medium(&sight.snapshot, &transmittance);
+            let veiled = false_medium(&kept.sight.snapshot, &transmittance);
             maps.saliency = Some(Saliency::of(&veiled));
             maps.false_medium = Some(veiled);
             stages.done("saliency", start);
         }
         maps.transmittance = transmittance;
-        maps.sight = Some(sight);
+        maps.sight = Some(kept);
     }
     if looks {
         let start = Instant::now();
         let (pilot, work) = pilot(scene, settings)?;
         maps.pilot_work = work;
-        maps.uncertainty = enlarged(&uncertainty(&pilot), pilot.width(), scene.film.size);
+        let coarse = [pilot.width(), pilot.height()].map(|side| side as u32);
+        maps.uncertainty = resampled(&uncertainty(&pilot), coarse, size);
         if asked.x == Importance::Scattering {
             maps.x.clone_from(&maps.uncertainty);
         }
@@ -143,7 +153,7 @@ fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
     let step = voxel.map_or(0.0, |voxel| voxel * asked.coarsest_step);
     let budget = Budget::fixed(PILOT_RAYS, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, shooting.needs);
-    let size = scene.film.size.map(|side| side.div_ceil(PILOT_PIXELS));
+    let size = asked.map_size(scene.film.size).map(|side| side.div_ceil(PILOT_PIXELS));
     let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
     // All rays of one place lead through the same pixel, the middle one of its square.
     let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
@@ -163,30 +173,6 @@ fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
     );
     work += exposed.work;
     Ok((exposed.film, work))
-}
-
-/// A map enlarged to `size`, mixed between the places of its values.
-fn enlarged(map: &[f32], width: usize, size: [u32; 2]) -> Vec<f32> {
-    let height = map.len() / width;
-    let along = |i: u32, to: u32, from: usize| {
-        let at = (f64::from(i) + 0.5) * from as f64 / f64::from(to) - 0.5;
-        let at = at.clamp(0.0, (from - 1) as f64);
-        let low = at.floor() as usize;
-        (low, (low + 1).min(from - 1), (at - at.floor()) as f32)
-    };
-    let mut large = Vec::with_capacity(size[0] as usize * size[1] as usize);
-    for y in 0..size[1] {
-        let (top, bottom, down) = along(y, size[1], height);
-        for x in 0..size[0] {
-            let (left, right, across) = along(x, size[0], width);
-            let row = |y: usize| {
-                let (a, b) = (map[y * width + left], map[y * width + right]);
-                a + (b - a) * across
-            };
-            large.push(row(top) + (row(bottom) - row(top)) * down);
-        }
-    }
-    large
 }
 
 /// Photons shot where nothing thins them.
@@ -213,20 +199,24 @@ impl Maps {
         }
     }
 
-    /// What each pixel may spend out of `gold`, which all would have had.
+    /// What each pixel of the film may spend out of `gold`, which all would have had.
     pub(super) fn directions(
         &self,
         scene: &Scene,
         settings: &RenderSettings,
         gold: Budget,
     ) -> Vec<Direction> {
+        if self.xs.is_empty() {
+            return Vec::new();
+        }
         let voxel = scene.media.detail();
-        let saliency = self.saliency.as_ref().map(|saliency| &saliency.map);
+        let on_film = |map: &Vec<f32>| resampled(map, self.size, scene.film.size);
+        let saliency = self.saliency.as_ref().map(|saliency| on_film(&saliency.map));
         let direction = |(index, xs): (usize, &f32)| Direction {
             budget: gold.for_importance(*xs, &settings.directing, voxel),
-            saliency: saliency.map_or(1.0, |map| f64::from(map[index])),
+            saliency: saliency.as_ref().map_or(1.0, |map| f64::from(map[index])),
             xs: f64::from(*xs),
         };
-        self.xs.iter().enumerate().map(direction).collect()
+        on_film(&self.xs).iter().enumerate().map(direction).collect()
     }
 }

@@ -24,11 +24,11 @@ pub use costs::{Costs, Memory, costs, memory_needed, memory_without_photons};
 pub use guide::{Extent, Maps, maps};
 pub use pace::photons_within;
 pub use progress::{Progress, Silent, Stages};
-pub use rendered::{Ended, Rendered};
+pub use rendered::{Directed, Ended, Rendered};
 
 use std::time::Instant;
 
-use crate::director::Budget;
+use crate::director::{Budget, KeptSight};
 use crate::error::Result;
 use crate::image::Window;
 use crate::math::Stage;
@@ -50,13 +50,27 @@ pub fn render<'a>(
     settings: &RenderSettings,
     control: impl Into<Control<'a>>,
 ) -> Result<Rendered> {
+    render_next(scene, settings, None, control)
+}
+
+/// As [`render()`], after a picture that left `kept`: where that suits the scene, nothing is
+/// intersected for the director's first look. The picture and the work that it tells are the same.
+///
+/// # Errors
+/// As [`render()`].
+pub fn render_next<'a>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    kept: Option<KeptSight>,
+    control: impl Into<Control<'a>>,
+) -> Result<Rendered> {
     let control = control.into();
     let progress = control.progress;
     let mut stages = Stages::default();
     let needs = Needs::of(scene, settings);
     let mut maps = Maps::default();
     if needs.maps {
-        maps = guide::maps(scene, settings, None, Extent::Needed, &mut stages)?;
+        maps = guide::maps(scene, settings, kept, Extent::Needed, &mut stages)?;
     }
     if matches!(settings.director, Director::Fixed | Director::Variance) {
         maps.xs.clear(); // made for nothing, where everything is asked for
@@ -95,7 +109,12 @@ pub fn render<'a>(
         &control,
     );
     stages.done("march", start);
-    Ok(rendered(exposed, work, stages, Some(photons.volume_radius)))
+    Ok(Rendered {
+        director: Some(Directed { work: maps.work.less(&maps.spared), spared: maps.spared })
+            .filter(|_| needs.maps),
+        sight: maps.sight,
+        ..rendered(exposed, work, stages, Some(photons.volume_radius))
+    })
 }
 
 /// Renders `scene` without bias by null-collision path tracing with next-event estimation: the
@@ -137,7 +156,9 @@ fn sheet(scene: &Scene, settings: &RenderSettings, stage: Stage) -> Sheet {
 fn rendered(exposed: Exposed, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
     let Exposed { film, work: exposing, ended, rays_left, unkept } = exposed;
     work += exposing;
-    Rendered { film, work, timings: stages.timings, radius, ended, rays_left, unkept }
+    let timings = stages.timings;
+    let (director, sight) = (None, None);
+    Rendered { film, work, timings, radius, ended, rays_left, unkept, director, sight }
 }
 
 /// The step where none is given, in metres: the shortest voxel edge of all media, at which cells

@@ -2,6 +2,9 @@
 
 use std::time::Duration;
 
+use serde::Serialize;
+
+use crate::director::KeptSight;
 use crate::image::Film;
 use crate::photon::MAX_EVENTS;
 use crate::work::Work;
@@ -22,7 +25,7 @@ pub enum Ended {
 pub struct Rendered {
     /// The picture.
     pub film: Film,
-    /// What was done.
+    /// What was done, and what a kept look spared: the same whether or not there was one.
     pub work: Work,
     /// Stages in the order in which they ran, each with the time it took.
     pub timings: Vec<(&'static str, Duration)>,
@@ -34,6 +37,19 @@ pub struct Rendered {
     pub rays_left: u64,
     /// Why its state could not be kept on disk.
     pub unkept: Option<String>,
+    /// What the director's maps took, where there are any.
+    pub director: Option<Directed>,
+    /// What the director saw first, for another picture with the same camera, surfaces and lights.
+    pub sight: Option<KeptSight>,
+}
+
+/// Work for the director's maps, without that of the coarse look at scattered light.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Directed {
+    /// What was done.
+    pub work: Work,
+    /// What was not, thanks to a kept look.
+    pub spared: Work,
 }
 
 impl Rendered {

@@ -1,6 +1,8 @@
-//! A scene for a VDB file alone: framed, lit, of a visible thickness, at any scale of the world.
+//! A scene for a VDB file alone, or a sequence of them: framed, lit, of a visible thickness, at any
+//! scale of the world.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -45,60 +47,132 @@ const GLOW: f64 = 10.0;
 /// Kelvin where a normalised temperature is 0: too cold to glow.
 const COLD: f64 = 300.0;
 
+/// How a bare volume is seen: what is chosen for one and may hold for a sequence of them.
+#[derive(Debug)]
+pub(super) struct Look {
+    /// The file it was chosen for.
+    path: PathBuf,
+    pose: Pose,
+    /// 1/m for density 1.
+    sigma_t: f64,
+    glow: Option<Glow>,
+    notes: Vec<String>,
+}
+
+/// What glows, as a blackbody.
+#[derive(Debug)]
+struct Glow {
+    grid: &'static str,
+    kelvin_scale: f64,
+    kelvin_offset: f64,
+    scale: f64,
+}
+
+/// A file with its density.
+struct Volume {
+    file: VdbFile,
+    grid: Grid<f32>,
+    label: String,
+}
+
 /// The scene of the VDB file `path`.
 pub(super) fn load(path: &Path, options: &LoadOptions) -> Result<Scene> {
-    let file = VdbFile::open(path)?.within(options.memory);
-    let index = density_index(&file, options.level_set_as_fog)?;
-    let read_as = if options.level_set_as_fog { ReadAs::LevelSetAsFog } else { ReadAs::Density };
-    let grid = file.read_scalar(index, read_as)?;
-    let label = file.grids()[index].label();
-    let empty = || {
-        Error::grid(
-            path,
-            &label,
-            "has no density above 0 to render; give another file, or name another grid in a scene",
-        )
-    };
-    let bounds = world_bounds(&grid).ok_or_else(empty)?;
-    let thickness = mean_thickness(&grid, &bounds);
-    if !(thickness > 0.0 && thickness.is_finite()) {
-        return Err(empty());
+    let volume = Volume::read(path, options)?;
+    let look = Look::of(&volume, options)?;
+    scene(volume, &look, options)
+}
+
+/// The scene of the VDB file `path`, which may be empty, seen as `look` says.
+pub(super) fn load_like(path: &Path, look: &Look, options: &LoadOptions) -> Result<Scene> {
+    scene(Volume::read(path, options)?, look, options)
+}
+
+impl Volume {
+    fn read(path: &Path, options: &LoadOptions) -> Result<Self> {
+        let file = VdbFile::open(path)?.within(options.memory);
+        let index = density_index(&file, options.level_set_as_fog)?;
+        let read_as =
+            if options.level_set_as_fog { ReadAs::LevelSetAsFog } else { ReadAs::Density };
+        let grid = file.read_scalar(index, read_as)?;
+        let label = file.grids()[index].label();
+        Ok(Self { file, grid, label })
     }
-    let sigma_t = THICKNESS / thickness;
-    let film = FilmSettings::default().overridden(&options.overrides);
-    let pose = framed(&bounds, film.size);
+}
+
+impl Look {
+    /// What suits the VDB file `path`.
+    ///
+    /// # Errors
+    /// Where it cannot be read, or there is nothing to see in it.
+    pub(super) fn at(path: &Path, options: &LoadOptions) -> Result<Self> {
+        Self::of(&Volume::read(path, options)?, options)
+    }
+
+    fn of(volume: &Volume, options: &LoadOptions) -> Result<Self> {
+        let Volume { file, grid, label } = volume;
+        let path = file.path();
+        let empty = || {
+            Error::grid(
+                path,
+                label,
+                "has no density above 0 to render; give another file, or name another grid in a \
+                 scene",
+            )
+        };
+        let bounds = world_bounds(grid).ok_or_else(empty)?;
+        let thickness = mean_thickness(grid, &bounds);
+        if !(thickness > 0.0 && thickness.is_finite()) {
+            return Err(empty());
+        }
+        let sigma_t = THICKNESS / thickness;
+        let size = FilmSettings::default().overridden(&options.overrides).size;
+        let pose = framed(&bounds, size);
+        let mut notes = vec![format!(
+            "{}: grid \"{label}\", sigma_t = {sigma_t:.4} 1/m for density 1, so that the optical \
+             thickness is about {THICKNESS}; albedo {ALBEDO}, y up; camera at {:.4}",
+            path.display(),
+            pose.position
+        )];
+        let glow = glow(file, &mut notes)?;
+        Ok(Self { path: path.to_path_buf(), pose, sigma_t, glow, notes })
+    }
+}
+
+fn scene(volume: Volume, look: &Look, options: &LoadOptions) -> Result<Scene> {
+    let Volume { file, grid, label } = volume;
+    let path = file.path();
     let mut warnings: Vec<_> = bad_values(path, &label, &grid, "taken as 0").into_iter().collect();
-    let mut notes = vec![format!(
-        "{}: grid \"{label}\", sigma_t = {sigma_t:.4} 1/m for density 1, so that the optical \
-         thickness is about {THICKNESS}; albedo {ALBEDO}, y up; camera at {:.4}",
-        path.display(),
-        pose.position
-    )];
-    let emission = fire(&file, path, &mut notes, &mut warnings)?;
+    let emission = match &look.glow {
+        Some(glow) => emission(glow, &file, &mut warnings)?,
+        None => None,
+    };
     let medium = Medium {
         density: Density::Voxel(grid),
-        sigma_t: Rgb::splat(sigma_t),
+        sigma_t: Rgb::splat(look.sigma_t),
         albedo: Albedo::Constant(Rgb::splat(ALBEDO)),
         phase: Phase::ISOTROPIC,
         emission,
     };
     let place = |problem: String| Error::file(path, problem);
+    let film = FilmSettings::default().overridden(&options.overrides);
     let projection = Projection::Perspective { fov: FOV, aperture: 0.0, focus: None };
-    let camera = Camera::new(&pose, &projection, film.size)
+    let camera = Camera::new(&look.pose, &projection, film.size)
         .ok_or_else(|| place("is placed where no camera can look at it".into()))?;
     let mut sources = Sources::default();
     sources.add(path);
+    sources.add(&look.path);
     Ok(Scene {
         camera,
         media: Media::new(vec![medium]),
-        surfaces: Surfaces::new(Vec::new()),
-        lights: Lights { lights: lights(&pose).map_err(place)? },
+        surfaces: Arc::new(Surfaces::new(Vec::new())),
+        lights: Arc::new(Lights { lights: lights(&look.pose).map_err(place)? }),
         film,
         render: RenderSettings::default().overridden(&options.overrides),
         path: path.to_path_buf(),
         hash: sources.hash("")?,
+        still: Sources::default().hash(&format!("{camera:?} {:?}", film.size))?,
         warnings,
-        notes,
+        notes: look.notes.clone(),
     })
 }
 
@@ -186,18 +260,9 @@ fn lights(pose: &Pose) -> Result<Vec<Light>, String> {
 /// The glow of a temperature grid, else of a flame grid, where there is one that is not empty.
 /// Simulations leave temperatures normalised; those are taken to run from 300 K to
 /// 1900 K, and larger values as kelvin.
-fn fire(
-    file: &VdbFile,
-    path: &Path,
-    notes: &mut Vec<String>,
-    warnings: &mut Vec<String>,
-) -> Result<Option<Emission>> {
+fn glow(file: &VdbFile, notes: &mut Vec<String>) -> Result<Option<Glow>> {
     for name in ["temperature", "flame"] {
-        let Some(index) = file.grids().iter().position(|g| g.name == name && g.is_scalar()) else {
-            continue;
-        };
-        let grid = file.read_scalar(index, ReadAs::Density)?;
-        warnings.extend(bad_values(path, name, &grid, "taken as 0"));
+        let Some(grid) = glowing(file, name)? else { continue };
         let max = f64::from(grid.max_value());
         if max <= 0.0 {
             continue;
@@ -213,17 +278,32 @@ fn fire(
         notes.push(format!(
             "{}: grid \"{name}\" glows as a blackbody of {kelvin_scale:.4} K per unit + {offset} K, \
              times {scale:.3e}",
-            path.display()
+            file.path().display()
         ));
-        return Ok(Some(Emission::Blackbody {
-            grid,
-            kelvin_scale,
-            kelvin_offset: offset,
-            scale,
-            table: Blackbody::new(),
-        }));
+        return Ok(Some(Glow { grid: name, kelvin_scale, kelvin_offset: offset, scale }));
     }
     Ok(None)
+}
+
+/// The scalar grid of that name, if there is one.
+fn glowing(file: &VdbFile, name: &str) -> Result<Option<Grid<f32>>> {
+    let index = file.grids().iter().position(|g| g.name == name && g.is_scalar());
+    index.map(|index| file.read_scalar(index, ReadAs::Density)).transpose()
+}
+
+/// What glows in `file` as `glow` says, if anything does.
+fn emission(glow: &Glow, file: &VdbFile, warnings: &mut Vec<String>) -> Result<Option<Emission>> {
+    let Some(grid) = glowing(file, glow.grid)?.filter(|grid| grid.max_value() > 0.0) else {
+        return Ok(None);
+    };
+    warnings.extend(bad_values(file.path(), glow.grid, &grid, "taken as 0"));
+    Ok(Some(Emission::Blackbody {
+        grid,
+        kelvin_scale: glow.kelvin_scale,
+        kelvin_offset: glow.kelvin_offset,
+        scale: glow.scale,
+        table: Blackbody::new(),
+    }))
 }
 
 #[cfg(test)]

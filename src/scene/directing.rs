@@ -120,6 +120,9 @@ impl std::fmt::Display for Directed {
 /// The most that gather radius and march step of unimportant pixels may be wider.
 pub const MAX_COARSENING: f64 = 256.0;
 
+/// Pixels of the maps over those of the film, along each side.
+pub const RESOLUTIONS: std::ops::RangeInclusive<f64> = 0.0625..=4.0;
+
 /// How the director is asked to spend a picture's budget.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Directing {
@@ -139,6 +142,8 @@ pub struct Directing {
     pub coarsest_step: f64,
     /// Standard error of a pixel over its mean at which [`Director::Variance`] ends it.
     pub tolerance: f64,
+    /// Pixels of the maps over those of the film, along each side, in [`RESOLUTIONS`].
+    pub resolution: f64,
 }
 
 impl Default for Directing {
@@ -152,6 +157,7 @@ impl Default for Directing {
             coarsest_radius: 2.0,
             coarsest_step: 4.0,
             tolerance: 0.05,
+            resolution: 1.0,
         }
     }
 }
@@ -168,6 +174,7 @@ pub struct DirectingOverrides {
     pub coarsest_radius: Option<f64>,
     pub coarsest_step: Option<f64>,
     pub tolerance: Option<f64>,
+    pub resolution: Option<f64>,
 }
 
 impl Directing {
@@ -182,7 +189,13 @@ impl Directing {
             coarsest_radius: over.coarsest_radius.unwrap_or(self.coarsest_radius),
             coarsest_step: over.coarsest_step.unwrap_or(self.coarsest_step),
             tolerance: over.tolerance.unwrap_or(self.tolerance),
+            resolution: over.resolution.unwrap_or(self.resolution),
         }
+    }
+
+    /// Width and height of the maps for a film of `size`.
+    pub fn map_size(&self, size: [u32; 2]) -> [u32; 2] {
+        size.map(|side| ((f64::from(side) * self.resolution).round() as u32).max(1))
     }
 }
 

@@ -7,15 +7,18 @@ mod advice;
 mod bare;
 pub mod camera;
 mod directing;
+mod document;
 pub mod file;
 mod hash;
 pub mod lighting;
 mod load;
 pub mod plan;
 mod reader;
+mod sequence;
 mod settings;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::light::Lights;
 use crate::medium::Media;
@@ -25,9 +28,11 @@ pub use advice::advice;
 pub use camera::Camera;
 pub use directing::{
     Directed, Directing, DirectingOverrides, Director, Importance, MAX_COARSENING, Operator,
+    RESOLUTIONS,
 };
 pub use load::LoadOptions;
 pub use reader::{FileReference, MAX_MAGNITUDE, Place};
+pub use sequence::Sequence;
 pub use settings::{
     FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides, Planning,
     RenderSettings,
@@ -41,9 +46,9 @@ pub struct Scene {
     /// Participating media.
     pub media: Media,
     /// Surfaces, those of area lights among them.
-    pub surfaces: Surfaces,
+    pub surfaces: Arc<Surfaces>,
     /// Lights, those of the file first, then emissive surfaces.
-    pub lights: Lights,
+    pub lights: Arc<Lights>,
     /// Size and looks of the picture.
     pub film: FilmSettings,
     /// How it is computed.
@@ -52,6 +57,9 @@ pub struct Scene {
     pub path: PathBuf,
     /// Hash of the scene's text and of the content of every file it names, in hexadecimal.
     pub hash: String,
+    /// Hash, in hexadecimal, of what is seen without media: camera, film size, surfaces and lights
+    /// with the content of their files.
+    pub still: String,
     /// What was mended or is likely not meant, one line each.
     pub warnings: Vec<String>,
     /// What was chosen where the file says nothing, one line each.

@@ -12,6 +12,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use crate::error::{Error, Result};
 use crate::math::Rgb;
+use crate::sequence::Pattern;
 
 /// The largest magnitude of any number in a scene file: squares of it stay finite in f32.
 pub const MAX_MAGNITUDE: f64 = 1e18;
@@ -23,6 +24,8 @@ pub(super) struct Source<'t> {
     pub(super) path: &'t Path,
     /// What is in it.
     pub(super) text: &'t str,
+    /// The frame whose files are meant where a path has a place for its number.
+    pub(super) frame: Option<i64>,
 }
 
 /// Where a key stands in a scene file.
@@ -323,12 +326,18 @@ impl<'t> Value<'t> {
         words.iter().find(|(w, _)| *w == given).map(|(_, t)| *t).ok_or_else(|| self.wrong(&list))
     }
 
-    /// The file it names, relative to the scene file, which must be there.
+    /// The file it names, relative to the scene file. It must be there, unless it belongs to a
+    /// frame of a sequence.
     pub(super) fn file(&self, right: &str) -> Result<FileReference> {
         let name = self.string(right)?;
         let folder = self.source.path.parent().unwrap_or(Path::new(""));
         let path = folder.join(name);
         if !path.is_file() {
+            if let Some(pattern) = Pattern::of(&path) {
+                let path = self.source.frame.map(|frame| pattern.existing(frame));
+                let path = path.ok_or_else(|| self.error(without_frame(name, &pattern)))?;
+                return Ok(FileReference { path, at: self.place() });
+            }
             let what = if path.exists() { "is not a file" } else { "no such file" };
             let right = format!("{right}, its path relative to the scene file");
             return Err(self.error(format!("{}: {what}; give {right}", path.display())));
@@ -367,6 +376,25 @@ impl<'t> Value<'t> {
             None => format!("`{line}`"),
         }
     }
+}
+
+/// What is wrong where `name` stands for many files and no frame is given.
+pub(super) fn without_frame(name: &str, pattern: &Pattern) -> String {
+    let numbers = pattern.numbers();
+    let (example, there) = match (numbers.first(), numbers.last()) {
+        (Some(first), Some(last)) => {
+            let count = numbers.len();
+            (
+                format!("{first}-{last}"),
+                format!("; {count} of its files are there, {first} to {last}"),
+            )
+        }
+        _ => ("1-100".into(), "; none of its files is there".into()),
+    };
+    format!(
+        "{name} is a sequence of files; say which with `fogbow render --frames {example}`, for \
+         other commands with `--frame N`{there}"
+    )
 }
 
 /// `text` without line ends and control characters: a message is one line.

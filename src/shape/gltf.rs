@@ -1,6 +1,6 @@
 //! glTF 2.0 and GLB, through the gltf crate.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat4, DVec3, Vec2, Vec3};
 use gltf::json::validation::Checked;
@@ -28,7 +28,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Parsed, String> {
     let json = document.into_json();
     check_positions(&json)?;
     let document = gltf::Document::from_json(json).map_err(broken)?;
-    check_files(&document, folder)?;
+    let beside = buffer_files(&document, folder)?;
     let buffers = gltf::import_buffers(&document, Some(folder), blob).map_err(broken)?;
     check_views(&document)?;
     let mut materials: Vec<_> =
@@ -56,7 +56,7 @@ fn parse(bytes: &[u8], folder: &Path) -> Result<Parsed, String> {
     if data.slots.contains(&(materials.len() as u32)) {
         materials.push(MeshMaterial::default());
     }
-    Ok(Parsed { data, materials })
+    Ok(Parsed { data, materials, beside })
 }
 
 /// Refuses primitives whose positions name no accessor: the crate's validation looks them up.
@@ -72,8 +72,10 @@ fn check_positions(json: &gltf::json::Root) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses buffers in what is no regular file: a pipe would be waited for, a device has no end.
-fn check_files(document: &gltf::Document, folder: &Path) -> Result<(), String> {
+/// The files that hold buffers. Refuses what is no regular file: a pipe would be waited for, a
+/// device has no end.
+fn buffer_files(document: &gltf::Document, folder: &Path) -> Result<Vec<PathBuf>, String> {
+    let mut files = Vec::new();
     for buffer in document.buffers() {
         let gltf::buffer::Source::Uri(uri) = buffer.source() else { continue };
         if uri.starts_with("data:") {
@@ -88,8 +90,9 @@ fn check_files(document: &gltf::Document, folder: &Path) -> Result<(), String> {
             }
         };
         file::open(&path).map_err(|e| format!("buffer {}: {e}", buffer.index()))?;
+        files.push(path);
     }
-    Ok(())
+    Ok(files)
 }
 
 /// Refuses views and accessors that reach past their buffer: the crate trusts them.

@@ -18,6 +18,8 @@ pub struct LoadedMesh {
     pub mesh: Mesh,
     /// Its materials by slot; there is one for every slot that the mesh names.
     pub materials: Vec<MeshMaterial>,
+    /// Files beside it that were read: material libraries, buffers; not the textures.
+    pub beside: Vec<PathBuf>,
 }
 
 /// What a mesh file says of a material.
@@ -51,6 +53,7 @@ impl Default for MeshMaterial {
 pub(super) struct Parsed {
     pub(super) data: MeshData,
     pub(super) materials: Vec<MeshMaterial>,
+    pub(super) beside: Vec<PathBuf>,
 }
 
 /// Reads an OBJ (with MTL), PLY, glTF or GLB file, by its extension, and places it in the world.
@@ -78,7 +81,7 @@ pub fn load_mesh(path: &Path, placement: &DAffine3) -> Result<LoadedMesh> {
     let mesh = Mesh::new(parsed.data, placement).map_err(|problem| Error::file(path, problem))?;
     let mut materials = parsed.materials;
     materials.resize_with(materials.len().max(mesh.slot_count()), MeshMaterial::default);
-    Ok(LoadedMesh { mesh, materials })
+    Ok(LoadedMesh { mesh, materials, beside: parsed.beside })
 }
 
 /// Runs `read` on a thread of its own: where a crate panics over a damaged file, that ends there.

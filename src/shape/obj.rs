@@ -1,5 +1,6 @@
 //! Wavefront OBJ with MTL, through tobj.
 
+use std::cell::RefCell;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -13,10 +14,12 @@ use crate::file;
 pub(super) fn read(path: &Path) -> Result<Parsed, String> {
     let file = File::open(path).map_err(|e| format!("cannot be read: {e}"))?;
     let options = tobj::LoadOptions { single_index: true, triangulate: true, ..Default::default() };
+    let beside = RefCell::new(Vec::new());
     // Only a regular file: a pipe would be waited for.
     let load_mtl = |name: &Path| {
-        let mtl = file::open(&folder(path).join(name));
-        let mtl = mtl.map_err(|_| tobj::LoadError::OpenFileFailed)?;
+        let library = folder(path).join(name);
+        let mtl = file::open(&library).map_err(|_| tobj::LoadError::OpenFileFailed)?;
+        beside.borrow_mut().push(library);
         tobj::load_mtl_buf(&mut BufReader::new(mtl))
     };
     let (models, materials) = tobj::load_obj_buf(&mut BufReader::new(file), &options, load_mtl)
@@ -32,7 +35,7 @@ pub(super) fn read(path: &Path) -> Result<Parsed, String> {
     if data.slots.contains(&plain) {
         materials.push(MeshMaterial::default());
     }
-    Ok(Parsed { data, materials })
+    Ok(Parsed { data, materials, beside: beside.into_inner() })
 }
 
 /// Adds a model. Where one has normals or texture coordinates and another has none, zeros fill the

@@ -64,7 +64,7 @@ pub(super) fn read(path: &Path) -> Result<Parsed, String> {
         };
         data.triangles.extend(fan(&corners));
     }
-    Ok(Parsed { data, materials: Vec::new() })
+    Ok(Parsed { data, materials: Vec::new(), beside: Vec::new() })
 }
 
 #[derive(Debug, Default)]

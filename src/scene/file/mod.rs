@@ -4,6 +4,9 @@
 //! Rec.709. A path is relative to the scene file. Angles are in degrees. No number may be infinite,
 //! not a number, or larger than 1e18 in magnitude. Unknown keys are errors.
 //!
+//! A file may be one of a sequence: `####` in its name, `%04d` or `%d` stand for the number of the
+//! frame that is rendered (see [`Pattern`](crate::sequence::Pattern)).
+//!
 //! ```toml
 //! [camera]                     # needed
 //! type = "perspective"         # or "orthographic", "latlong"
@@ -38,6 +41,7 @@
 //! radius = 2.0                 # its gather radius over the most important one's
 //! step = 4.0                   # its march step, voxels
 //! tolerance = 0.05             # relative error at which "variance" ends a pixel
+//! resolution = 1.0             # pixels of the maps over those of the film, along each side; to 4
 //!
 //! [[medium]]                   # any number; where they overlap, coefficients add
 //! name = "smoke"               # in messages; default medium[i]
@@ -159,7 +163,16 @@ pub fn read(path: &Path) -> Result<String> {
 /// Where it is no TOML, or a key is unknown, missing, of the wrong type or out of range, or a file
 /// it names is not there.
 pub fn parse(path: &Path, text: &str) -> Result<SceneFile> {
-    let source = Source { path, text };
+    parse_at(path, text, None)
+}
+
+/// As [`parse`], with the files of `frame` where a name has a place for its number; whether those
+/// are there is not looked at.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_at(path: &Path, text: &str, frame: Option<i64>) -> Result<SceneFile> {
+    let source = Source { path, text, frame };
     let document = DeTable::parse(text).map_err(|e| {
         let offset = e.span().map_or(0, |span| span.start);
         source.place(offset, "TOML").error(one_line(e.message()))

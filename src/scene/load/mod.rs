@@ -7,14 +7,18 @@ mod surfaces;
 
 use std::io::Read;
 use std::path::Path;
+use std::sync::Arc;
 
 use super::camera::Camera;
+use super::document;
 use super::file::{self, DensitySection, LightKind, RegionSection, SceneFile};
 use super::hash::Sources;
-use super::reader::Place;
-use super::{Overrides, Scene, bare};
+use super::reader::{Place, without_frame};
+use super::{Overrides, Scene, Sequence, bare};
 use crate::error::{Error, Result};
+use crate::light::Lights;
 use crate::medium::Media;
+use crate::sequence::Pattern;
 use crate::surface::Surfaces;
 
 use grids::Grids;
@@ -27,6 +31,8 @@ pub struct LoadOptions {
     pub overrides: Overrides,
     /// For a bare VDB: turn a level set into a fog volume where there is no fog volume.
     pub level_set_as_fog: bool,
+    /// Which frame of a sequence is meant.
+    pub frame: Option<i64>,
     /// Bytes that reading a grid may take; no limit where none is given.
     pub memory: Option<u64>,
 }
@@ -42,29 +48,47 @@ pub(super) struct Context {
     pub(super) warnings: Vec<String>,
 }
 
+/// What of a scene stays as it is where only its volumes change.
+#[derive(Debug, Clone)]
+pub(super) struct Stills {
+    camera: Camera,
+    surfaces: Arc<Surfaces>,
+    lights: Arc<Lights>,
+    sources: Sources,
+    warnings: Vec<String>,
+    hash: String,
+}
+
 impl Scene {
     /// Loads a scene file or, by its content, a bare VDB.
     ///
     /// # Errors
     /// Where a file cannot be read or used, or a key is wrong.
     pub fn load(path: &Path, options: &LoadOptions) -> Result<Self> {
+        if let Some(frame) = options.frame {
+            return Sequence::open(path, options)?.load(frame);
+        }
+        if let Some(pattern) = volumes(path) {
+            let name = path.display().to_string();
+            return Err(Error::Usage(without_frame(&name, &pattern)));
+        }
         if is_vdb(path)? {
             return bare::load(path, options);
         }
-        if options.level_set_as_fog {
-            return Err(Error::Usage(
-                "--level-set is for bare VDB files; in a scene write `level_set = \"fog\"`".into(),
-            ));
-        }
+        refuse_level_set(options)?;
         let text = file::read(path)?;
         let file = file::parse(path, &text)?;
-        Self::build(path, &text, &file, options)
+        let stills = Stills::build(&text, &file, options)?;
+        build(path, &text, &file, stills, options)
     }
+}
 
-    fn build(path: &Path, text: &str, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
-        let mut context = Context { grids: Grids::within(options.memory), ..Context::default() };
-        let film = file.film.overridden(&options.overrides);
-        let camera = Camera::new(&file.camera.pose, &file.camera.projection, film.size)
+impl Stills {
+    /// Camera, lights and surfaces of `file`, whose text is `text`.
+    pub(super) fn build(text: &str, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
+        let mut context = Context::default();
+        let size = file.film.overridden(&options.overrides).size;
+        let camera = Camera::new(&file.camera.pose, &file.camera.projection, size)
             .ok_or_else(|| file.camera.at.error("its axes cannot be found; give another `up`"))?;
         let mut lights = Vec::new();
         let mut surfaces = Vec::new();
@@ -78,35 +102,76 @@ impl Scene {
             surfaces.push(built.surface);
             lights.extend(built.light);
         }
-        let media = file
-            .media
-            .iter()
-            .map(|section| media::build(section, &mut context))
-            .collect::<Result<Vec<_>>>()?;
-        if let Some(warning) = endless_fog(file) {
-            context.warnings.push(warning);
-        }
+        let seen = format!("{camera:?} {size:?}\n{}", document::still_tables(text));
         Ok(Self {
             camera,
-            media: Media::new(media),
-            surfaces: Surfaces::new(surfaces),
-            lights: crate::light::Lights { lights },
-            film,
-            render: file.render.overridden(&options.overrides),
-            path: path.to_path_buf(),
-            hash: context.sources.hash(text)?,
+            surfaces: Arc::new(Surfaces::new(surfaces)),
+            lights: Arc::new(Lights { lights }),
+            hash: context.sources.hash(&seen)?,
+            sources: context.sources,
             warnings: context.warnings,
-            notes: Vec::new(),
         })
     }
 }
 
+/// The scene of `file`, whose text is `text`, with its media read.
+pub(super) fn build(
+    path: &Path,
+    text: &str,
+    file: &SceneFile,
+    stills: Stills,
+    options: &LoadOptions,
+) -> Result<Scene> {
+    let Stills { camera, surfaces, lights, sources, warnings, hash: still } = stills;
+    let grids = Grids::within(options.memory);
+    let mut context = Context { grids, sources, warnings };
+    let media = file
+        .media
+        .iter()
+        .map(|section| media::build(section, &mut context))
+        .collect::<Result<Vec<_>>>()?;
+    if let Some(warning) = endless_fog(file) {
+        context.warnings.push(warning);
+    }
+    Ok(Scene {
+        camera,
+        media: Media::new(media),
+        surfaces,
+        lights,
+        film: file.film.overridden(&options.overrides),
+        render: file.render.overridden(&options.overrides),
+        path: path.to_path_buf(),
+        hash: context.sources.hash(text)?,
+        still,
+        warnings: context.warnings,
+        notes: Vec::new(),
+    })
+}
+
+/// Refuses to turn level sets into fog in a scene, which says that itself.
+pub(super) fn refuse_level_set(options: &LoadOptions) -> Result<()> {
+    if options.level_set_as_fog {
+        return Err(Error::Usage(
+            "--level-set is for bare VDB files; in a scene write `level_set = \"fog\"`".into(),
+        ));
+    }
+    Ok(())
+}
+
+/// The sequence of bare VDB files that `path` stands for, if it does.
+pub(super) fn volumes(path: &Path) -> Option<Pattern> {
+    Pattern::of(path).filter(|_| ends_in_vdb(path) && !path.exists())
+}
+
+fn ends_in_vdb(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vdb"))
+}
+
 /// Whether the file begins like a VDB.
-fn is_vdb(path: &Path) -> Result<bool> {
+pub(super) fn is_vdb(path: &Path) -> Result<bool> {
     let mut magic = [0; 4];
     let mut file = scene_file(path, crate::file::open(path))?;
-    let extension = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vdb"));
-    Ok(extension || file.read_exact(&mut magic).is_ok_and(|()| &magic == b" BDV"))
+    Ok(ends_in_vdb(path) || file.read_exact(&mut magic).is_ok_and(|()| &magic == b" BDV"))
 }
 
 /// `opened`, its error also saying what would be right.

@@ -75,7 +75,9 @@ pub(super) fn mesh(
     context: &mut Context,
 ) -> Result<LoadedMesh> {
     context.sources.add(&file.path);
-    at(&file.at, load_mesh(&file.path, placement))
+    let loaded = at(&file.at, load_mesh(&file.path, placement))?;
+    loaded.beside.iter().for_each(|path| context.sources.add(path));
+    Ok(loaded)
 }
 
 fn mesh_with_materials(

@@ -1,0 +1,275 @@
+//! Frames of a sequence, read one ahead of the one that is rendered.
+
+use std::path::Path;
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::thread::Scope;
+use std::time::{Duration, Instant};
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+use super::load;
+use crate::error::{Error, Result};
+use crate::scene::{Scene, Sequence};
+use crate::sequence::Frames;
+
+/// Runs of missing frames that are listed at most.
+const LISTED: usize = 10;
+
+/// Which frames, and what to do without some.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Sequences")]
+pub(super) struct FrameArgs {
+    /// Frames to render, such as 1-100, 1-100x2 or 1,4,9-12: their numbers go where #### or %04d
+    /// stands in the names of files.
+    #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
+    pub(super) frames: Option<Frames>,
+    /// What to do of a frame whose file is missing, broken or empty: stop, render the one before it
+    /// again, or make no picture; `fail` by default.
+    #[arg(long, value_name = "WHAT", requires = "frames", value_parser = policy())]
+    missing: Option<Missing>,
+    /// Render frames whose volume is empty as they are, without it.
+    #[arg(long, requires = "frames")]
+    empty: bool,
+}
+
+/// What is done of a frame that cannot be used.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Missing {
+    Fail,
+    Hold,
+    Skip,
+}
+
+fn policy() -> impl TypedValueParser<Value = Missing> {
+    PossibleValuesParser::new(["fail", "hold", "skip"]).map(|word| match word.as_str() {
+        "hold" => Missing::Hold,
+        "skip" => Missing::Skip,
+        _ => Missing::Fail,
+    })
+}
+
+/// A frame as it was read.
+#[derive(Debug)]
+pub(super) struct Frame {
+    pub(super) number: i64,
+    /// What is rendered, if anything.
+    pub(super) scene: Option<Box<Scene>>,
+    /// The frame whose files those are, where they are not its own.
+    pub(super) held: Option<i64>,
+    /// Why its own files are not used.
+    pub(super) problem: Option<String>,
+    /// What reading took.
+    pub(super) loading: Duration,
+}
+
+/// Reads frames as the policy for missing ones says.
+#[derive(Debug)]
+pub(super) struct Reader<'a> {
+    sequence: &'a Sequence,
+    missing: Missing,
+    empty: bool,
+}
+
+impl<'a> Reader<'a> {
+    /// For frames of `sequence`.
+    pub(super) fn new(sequence: &'a Sequence, args: &FrameArgs) -> Self {
+        Self { sequence, missing: args.missing.unwrap_or(Missing::Fail), empty: args.empty }
+    }
+
+    /// Looks whether the files of `frames` are there; says which are not.
+    ///
+    /// # Errors
+    /// Where the first frame without files can be neither left out nor replaced.
+    pub(super) fn check(&self, frames: &[i64]) -> Result<Option<String>> {
+        let is_absent = |frame: &i64| self.sequence.missing(*frame).is_some();
+        let absent: Vec<i64> = frames.iter().copied().filter(is_absent).collect();
+        let Some(&first) = absent.first() else { return Ok(None) };
+        let count = format!("{} of {} frames have no file", absent.len(), frames.len());
+        let list = listed(&absent);
+        let fate = match self.missing {
+            Missing::Fail => {
+                let file = self.sequence.missing(first).unwrap_or_default();
+                let problem = format!("{}: no such file; {count}: {list}", file.display());
+                return Err(failed(first, &problem));
+            }
+            Missing::Skip => "no picture for them",
+            Missing::Hold => {
+                let lowest = absent.iter().copied().min().unwrap_or(first);
+                if self.earlier(lowest).is_empty() {
+                    return Err(self.nothing_to_hold(lowest));
+                }
+                "the one before is rendered again"
+            }
+        };
+        Ok(Some(format!("{count}: {list}; {fate}")))
+    }
+
+    /// Reads `frames` in their order on a thread of its own, the next one while the one before is in
+    /// use and none beyond it. A frame that ends the run is the last.
+    pub(super) fn ahead<'scope>(
+        self,
+        scope: &'scope Scope<'scope, '_>,
+        frames: &'a [i64],
+    ) -> Result<Receiver<Result<Frame>>>
+    where
+        'a: 'scope,
+    {
+        // A pool of its own, so that reading does not wait for the rays of the picture.
+        let pool = load::thread_pool(Some(1))?;
+        let (sender, receiver) = sync_channel(0);
+        scope.spawn(move || {
+            for &number in frames {
+                let frame = pool.install(|| self.read(number));
+                let failed = frame.is_err();
+                if sender.send(frame).is_err() || failed {
+                    break;
+                }
+            }
+        });
+        Ok(receiver)
+    }
+
+    fn read(&self, number: i64) -> Result<Frame> {
+        let start = Instant::now();
+        let frame = |scene: Option<Scene>, held, problem| Frame {
+            number,
+            scene: scene.map(Box::new),
+            held,
+            problem,
+            loading: start.elapsed(),
+        };
+        let problem = match self.usable(number) {
+            Ok(scene) => return Ok(frame(Some(scene), None, None)),
+            Err(problem) => problem.to_string(),
+        };
+        match self.missing {
+            Missing::Fail => Err(failed(number, &problem)),
+            Missing::Skip => Ok(frame(None, None, Some(problem))),
+            Missing::Hold => {
+                let earlier = self.earlier(number).into_iter().rev();
+                let mut earlier = earlier.filter_map(|n| Some((n, self.usable(n).ok()?)));
+                let (held, scene) = earlier.next().ok_or_else(|| self.nothing_to_hold(number))?;
+                Ok(frame(Some(scene), Some(held), Some(problem)))
+            }
+        }
+    }
+
+    /// The scene of a frame whose files can be used.
+    fn usable(&self, number: i64) -> Result<Scene> {
+        if let Some(path) = self.sequence.missing(number) {
+            return Err(Error::file(path, "no such file"));
+        }
+        let scene = self.sequence.load(number)?;
+        if scene.is_clear() && !self.empty {
+            let files = self.sequence.files(number);
+            let problem =
+                "is empty, no voxel has a density above 0; --empty renders it all the same";
+            return Err(Error::file(files.first().map_or(Path::new(""), |path| path), problem));
+        }
+        Ok(scene)
+    }
+
+    /// The frames before `number` whose files are there, asked for or not: what is held does not
+    /// depend on the list of frames.
+    fn earlier(&self, number: i64) -> Vec<i64> {
+        self.sequence.numbers().into_iter().take_while(|earlier| *earlier < number).collect()
+    }
+
+    fn nothing_to_hold(&self, frame: i64) -> Error {
+        let file = self.sequence.files(frame).into_iter().next().unwrap_or_default();
+        let problem = format!(
+            "{}: cannot be used, and no frame before it can be held; begin with a later frame or \
+             give --missing skip",
+            file.display()
+        );
+        Error::Frame { frame, problem }
+    }
+}
+
+fn failed(frame: i64, problem: &str) -> Error {
+    let problem = format!("{problem}; --missing hold or --missing skip goes on without");
+    Error::Frame { frame, problem }
+}
+
+/// `frames` as `1, 4, 7 to 9`, the first of them where there are many.
+fn listed(frames: &[i64]) -> String {
+    let mut runs: Vec<(i64, i64)> = Vec::new();
+    for &frame in frames {
+        match runs.last_mut() {
+            Some((_, last)) if *last + 1 == frame => *last = frame,
+            _ => runs.push((frame, frame)),
+        }
+    }
+    let word = |(a, b): &(i64, i64)| if a == b { a.to_string() } else { format!("{a} to {b}") };
+    let more = (runs.len() > LISTED).then(|| "and more".to_owned());
+    runs.iter().take(LISTED).map(word).chain(more).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, IVec3};
+
+    use super::*;
+    use crate::scene::LoadOptions;
+    use crate::vdb::{Block, GridToWrite, write};
+
+    const FRAMES: [i64; 3] = [7, 8, 9];
+
+    fn file(folder: &Path, frame: i64) -> std::path::PathBuf {
+        folder.join(format!("cube_{frame}.vdb"))
+    }
+
+    fn sequence(folder: &Path) -> Sequence {
+        let mut grid = GridToWrite::fog("density", 0.5, DVec3::ZERO);
+        let (origin, values) = (IVec3::ZERO, vec![1.0; 512]);
+        grid.blocks.push(Block { origin, values, active: None });
+        for frame in FRAMES {
+            write(&file(folder, frame), std::slice::from_ref(&grid)).unwrap();
+        }
+        Sequence::open(&folder.join("cube_#.vdb"), &LoadOptions::default()).unwrap()
+    }
+
+    fn reader(sequence: &Sequence) -> Reader<'_> {
+        Reader { sequence, missing: Missing::Fail, empty: false }
+    }
+
+    #[test]
+    fn one_frame_is_read_ahead_and_no_more() {
+        let folder = tempfile::tempdir().unwrap();
+        let sequence = sequence(folder.path());
+        std::thread::scope(|scope| {
+            let frames = reader(&sequence).ahead(scope, &FRAMES).unwrap();
+            assert_eq!(frames.recv().unwrap().unwrap().number, 7);
+            // Whoever reads 9 waits until 8 is taken.
+            std::fs::remove_file(file(folder.path(), 9)).unwrap();
+            assert_eq!(frames.recv().unwrap().unwrap().number, 8);
+            let problem = frames.recv().unwrap().unwrap_err().to_string();
+            assert!(problem.contains("frame 9") && problem.contains("no such file"), "{problem}");
+            assert!(frames.recv().is_err(), "a frame that fails is the last");
+        });
+    }
+
+    /// A frame that vanishes while the one before is in use has been read by then, given time.
+    #[test]
+    fn the_next_frame_is_read_meanwhile() {
+        let folder = tempfile::tempdir().unwrap();
+        let was_read = |milliseconds| {
+            let sequence = sequence(folder.path());
+            std::thread::scope(|scope| {
+                let frames = reader(&sequence).ahead(scope, &FRAMES).unwrap();
+                frames.recv().unwrap().unwrap();
+                std::thread::sleep(Duration::from_millis(milliseconds));
+                std::fs::remove_file(file(folder.path(), 8)).unwrap();
+                frames.recv().unwrap().is_ok()
+            })
+        };
+        assert!([50, 200, 1000, 5000].into_iter().any(was_read));
+    }
+
+    #[test]
+    fn lists_of_frames_are_short() {
+        assert_eq!(listed(&[1, 4, 5, 6, 9, 8]), "1, 4 to 6, 9, 8");
+        let odd: Vec<i64> = (0..1000).map(|i| 2 * i + 1).collect();
+        assert!(listed(&odd).ends_with("17, 19, and more"));
+    }
+}

@@ -1,0 +1,250 @@
+//! `fogbow render --frames`: one picture a frame.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::console;
+use super::frames::{Frame, Reader};
+use super::header;
+use super::holding::checkpoint_path;
+use super::interrupt::Interrupt;
+use super::limit;
+use super::load;
+use super::memory;
+use super::output::Output;
+use super::picture::{Job, Told};
+use super::render::{self, Args};
+use crate::director::KeptSight;
+use crate::error::{Error, Result};
+use crate::image::read_layers;
+use crate::medium::Medium;
+use crate::scene::{LoadOptions, Scene, Sequence};
+use crate::sequence::{Frames, Pattern};
+
+/// Renders `frames`, each as it would be alone.
+pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
+    let program = limit::program();
+    let frames = frames.numbers();
+    let target = target(&args.paths.output);
+    let first = frames.first().copied().unwrap_or_default();
+    Output::check(&target.at(first))?;
+    let interrupt = Interrupt::listen()?;
+    let options = LoadOptions {
+        overrides: args.settings.overrides(),
+        level_set_as_fog: args.level_set.is_some(),
+        frame: None,
+        memory: args.hold.memory.or_else(memory::available),
+    };
+    let pool = load::thread_pool(args.run.threads)?;
+    let sequence = pool.install(|| Sequence::open(&args.paths.scene, &options))?;
+    let reader = Reader::new(&sequence, &args.frames);
+    if let Some(warning) = reader.check(frames)? {
+        console::warn(&[warning]);
+    }
+    let mut run = Run::new(args, &interrupt, program, frames.len());
+    std::thread::scope(|scope| {
+        for frame in reader.ahead(scope, frames)? {
+            let frame = frame?;
+            let output = Output::check(&target.at(frame.number))?;
+            run.frame(frame, &output, &pool)?;
+        }
+        Ok(())
+    })?;
+    if run.pictures == 0 {
+        let problem = "none of its frames can be rendered; see the messages above";
+        return Err(Error::file(&args.paths.scene, problem));
+    }
+    Ok(())
+}
+
+/// The pattern that `-o path` is; a name without one gets `.####` before its ending.
+fn target(path: &Path) -> Pattern {
+    let numbered = |path: &Path| {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let ending = path.extension().map(|e| format!(".{}", e.to_string_lossy()));
+        path.with_file_name(format!("{stem}.####{}", ending.unwrap_or_default()))
+    };
+    Pattern::of(path).or_else(|| Pattern::of(&numbered(path))).expect("#### is a pattern")
+}
+
+/// A sequence on its way.
+struct Run<'a> {
+    args: &'a Args,
+    interrupt: &'a Interrupt,
+    /// Bytes in memory before anything was loaded.
+    program: u64,
+    /// Frames asked for.
+    frames: usize,
+    /// Frames that are done or were left out, the one at hand among them.
+    done: usize,
+    /// Pictures that are there now.
+    pictures: usize,
+    /// Pictures rendered, and the time for them.
+    rendered: (u32, Duration),
+    /// The director's first look at the picture before.
+    sight: Option<KeptSight>,
+    /// What has been said, which need not be said of each frame.
+    said: BTreeSet<String>,
+}
+
+impl<'a> Run<'a> {
+    fn new(args: &'a Args, interrupt: &'a Interrupt, program: u64, frames: usize) -> Self {
+        Self {
+            args,
+            interrupt,
+            program,
+            frames,
+            done: 0,
+            pictures: 0,
+            rendered: (0, Duration::ZERO),
+            sight: None,
+            said: BTreeSet::new(),
+        }
+    }
+
+    /// Renders `frame`, unless there is nothing to render or its picture is there already.
+    fn frame(&mut self, frame: Frame, output: &Output, pool: &rayon::ThreadPool) -> Result<()> {
+        let start = Instant::now();
+        let Frame { number, scene, held, problem, loading } = frame;
+        self.done += 1;
+        let Some(mut scene) = scene else {
+            self.warn(number, &format!("{}; no picture", problem.as_deref().unwrap_or_default()));
+            self.report(json!({ "frame": number, "state": "skipped", "problem": problem }));
+            return Ok(());
+        };
+        scene.render.planning = self.args.plan;
+        scene.render.crop = self.args.hold.crop;
+        self.pictures += 1;
+        if let (Some(held), Some(problem)) = (held, &problem) {
+            self.warn(number, &format!("{problem}; frame {held} is rendered again"));
+        }
+        if self.args.hold.resume && self.is_finished(output, &scene) {
+            self.say(number, "finished by an earlier run");
+            self.report(json!({ "frame": number, "state": "finished", "outputs": output.names() }));
+            return Ok(());
+        }
+        self.interrupt.stop().begin_anew();
+        if self.interrupt.stop().is_asked() {
+            let message = format!(
+                "interrupted before frame {number}: the frames before it are finished, --resume goes \
+                 on with it"
+            );
+            return Err(Error::Interrupted { message, code: self.interrupt.exit_code() });
+        }
+        self.say(number, &self.progress());
+        let warnings = self.tell(&scene);
+        let told = self.picture(&mut scene, output, pool, warnings, (start, loading))?;
+        self.rendered.0 += 1;
+        self.rendered.1 += start.elapsed();
+        let state = if held.is_some() { "held" } else { "rendered" };
+        let of_frame = json!({ "frame": number, "state": state, "held": held, "problem": problem });
+        let report = merged(of_frame, told.report);
+        let told = Told { report, ..told };
+        render::tell(self.args, &told);
+        told.end(self.interrupt)
+    }
+
+    /// Renders and writes the picture of `scene`, which took `loading`; its time began at `start`.
+    fn picture(
+        &mut self,
+        scene: &mut Scene,
+        output: &Output,
+        pool: &rayon::ThreadPool,
+        warnings: Vec<String>,
+        (start, loading): (Instant, Duration),
+    ) -> Result<Told> {
+        // The frame that is read meanwhile will be about as large as this one.
+        let next: usize = scene.media.iter().flat_map(Medium::grid_bytes).sum();
+        let job = Job {
+            output,
+            hold: &self.args.hold,
+            interrupt: self.interrupt,
+            reference: self.args.reference,
+            level_set_as_fog: self.args.level_set.is_some(),
+            quiet: self.args.run.quiet,
+            start,
+            loading,
+            program: self.program + next as u64,
+        };
+        let mut told = job.run(scene, pool, warnings, self.sight.take())?;
+        self.sight = told.sight.take();
+        Ok(told)
+    }
+
+    /// Whether `output` holds the picture of `scene`, whole and made as it would be now.
+    fn is_finished(&self, output: &Output, scene: &Scene) -> bool {
+        // The PNG is written first, so that one beside a finished EXR belongs to it.
+        let layers = if output.png.is_file() { read_layers(&output.exr).ok() } else { None };
+        let recipe = header::recipe(scene, self.args.reference, self.args.level_set.is_some());
+        let finished = layers.is_some_and(|layers| {
+            layers.attributes.get(header::RECIPE).is_some_and(|r| *r == recipe)
+        });
+        if finished {
+            // The run was killed before it took that away.
+            let _ = std::fs::remove_file(checkpoint_path(&output.exr));
+        }
+        finished
+    }
+
+    /// How far the sequence is, with about the time that is left by that of the frames so far.
+    fn progress(&self) -> String {
+        let place = format!("{} of {}", self.done, self.frames);
+        let (count, time) = self.rendered;
+        if count == 0 {
+            return place;
+        }
+        let left = time.as_secs_f64() / f64::from(count) * (self.frames - self.done + 1) as f64;
+        format!("{place}, about {} left", duration(left))
+    }
+
+    /// Prints what there is to say of `scene` and was not said of an earlier frame; all warnings.
+    fn tell(&mut self, scene: &Scene) -> Vec<String> {
+        let notes = scene.notes.iter().map(|note| format!("note: {note}"));
+        let lines = notes.filter(|_| !self.args.run.quiet).chain(render::plan(self.args, scene));
+        for line in lines {
+            if self.said.insert(line.clone()) {
+                console::message(&line);
+            }
+        }
+        let warnings = [scene.warnings.clone(), render::advice(self.args, scene)].concat();
+        let new = warnings.iter().filter(|warning| self.said.insert((*warning).clone()));
+        console::warn(&new.cloned().collect::<Vec<_>>());
+        warnings
+    }
+
+    fn say(&self, frame: i64, words: &str) {
+        if !self.args.run.quiet {
+            console::message(&format!("frame {frame}: {words}"));
+        }
+    }
+
+    fn warn(&self, frame: i64, problem: &str) {
+        console::warn(&[format!("frame {frame}: {problem}")]);
+    }
+
+    fn report(&self, report: Value) {
+        if self.args.run.json {
+            console::result(&report.to_string());
+        }
+    }
+}
+
+/// The keys of `first`, then those of `second`.
+fn merged(mut first: Value, second: Value) -> Value {
+    if let (Value::Object(first), Value::Object(second)) = (&mut first, second) {
+        first.extend(second);
+    }
+    first
+}
+
+/// Seconds for people.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s >= 5400.0 => format!("{:.1} h", s / 3600.0),
+        s if s >= 90.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{s:.0} s"),
+    }
+}
