@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde_json::json;
 
+use super::command;
 use super::console;
 use super::load;
 use super::progress::Console;
@@ -96,14 +97,6 @@ pub(super) fn run(args: &Args) -> Result<()> {
         console::result(&report.display().to_string());
     }
     Ok(())
-}
-
-/// The command as it was given.
-fn command() -> String {
-    let words = std::env::args()
-        .skip(1)
-        .map(|word| if word.contains(char::is_whitespace) { format!("'{word}'") } else { word });
-    std::iter::once("fogbow".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
 fn metric() -> impl TypedValueParser<Value = Metric> {

@@ -51,6 +51,8 @@ mod answer;
 mod candidate;
 mod curve;
 mod figure;
+pub mod forced_choice;
+mod html;
 mod machine;
 pub mod metric;
 mod plan;

@@ -15,11 +15,11 @@ use super::results::{Answer, Measured, PointResult, Results, Split, TrialResult}
 use super::statistics::{CONFIDENCE, Interval};
 use super::store::{Header, Store};
 use super::target::{Pictures, Target, mean};
-use super::trial::Trial;
+use super::trial::{Trial, rendered, stages};
 use super::verdict::verdict;
 use crate::error::{Error, Result};
 use crate::image::{Image, read_exr, write_exr_image};
-use crate::render::{Progress, Silent, render_reference};
+use crate::render::{Progress, Silent};
 use crate::scene::{RenderSettings, Scene};
 
 /// A study of one scene in one folder.
@@ -83,8 +83,8 @@ impl<'a> Study<'a> {
         let settings = RenderSettings { rays: 1, ..job.settings };
         let (least, film) = Trial::run(self.scene, &Job { settings, ..job.clone() })?;
         let reference = if self.request.reference.is_some() {
-            let rendered = render_reference(self.scene, &settings, &Silent);
-            rendered.timings.iter().map(|(_, time)| time.as_secs_f64()).sum()
+            let rendered = rendered(self.scene, &settings, true)?;
+            stages(&rendered).iter().map(|(_, seconds)| seconds).sum()
         } else {
             0.0
         };

@@ -6,8 +6,8 @@ use serde_json::{Map, Value};
 use super::plan::{Job, REFERENCE};
 use crate::error::Result;
 use crate::image::Film;
-use crate::render::{Silent, render, render_reference};
-use crate::scene::Scene;
+use crate::render::{Rendered, Silent, render, render_reference};
+use crate::scene::{RenderSettings, Scene};
 
 /// One picture of a study: what was rendered, and what it took.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,16 +36,8 @@ impl Trial {
     /// Renders `job`.
     pub(super) fn run(scene: &Scene, job: &Job) -> Result<(Self, Film)> {
         let settings = &job.settings;
-        let rendered = if job.candidate == REFERENCE {
-            render_reference(scene, settings, &Silent)
-        } else {
-            render(scene, settings, &Silent)?
-        };
-        let stages: Vec<(String, f64)> = rendered
-            .timings
-            .iter()
-            .map(|(name, time)| ((*name).to_owned(), time.as_secs_f64()))
-            .collect();
+        let rendered = rendered(scene, settings, job.candidate == REFERENCE)?;
+        let stages = stages(&rendered);
         let work = serde_json::to_value(rendered.work).unwrap_or_default();
         let trial = Self {
             candidate: job.candidate.into(),
@@ -65,4 +57,24 @@ impl Trial {
     pub(super) fn is_of(&self, job: &Job) -> bool {
         self.candidate == job.candidate && self.point == job.point && self.round == job.round
     }
+}
+
+/// The picture of `scene` with these settings, or its unbiased reference: the one place where this
+/// room renders.
+pub(super) fn rendered(
+    scene: &Scene,
+    settings: &RenderSettings,
+    reference: bool,
+) -> Result<Rendered> {
+    if reference {
+        Ok(render_reference(scene, settings, &Silent))
+    } else {
+        render(scene, settings, &Silent)
+    }
+}
+
+/// Seconds of each stage of a render.
+pub(super) fn stages(rendered: &Rendered) -> Vec<(String, f64)> {
+    let seconds = rendered.timings.iter().map(|(name, time)| (*name, time.as_secs_f64()));
+    seconds.map(|(name, seconds)| (name.to_owned(), seconds)).collect()
 }

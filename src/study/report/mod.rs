@@ -3,18 +3,17 @@
 mod pictures;
 mod plot;
 
-use std::io::Write;
 use std::path::Path;
 
+use minijinja::context;
 use minijinja::value::{Serde, Value};
-use minijinja::{AutoEscape, Environment, context};
 use serde::Serialize;
 
+use super::html::{json, unmade, write_page};
 use super::request::Metric;
 use super::results::{Answer, PointResult, Results};
 use super::verdict::{figure, interval};
-use crate::error::{Error, Result};
-use crate::file;
+use crate::error::Result;
 use crate::image::viridis;
 
 const PAGE: &str = include_str!("page.html");
@@ -30,44 +29,32 @@ const PLOTTED: [Metric; 4] = [Metric::RelativeMse, Metric::Mse, Metric::CodeMse,
 /// Where a picture of the study cannot be read or the page cannot be made or written.
 pub fn write_report(results: &Results, folder: &Path) -> Result<()> {
     let path = folder.join("report.html");
-    let unmade = |e: &dyn std::fmt::Display| Error::file(&path, format!("cannot be made: {e}"));
     let mut metrics = vec![results.metric()];
     metrics.extend(PLOTTED.into_iter().filter(|metric| *metric != results.metric()));
     let mut plots = Vec::new();
     for metric in metrics {
-        plots.extend(plot::error_against_time(results, metric).map_err(|e| unmade(&e))?);
+        plots.extend(plot::error_against_time(results, metric).map_err(|e| unmade(&path, &e))?);
     }
-    let gallery = pictures::gallery(results, folder)?;
+    let gallery = pictures::gallery(results, folder, &path)?;
     let rows: Vec<Vec<Cell>> = results.points.iter().map(|point| row(results, point)).collect();
     let palette: Vec<[u8; 3]> = (0..256).map(|i| viridis(f64::from(i) / 255.0)).collect();
 
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    environment.add_template("page", PAGE).map_err(|e| unmade(&e))?;
-    let template = environment.get_template("page").map_err(|e| unmade(&e))?;
-    let page = template
-        .render(context! {
-            style => STYLE,
-            script => SCRIPT,
-            results => Value::from(Serde(results)),
-            machine => results.machine.to_string(),
-            metric => results.metric().title(),
-            target => &results.target().name,
-            targets => target_rows(results),
-            plots => Value::from(Serde(&plots)),
-            rows => Value::from(Serde(&rows)),
-            curves => curve_rows(results),
-            cards => Value::from(Serde(&gallery.cards)),
-            views => json(&gallery.views).map_err(|e| unmade(&e))?,
-            palette => json(&palette).map_err(|e| unmade(&e))?,
-        })
-        .map_err(|e| unmade(&e))?;
-    file::write(&path, |out| out.write_all(page.as_bytes()))
-}
-
-/// `value` as JSON for a script element: `<` is escaped, so that no text ends the element.
-fn json(value: &impl Serialize) -> serde_json::Result<String> {
-    Ok(serde_json::to_string(value)?.replace('<', "\\u003c"))
+    let context = context! {
+        style => STYLE,
+        script => SCRIPT,
+        results => Value::from(Serde(results)),
+        machine => results.machine.to_string(),
+        metric => results.metric().title(),
+        target => &results.target().name,
+        targets => target_rows(results),
+        plots => Value::from(Serde(&plots)),
+        rows => Value::from(Serde(&rows)),
+        curves => curve_rows(results),
+        cards => Value::from(Serde(&gallery.cards)),
+        views => json(&path, &gallery.views)?,
+        palette => json(&path, &palette)?,
+    };
+    write_page(&path, PAGE, context)
 }
 
 /// A cell of the table: what is read and what is sorted by.
