@@ -18,6 +18,9 @@ pub struct Trial {
     pub point: usize,
     /// Which of the seeds, from 0.
     pub round: u32,
+    /// Whether it is the same picture with the finest march step, from the same seed.
+    #[serde(default)]
+    pub finest_step: bool,
     /// The seed.
     pub seed: u64,
     /// Seconds of all stages after loading.
@@ -43,19 +46,27 @@ impl Trial {
             candidate: job.candidate.into(),
             point: job.point,
             round: job.round,
+            finest_step: job.finest_step,
             seed: settings.seed,
             seconds: stages.iter().map(|(_, seconds)| seconds).sum(),
             stages,
             radius: rendered.radius,
             work: work.as_object().cloned().unwrap_or_default(),
-            exr: format!("exr/{}-{}-{}.exr", job.candidate, job.point, job.round),
+            exr: format!(
+                "exr/{}-{}-{}{}.exr",
+                job.candidate,
+                job.point,
+                job.round,
+                if job.finest_step { "-finest-step" } else { "" }
+            ),
         };
         Ok((trial, rendered.film))
     }
 
     /// Whether this is the picture that `job` asks for.
     pub(super) fn is_of(&self, job: &Job) -> bool {
-        self.candidate == job.candidate && self.point == job.point && self.round == job.round
+        self.candidate == job.candidate
+            && (self.point, self.round, self.finest_step) == (job.point, job.round, job.finest_step)
     }
 }
 

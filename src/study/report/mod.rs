@@ -9,6 +9,8 @@ use minijinja::context;
 use minijinja::value::{Serde, Value};
 use serde::Serialize;
 
+use super::ablation::Effect;
+use super::convergence::Convergence;
 use super::html::{json, unmade, write_page};
 use super::request::Metric;
 use super::results::{Answer, PointResult, Results};
@@ -50,6 +52,8 @@ pub fn write_report(results: &Results, folder: &Path) -> Result<()> {
         plots => Value::from(Serde(&plots)),
         rows => Value::from(Serde(&rows)),
         curves => curve_rows(results),
+        effects => Value::from(Serde(&effect_rows(results))),
+        convergence => convergence_rows(results),
         cards => Value::from(Serde(&gallery.cards)),
         views => json(&path, &gallery.views)?,
         palette => json(&path, &palette)?,
@@ -100,7 +104,8 @@ fn row(results: &Results, point: &PointResult) -> Vec<Cell> {
     let ratios = point.trials.iter().filter_map(|t| t.errors.get(target)?.mean_ratio);
     let ratios: Vec<f64> = ratios.collect();
     let ratio = (!ratios.is_empty()).then(|| ratios.iter().sum::<f64>() / ratios.len() as f64);
-    let share = point.relative_mse_split.map(|split| split.bias / (split.bias + split.noise));
+    let split = point.relative_mse_split;
+    let share = split.map(|s| s.bias / (s.bias + s.noise + s.step.unwrap_or(0.0)));
     vec![
         Cell::text(&point.candidate),
         Cell { text: point.label.clone(), sort: Some(f64::from(point.settings.rays)) },
@@ -113,8 +118,9 @@ fn row(results: &Results, point: &PointResult) -> Vec<Cell> {
         ),
         Cell::answer(&point.gain_at_equal_error),
         Cell::answer(&point.gain_at_equal_time),
-        Cell::number(point.relative_mse_split.map(|split| split.noise)),
-        Cell::number(point.relative_mse_split.map(|split| split.bias)),
+        Cell::number(split.map(|split| split.noise)),
+        Cell::number(split.and_then(|split| split.step)),
+        Cell::number(split.map(|split| split.bias)),
         Cell::number(share.map(|share| 100.0 * share)),
         Cell::number(ratio),
         Cell::number(mean(Metric::CodeMse)),
@@ -155,4 +161,38 @@ fn curve_rows(results: &Results) -> Vec<Vec<String>> {
             cells
         })
         .collect()
+}
+
+/// Part, candidates, gains at equal time and equal error, and outcome of each effect.
+fn effect_rows(results: &Results) -> Vec<Vec<Cell>> {
+    let row = |effect: &Effect| {
+        vec![
+            Cell::text(&effect.part),
+            Cell::text(&effect.with),
+            Cell::text(&effect.without),
+            Cell::answer(&effect.error_gain),
+            Cell::answer(&effect.time_gain),
+            Cell::text(effect.outcome()),
+        ]
+    };
+    results.ablation.iter().map(row).collect()
+}
+
+/// Quantity, measured exponent and expected exponent of what falls with photons.
+fn convergence_rows(results: &Results) -> Vec<[String; 3]> {
+    let exponent = |v: Option<f64>| v.map_or_else(|| "–".into(), |v| format!("{v:.2}"));
+    let rows = |c: &Convergence| {
+        let [noise, bias] = c.expected;
+        // Whichever falls more slowly is what is left.
+        let slower = noise.max(bias);
+        [
+            ("MSE", c.mse, Some(slower)),
+            ("its noise", c.noise, Some(noise)),
+            ("its bias", c.bias, Some(bias)),
+            ("radius or edge of cells", c.radius, None),
+        ]
+        .map(|(name, measured, theory)| [name.into(), exponent(measured), exponent(theory)])
+        .to_vec()
+    };
+    results.convergence.as_ref().map(rows).unwrap_or_default()
 }
