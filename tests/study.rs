@@ -233,3 +233,23 @@ fn a_study_killed_with_minus_9_goes_on() {
     assert_eq!(exrs.len(), 8 * (1 + 2 + 3), "every trial is there once");
     assert!(folder.path().join("out/report.html").is_file());
 }
+
+#[test]
+fn a_study_is_done_in_the_time_given() {
+    let folder = tempfile::tempdir().unwrap();
+    scene_in(folder.path());
+    let begun = std::time::Instant::now();
+    let done = std::process::Command::new(assert_cmd::cargo::cargo_bin!("fogbow"))
+        .current_dir(folder.path())
+        .args(["study", "ball.toml", "-o", "out", "--quiet", "--json", "--time", "6s"])
+        .args(["--size", "64x64", "--photons", "20000", "--seeds", "1000", "--reference", "16"])
+        .output()
+        .unwrap();
+    let took = begun.elapsed().as_secs_f64();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    // Others may be using the machine.
+    assert!(took < 9.0, "it took {took} s");
+    let told: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert!(told["plan"]["seeds"].as_u64().unwrap() < 1000, "{told}");
+    assert!(folder.path().join("out/report.html").is_file());
+}

@@ -71,7 +71,7 @@ mod verdict;
 
 pub use ablation::Effect;
 pub use candidate::{CANDIDATES, Candidate, Point, Settings};
-pub use convergence::{Convergence, Theory};
+pub use convergence::{Convergence, Estimator};
 pub use curve::{Curve, Reach};
 pub use figure::significant;
 pub use machine::Machine;

@@ -13,6 +13,9 @@ pub(super) const REFERENCE: &str = "reference";
 /// has little noise, so that few tell.
 const STEP_ROUNDS: u32 = 2;
 
+/// Budgets that are kept as long as can be: the uniform curve wants two below the ceiling.
+const LEAST_BUDGETS: usize = 3;
+
 /// Candidates in the order in which they are left out where time is short.
 const FIRST_LEFT_OUT: [&str; 12] = [
     "xs-step",
@@ -118,8 +121,8 @@ impl Plan {
     }
 
     /// As many seeds as fit into `seconds`, with every second budget left out where fewer than
-    /// three would, and so on; where one seed at the largest and the smallest budget is too much,
-    /// fewer candidates, at least two of them.
+    /// three would, and so on; where one seed at [`LEAST_BUDGETS`] is too much, fewer candidates,
+    /// at least two of them, and then the largest and the smallest budget alone.
     pub(super) fn fitting(basis: Basis<'_>, costs: &Costs, seconds: f64) -> Self {
         let most = basis.request.seeds;
         let mut plan = Self::asked(basis);
@@ -127,7 +130,7 @@ impl Plan {
             let fits = (1..=most).rev().map(|seeds| plan.with_seeds(seeds));
             let fits = fits.into_iter().find(|plan| plan.seconds(basis, costs) <= seconds);
             let seeds = fits.as_ref().map_or(0, |plan| plan.seeds);
-            if plan.budgets.len() <= 2 || seeds >= most.min(3) {
+            if plan.budgets.len() <= LEAST_BUDGETS || seeds >= most.min(3) {
                 return fits.unwrap_or_else(|| plan.with_seeds(1).fewer(basis, costs, seconds));
             }
             plan.budgets = plan.budgets.iter().copied().step_by(2).collect();
@@ -141,6 +144,9 @@ impl Plan {
                 break;
             }
             self.candidates.retain(|kept| kept != name);
+        }
+        if self.seconds(basis, costs) > seconds && self.budgets.len() > 2 {
+            self.budgets.drain(1..self.budgets.len() - 1);
         }
         self
     }

@@ -186,7 +186,7 @@ impl<'a> Study<'a> {
         answer_points(&mut points, question);
         let curves = answer_curves(&points, question, &self.request.errors);
         let ablation = ablation(&points, question);
-        let convergence = convergence(&points, question, gold);
+        let convergence = convergence(&points, question);
         let header = &self.store.header;
         let mut results = Results {
             schema: header.schema,

@@ -184,7 +184,7 @@ function finish() {
     $("kept").textContent = "Your answers are stored.";
   } else {
     const why = session.problem ? `Not all answers could be stored: ${session.problem}. ` : "";
-    $("kept").textContent = `${why}Please download them and hand them over.`;
+    $("kept").textContent = `${why}Please download your answers and hand them over.`;
     link.href = URL.createObjectURL(new Blob([csv()], { type: "text/csv" }));
     link.download = `answers-${session.participant.replaceAll(/[^\w-]/g, "_")}.csv`;
   }

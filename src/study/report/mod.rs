@@ -182,14 +182,14 @@ fn effect_rows(results: &Results) -> Vec<Vec<Cell>> {
 fn convergence_rows(results: &Results) -> Vec<[String; 3]> {
     let exponent = |v: Option<f64>| v.map_or_else(|| "–".into(), |v| format!("{v:.2}"));
     let rows = |c: &Convergence| {
-        let [noise, bias] = c.expected;
+        let [noise, bias] = [0, 1].map(|part| c.expected.map(|both| both[part]));
         // Whichever falls more slowly is what is left.
-        let slower = noise.max(bias);
+        let slower = c.expected.map(|[noise, bias]| noise.max(bias));
         [
-            ("MSE", c.mse, Some(slower)),
-            ("its noise", c.noise, Some(noise)),
-            ("its bias", c.bias, Some(bias)),
-            ("radius or edge of cells", c.radius, None),
+            ("MSE", c.mse, slower),
+            ("its noise", c.noise, noise),
+            ("its bias", c.bias, bias),
+            ("radius, or edge of cells", c.radius, None),
         ]
         .map(|(name, measured, theory)| [name.into(), exponent(measured), exponent(theory)])
         .to_vec()
