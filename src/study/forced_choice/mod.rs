@@ -15,7 +15,7 @@ mod pair;
 mod server;
 mod tally;
 
-pub use answers::{Answer, COLUMNS, Condition, Side, read_answers};
+pub use answers::{Answer, COLUMNS, Condition, Key, Side, read_answers};
 pub use page::{PAGE, check_scenes, write_trial};
 pub use pair::{Experiment, Pair, ShownScene};
 pub use server::{ANSWERS, Server};

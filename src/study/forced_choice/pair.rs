@@ -61,19 +61,23 @@ pub struct Pair {
     pub scene: ShownScene,
     /// The gold standard.
     pub gold: Picture,
-    /// The picture directed by the XS-map.
+    /// The directed picture.
     pub directed: Picture,
 }
 
 impl Pair {
-    /// Renders both: what `fogbow render` makes with `--director fixed` and `--director xs`, to
-    /// the byte.
+    /// Renders both: what `fogbow render` makes with `--director fixed`, and with `--director xs`
+    /// or the director that the scene's settings name, to the byte.
     ///
     /// # Errors
     /// Where an emitter cannot be sampled.
     pub fn render(scene: &Scene) -> Result<Self> {
         let with = |director| RenderSettings { director, ..scene.render };
-        let (gold, directed) = (with(Director::Fixed), with(Director::Xs));
+        let director = match scene.render.director {
+            Director::Fixed => Director::Xs,
+            other => other,
+        };
+        let (gold, directed) = (with(Director::Fixed), with(director));
         let view = View { exposure: scene.film.exposure, transform: scene.film.view };
         let shown = |settings: &RenderSettings| {
             let rendered = rendered(scene, settings, false)?;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use tiny_http::{Header, Method, Request, Response};
 
-use super::answers::{Answer, Condition, read_answers};
+use super::answers::{Answer, Key, read_answers};
 use super::page::{EXPERIMENT, PAGE};
 use super::pair::Experiment;
 use crate::error::{Error, Result};
@@ -31,7 +31,7 @@ pub struct Server {
     scenes: Vec<String>,
     answers: PathBuf,
     log: File,
-    given: HashSet<(String, String, Condition)>,
+    given: HashSet<Key>,
 }
 
 /// What is sent back: a status, and text for a person.
@@ -169,7 +169,7 @@ fn header(request: &Request, name: &'static str) -> Option<String> {
 }
 
 /// Opens a file of answers for more, with what is in it already.
-fn open_answers(path: &Path) -> Result<(File, HashSet<(String, String, Condition)>)> {
+fn open_answers(path: &Path) -> Result<(File, HashSet<Key>)> {
     let there = path.metadata().is_ok_and(|about| about.len() > 0);
     let earlier = if there { read_answers(&[path.to_path_buf()])? } else { Vec::new() };
     let mut log = OpenOptions::new()
