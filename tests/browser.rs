@@ -1,6 +1,8 @@
 //! The pages in a real browser: they load without a complaint, and work. Skipped, with a message,
 //! where there is no Chromium. Screenshots are left in Cargo's folder for tests' files.
 
+#![allow(clippy::print_stderr)] // skipped tests say so
+
 #[path = "common/chromium.rs"]
 mod chromium;
 

@@ -1,5 +1,7 @@
 //! Answers of studies against theory: step errors, convergence with photons, the ablation.
 
+#![allow(clippy::print_stderr)] // what is measured is told
+
 use std::path::Path;
 
 use fogbow::render::Silent;

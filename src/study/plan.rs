@@ -127,14 +127,40 @@ impl Plan {
         let most = basis.request.seeds;
         let mut plan = Self::asked(basis);
         loop {
-            let fits = (1..=most).rev().map(|seeds| plan.with_seeds(seeds));
-            let fits = fits.into_iter().find(|plan| plan.seconds(basis, costs) <= seconds);
-            let seeds = fits.as_ref().map_or(0, |plan| plan.seeds);
+            let seeds = plan.most_seeds(basis, costs, seconds);
             if plan.budgets.len() <= LEAST_BUDGETS || seeds >= most.min(3) {
-                return fits.unwrap_or_else(|| plan.with_seeds(1).fewer(basis, costs, seconds));
+                return if seeds > 0 {
+                    plan.with_seeds(seeds)
+                } else {
+                    plan.with_seeds(1).fewer(basis, costs, seconds)
+                };
             }
             plan.budgets = plan.budgets.iter().copied().step_by(2).collect();
         }
+    }
+
+    /// How many seeds fit, at most as many as asked for; 0 where one is too many.
+    fn most_seeds(&self, basis: Basis<'_>, costs: &Costs, seconds: f64) -> u32 {
+        let fits = |seeds| self.with_seeds(seeds).seconds(basis, costs) <= seconds;
+        let (mut fit, mut too_many) = (0, basis.request.seeds + 1);
+        while too_many - fit > 1 {
+            let middle = u32::midpoint(fit, too_many);
+            *(if fits(middle) { &mut fit } else { &mut too_many }) = middle;
+        }
+        fit
+    }
+
+    /// What is left of the plan without the rounds of which a job is `missing`; nothing where the
+    /// first is, or the reference.
+    pub(super) fn without(&self, missing: &[&Job]) -> Option<Self> {
+        let whole_rounds = |job: &&Job| match job.candidate {
+            REFERENCE => 0,
+            // As many as have an even number of gold standards.
+            GOLD => job.round - job.round % 2,
+            _ => job.round,
+        };
+        let seeds = missing.iter().map(whole_rounds).min().unwrap_or(self.seeds);
+        (seeds > 0).then(|| self.with_seeds(seeds.min(self.seeds)))
     }
 
     /// With as many candidates left out as must be.
@@ -315,6 +341,30 @@ mod tests {
         let least = Plan::fitting(basis, &COSTS, 1e-3);
         assert_eq!((least.seeds, least.candidates.len()), (1, 2));
         assert!(least.budgets.len() <= 2 && least.budgets[0] == 16);
+    }
+
+    #[test]
+    fn rounds_that_are_not_whole_are_left_out() {
+        let gold = RenderSettings::default();
+        let request = request();
+        let basis = basis(&request, &gold);
+        let plan = Plan::asked(basis);
+        let jobs = plan.jobs(basis);
+        let missing = |of: &dyn Fn(&Job) -> bool| {
+            let missing: Vec<&Job> = jobs.iter().filter(|job| of(job)).collect();
+            plan.without(&missing).map(|left| left.seeds)
+        };
+        assert_eq!(missing(&|_| false), Some(5));
+        assert_eq!(missing(&|job| job.round == 3 && job.candidate == "fixed"), Some(3));
+        // Three seeds need four gold standards.
+        assert_eq!(missing(&|job| job.round == 3 && job.candidate == GOLD), Some(2));
+        assert_eq!(missing(&|job| job.round == 0), None);
+        for seeds in 2..=5 {
+            let fewer = plan.with_seeds(seeds).jobs(basis);
+            let is_kept = |job: &Job| fewer.contains(job);
+            let left: Vec<&Job> = jobs.iter().filter(|job| !is_kept(job)).collect();
+            assert_eq!(plan.without(&left).map(|left| left.seeds), Some(seeds));
+        }
     }
 
     #[test]

@@ -63,15 +63,12 @@ impl<'a> Study<'a> {
         let (planned, deadline) = self.plan(basis)?;
         let jobs = planned.jobs(basis);
         self.render(&jobs, deadline, progress)?;
-        let left_out = jobs.iter().filter(|job| self.store.find(job).is_none()).count();
-        let is_done =
-            |plan: &Plan| plan.jobs(basis).iter().all(|job| self.store.find(job).is_some());
-        let mut done = (1..=planned.seeds).rev().map(|seeds| planned.with_seeds(seeds));
+        let missing: Vec<&Job> = jobs.iter().filter(|job| self.store.find(job).is_none()).collect();
         let lost = || Error::file(self.store.folder(), "lost trials; go on with --resume");
-        let plan = done.find(is_done).ok_or_else(lost)?;
+        let plan = planned.without(&missing).ok_or_else(lost)?;
         let mut results = self.analyse(basis, plan, progress)?;
         results.command = command.into();
-        results.left_out = left_out;
+        results.left_out = missing.len();
         results.write(self.store.folder())?;
         Ok(results)
     }
@@ -208,7 +205,7 @@ impl<'a> Study<'a> {
             left_out: 0,
             metrics: options,
             statistics: format!(
-                "geometric means over seeds with Student's t intervals of the logarithms at {} %; \
+                "Geometric means over seeds with Student's t intervals of the logarithms at {} %; \
                  ratios are paired by seed",
                 100.0 * CONFIDENCE
             ),

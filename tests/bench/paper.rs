@@ -7,6 +7,8 @@
 //!
 //! Every trial is kept in `target/paper`: killed, the same command goes on where it was.
 
+#![allow(clippy::print_stdout)] // what is written is told
+
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn an_axis_is_told_at_several_places() {
-        assert_eq!(ticks((0.9, 2.2)), [1.0, 1.5, 2.0]);
+        assert_eq!(ticks((0.95, 2.2)), [1.0, 1.5, 2.0]);
         assert_eq!(ticks((0.15, 25.0)), [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
         assert_eq!(ticks((0.5e-6, 2.0)).len(), 7);
     }
