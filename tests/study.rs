@@ -183,3 +183,73 @@ fn the_command_makes_a_report_in_a_given_time() {
     assert_eq!(run(&["--time", "0"]).status.code(), Some(2));
     assert_eq!(run(&["--errors", "-1"]).status.code(), Some(2));
 }
+
+/// A small study as a user runs it.
+fn command(folder: &Path, args: &[&str]) -> std::process::Command {
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("fogbow"));
+    command
+        .current_dir(folder)
+        .args(["study", "ball.toml", "-o", "out", "--quiet", "--json"])
+        .args(["--candidates", "fixed,x-transmittance", "--budgets", "8,4,2", "--seeds", "8"])
+        .args(args);
+    command
+}
+
+#[test]
+fn a_study_killed_with_minus_9_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    scene_in(folder.path());
+    let mut running = command(folder.path(), &[]).spawn().unwrap();
+    let log = folder.path().join("out").join(TRIALS);
+    let lines = || std::fs::read_to_string(&log).unwrap_or_default();
+    let begun = std::time::Instant::now();
+    while lines().lines().count() < 5 {
+        assert!(begun.elapsed().as_secs() < 60, "no trials after a minute");
+        assert!(running.try_wait().unwrap().is_none(), "it was done too soon to be killed");
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    running.kill().unwrap(); // SIGKILL
+    running.wait().unwrap();
+    let before = lines();
+    let whole: Vec<&str> = before.split_inclusive('\n').filter(|l| l.ends_with('\n')).collect();
+    let pictures = |line: &str| {
+        let trial: serde_json::Value = serde_json::from_str(line).unwrap();
+        folder.path().join("out").join(trial["exr"].as_str().unwrap())
+    };
+    let written = |line: &&str| pictures(line).metadata().unwrap().modified().unwrap();
+    let dates: Vec<_> = whole.iter().map(written).collect();
+    assert!(!folder.path().join("out/report.html").exists());
+
+    let done = command(folder.path(), &["--resume"]).output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let after = lines();
+    assert!(after.starts_with(&whole.concat()), "the trials done are not done again");
+    assert_eq!(whole.iter().map(written).collect::<Vec<_>>(), dates);
+    let mut exrs: Vec<_> = after.lines().map(pictures).collect();
+    // Gold with eight seeds, fixed with two budgets below the ceiling, x with three.
+    assert_eq!(exrs.len(), 8 * (1 + 2 + 3));
+    exrs.sort();
+    exrs.dedup();
+    assert_eq!(exrs.len(), 8 * (1 + 2 + 3), "every trial is there once");
+    assert!(folder.path().join("out/report.html").is_file());
+}
+
+#[test]
+fn a_study_is_done_in_the_time_given() {
+    let folder = tempfile::tempdir().unwrap();
+    scene_in(folder.path());
+    let begun = std::time::Instant::now();
+    let done = std::process::Command::new(assert_cmd::cargo::cargo_bin!("fogbow"))
+        .current_dir(folder.path())
+        .args(["study", "ball.toml", "-o", "out", "--quiet", "--json", "--time", "6s"])
+        .args(["--size", "64x64", "--photons", "20000", "--seeds", "1000", "--reference", "16"])
+        .output()
+        .unwrap();
+    let took = begun.elapsed().as_secs_f64();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    // Other tests are using the machine at times.
+    assert!(took < 12.0, "it took {took} s");
+    let told: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert!(told["plan"]["seeds"].as_u64().unwrap() < 1000, "{told}");
+    assert!(folder.path().join("out/report.html").is_file());
+}

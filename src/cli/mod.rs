@@ -26,6 +26,7 @@ mod render;
 mod sequence;
 mod settings;
 mod study;
+mod trial;
 mod verify;
 
 use std::process::ExitCode;
@@ -54,6 +55,8 @@ enum Command {
     Error(error::Args),
     /// Tell what each way of rendering a scene costs in error and saves in time.
     Study(study::Args),
+    /// Show people gold standard and directed picture, and count who can tell them apart.
+    Trial(trial::Args),
     /// Tell what rendering a scene needs, what it leaves out, and what it should cost.
     Plan(plan::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
@@ -73,6 +76,7 @@ pub fn main() -> ExitCode {
         Command::Maps(args) => maps::run(args),
         Command::Error(args) => error::run(args),
         Command::Study(args) => study::run(args),
+        Command::Trial(args) => trial::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),
@@ -85,6 +89,14 @@ pub fn main() -> ExitCode {
             ExitCode::from(error.exit_code())
         }
     }
+}
+
+/// The command as it was given.
+fn command() -> String {
+    let words = std::env::args()
+        .skip(1)
+        .map(|word| if word.contains(char::is_whitespace) { format!("'{word}'") } else { word });
+    std::iter::once("fogbow".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
 /// Keeps panics over a damaged EXR or mesh off stderr, where they come back as one error.

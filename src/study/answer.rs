@@ -12,7 +12,7 @@ use super::statistics::{Interval, slope};
 use super::target::Target;
 
 /// The candidate that others are measured beside.
-const UNIFORM: &str = "fixed";
+pub(super) const UNIFORM: &str = "fixed";
 
 /// What all answers are about.
 #[derive(Clone, Copy, Debug)]
@@ -22,17 +22,17 @@ pub(super) struct Question<'a> {
 }
 
 impl Question<'_> {
-    fn error(&self, result: &TrialResult) -> Option<f64> {
+    pub(super) fn error(&self, result: &TrialResult) -> Option<f64> {
         result.errors.get(&self.target.name).and_then(|errors| self.metric.of(errors))
     }
 
-    fn own(&self) -> f64 {
+    pub(super) fn own(&self) -> f64 {
         self.metric.of(&self.target.own).unwrap_or(0.0)
     }
 
     /// The measured curve of a candidate in one round. Gold is the end of the uniform one, unless
     /// it is what errors are measured against.
-    fn curve(&self, points: &[PointResult], candidate: &str, round: u32) -> Curve {
+    pub(super) fn curve(&self, points: &[PointResult], candidate: &str, round: u32) -> Curve {
         let gold_too = candidate == UNIFORM && self.target.name == REFERENCE;
         let of = |p: &&PointResult| p.candidate == candidate || (gold_too && p.candidate == GOLD);
         let results = points.iter().filter(of).flat_map(|p| &p.trials);
@@ -40,7 +40,7 @@ impl Question<'_> {
         Curve::new(results.filter_map(|r| Some((r.trial.seconds, self.error(r)?))))
     }
 
-    fn is_trusted(&self, point: &PointResult) -> bool {
+    pub(super) fn is_trusted(&self, point: &PointResult) -> bool {
         point.errors.get(&self.target.name).is_some_and(|measured| measured.trusted)
     }
 }
@@ -100,7 +100,7 @@ fn gain(
 
 /// One answer out of what each round says: nothing is told where a round would have to be
 /// extrapolated.
-fn over_rounds(rounds: &[Reach]) -> Answer {
+pub(super) fn over_rounds(rounds: &[Reach]) -> Answer {
     let found: Vec<f64> =
         rounds.iter().filter_map(|r| if let Reach::At(v) = r { Some(*v) } else { None }).collect();
     let below = rounds.iter().filter(|r| **r == Reach::Below).count();
@@ -114,11 +114,11 @@ fn over_rounds(rounds: &[Reach]) -> Answer {
     Interval::of(&found).map_or(Answer::None("not measured".into()), Answer::Found)
 }
 
-fn scaled(reach: Reach, by: f64) -> Reach {
+pub(super) fn scaled(reach: Reach, by: f64) -> Reach {
     if let Reach::At(value) = reach { Reach::At(value / by) } else { reach }
 }
 
-fn too_inexact(target: &Target) -> String {
+pub(super) fn too_inexact(target: &Target) -> String {
     format!("no verdict: the own error of the {} is over a third of it", target.name)
 }
 

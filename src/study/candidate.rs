@@ -8,6 +8,12 @@ use crate::scene::{Directed, Director, Importance, Operator, RenderSettings};
 /// step, the smallest radius.
 pub(super) const GOLD: &str = "gold";
 
+/// The name of the candidate that shows how errors fall with photons.
+pub(super) const PHOTONS: &str = "photons";
+
+/// Its photons over the gold standard's.
+const PHOTON_SHARES: [f64; 4] = [1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0, 1.0 / 256.0];
+
 /// Relative errors at which the variance-driven rival ends a pixel.
 const TOLERANCES: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
 
@@ -16,15 +22,17 @@ const RADIUS: Directed = Directed { rays: false, radius: true, step: false };
 const STEP: Directed = Directed { rays: false, radius: false, step: true };
 
 /// Every candidate by name, with what it is.
-pub const CANDIDATES: [(&str, &str); 12] = [
+pub const CANDIDATES: [(&str, &str); 14] = [
     ("fixed", "as gold with fewer rays"),
     ("fixed-photons", "as gold with fewer rays and as many fewer photons"),
+    (PHOTONS, "as gold with fewer photons"),
     ("x-transmittance", "directed by X, the transmittance"),
     ("x-scattering", "directed by X, the contrast of scattered light"),
     ("s", "directed by saliency"),
     ("xs-transmittance", "X and S, with X from transmittance"),
     ("xs-scattering", "X and S, with X from scattered light"),
     ("xs-product", "X times S instead of their sum, with X from scattered light"),
+    ("xs-paper", "as Anson et al. 2006: X and S, with X from transmittance, rays alone directed"),
     ("xs-rays", "as xs-scattering, but rays alone are directed"),
     ("xs-radius", "as xs-scattering, but the gather radius alone is directed"),
     ("xs-step", "as xs-scattering, but the march step alone is directed"),
@@ -75,6 +83,15 @@ fn points(gold: &RenderSettings, name: &str, budgets: &[u32]) -> Vec<Point> {
     if name == "variance" {
         return TOLERANCES.map(|tolerance| until(gold, tolerance)).to_vec();
     }
+    if name == PHOTONS {
+        let counts = PHOTON_SHARES.map(|share| (gold.photons as f64 * share).ceil() as u64);
+        let fewer = counts.iter().filter(|photons| **photons > 0 && **photons < gold.photons);
+        let point = |photons: &u64| Point {
+            label: format!("{photons} photons"),
+            settings: RenderSettings { photons: *photons, director: Director::Fixed, ..*gold },
+        };
+        return fewer.map(point).collect();
+    }
     // Uniform sampling at the ceiling is the gold standard itself.
     let uniform = name.starts_with("fixed");
     let budgets = budgets.iter().filter(|rays| !uniform || **rays < gold.rays);
@@ -104,19 +121,28 @@ fn with(gold: &RenderSettings, name: &str, rays: u32) -> RenderSettings {
         settings.photons = (gold.photons as f64 * share).ceil() as u64;
     }
     let directing = &mut settings.directing;
-    directing.x = if name.ends_with("transmittance") {
+    directing.x = if name.ends_with("transmittance") || name == "xs-paper" {
         Importance::Transmittance
     } else {
         Importance::Scattering
     };
     directing.operator = if name == "xs-product" { Operator::Product } else { Operator::Sum };
     directing.directed = match name {
-        "xs-rays" => RAYS,
+        "xs-rays" | "xs-paper" => RAYS,
         "xs-radius" => RADIUS,
         "xs-step" => STEP,
         _ => Directed { rays: true, radius: true, step: true },
     };
     settings
+}
+
+/// The same with the finest march step in every pixel; nothing where it has that already.
+pub(super) fn at_finest_step(settings: &RenderSettings) -> Option<RenderSettings> {
+    let mut finest = RenderSettings { step: None, ..*settings };
+    if !matches!(settings.director, Director::Fixed | Director::Variance) {
+        finest.directing.directed.step = false;
+    }
+    (finest != *settings).then_some(finest)
 }
 
 /// Render settings as they are written down, without the seed.
@@ -176,6 +202,19 @@ mod tests {
         }
         assert_eq!(all.len(), CANDIDATES.len());
         assert_eq!(all[0].points.len(), 2, "fixed at the ceiling is gold");
+    }
+
+    #[test]
+    fn what_has_the_finest_step_has_no_finer_one() {
+        let gold = RenderSettings::default();
+        let point = |name: &str| with(&gold, name, 8);
+        for name in ["fixed", "xs-rays", "xs-radius", "xs-paper"] {
+            assert_eq!(at_finest_step(&point(name)), None, "{name}");
+        }
+        let finest = at_finest_step(&point("xs-scattering")).unwrap();
+        assert!(finest.directing.directed.rays && !finest.directing.directed.step);
+        let coarse = RenderSettings { step: Some(0.5), ..gold };
+        assert_eq!(at_finest_step(&coarse), Some(gold));
     }
 
     #[test]

@@ -47,10 +47,14 @@
 //! # ";
 //! ```
 
+mod ablation;
 mod answer;
 mod candidate;
+mod convergence;
 mod curve;
 mod figure;
+pub mod forced_choice;
+mod html;
 mod machine;
 pub mod metric;
 mod plan;
@@ -58,23 +62,25 @@ mod report;
 mod request;
 mod results;
 mod run;
+mod split;
 mod statistics;
 mod store;
 mod target;
 mod trial;
 mod verdict;
 
+pub use ablation::Effect;
 pub use candidate::{CANDIDATES, Candidate, Point, Settings};
+pub use convergence::{Convergence, Estimator};
 pub use curve::{Curve, Reach};
 pub use figure::significant;
 pub use machine::Machine;
 pub use plan::Plan;
 pub use report::write_report;
 pub use request::{Metric, Request};
-pub use results::{
-    Answer, CurveResult, Measured, PointResult, Results, SCHEMA, Split, TrialResult,
-};
+pub use results::{Answer, CurveResult, Measured, PointResult, Results, SCHEMA, TrialResult};
 pub use run::Study;
+pub use split::Split;
 pub use statistics::{CONFIDENCE, Interval, slope};
 pub use store::TRIALS;
 pub use target::Target;

@@ -6,11 +6,14 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::ablation::Effect;
 use super::candidate::Settings;
+use super::convergence::Convergence;
 use super::machine::Machine;
 use super::metric::{Errors, Options};
 use super::plan::Plan;
 use super::request::{Metric, Request};
+use super::split::Split;
 use super::statistics::Interval;
 use super::target::Target;
 use super::trial::Trial;
@@ -18,7 +21,7 @@ use crate::error::{Error, Result};
 use crate::file;
 
 /// The version of the schema; it changes where a field changes its meaning or goes.
-pub const SCHEMA: u32 = 1;
+pub const SCHEMA: u32 = 2;
 
 /// All that a study found, with all that it takes to find it again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,8 +46,10 @@ pub struct Results {
     pub gold: Settings,
     /// What was asked.
     pub request: Request,
-    /// What was done.
+    /// What was done: fewer seeds than planned where time ran out.
     pub plan: Plan,
+    /// Trials that were planned and left out because time ran out; `--resume` makes up for them.
+    pub left_out: usize,
     /// How errors were counted.
     pub metrics: Options,
     /// How intervals were made.
@@ -55,6 +60,10 @@ pub struct Results {
     pub points: Vec<PointResult>,
     /// What holds for a candidate as a whole.
     pub curves: Vec<CurveResult>,
+    /// What each part of the director brings.
+    pub ablation: Vec<Effect>,
+    /// How errors fall with photons, beside theory; nothing where that was not measured.
+    pub convergence: Option<Convergence>,
     /// The findings in two sentences.
     pub verdict: Vec<String>,
 }
@@ -72,6 +81,8 @@ pub struct PointResult {
     pub settings: Settings,
     /// Its renders by seed.
     pub trials: Vec<TrialResult>,
+    /// Renders with the same seeds and the finest march step, for the step error.
+    pub finest_step: Vec<Trial>,
     /// Run time in seconds, without loading and writing.
     pub seconds: Interval,
     /// The error that answers are about, by each target's name.
@@ -115,17 +126,6 @@ pub enum Answer {
     Found(Interval),
     /// Why there is none.
     None(String),
-}
-
-/// A squared error split in two; their sum is the expected error of one render, less the target's
-/// own.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Split {
-    /// What differs between seeds.
-    pub noise: f64,
-    /// What is left in the mean over seeds, less what noise leaves there and the target's own
-    /// error. An unbiased estimate: where there is hardly any bias it can come out below 0.
-    pub bias: f64,
 }
 
 /// What holds for a candidate over all its budgets.

@@ -2,25 +2,32 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
+use super::ablation::ablation;
 use super::answer::{Question, answer_curves, answer_points};
-use super::candidate::{Candidate, GOLD, Settings};
-use super::metric::{Options, compare, default_epsilon, mse, relative_map};
-use super::plan::{Costs, Job, Plan, REFERENCE, gold_job};
+use super::candidate::{Candidate, GOLD, Settings, at_finest_step};
+use super::convergence::convergence;
+use super::metric::{Options, compare, default_epsilon};
+use super::plan::{Basis, Costs, Job, Plan, REFERENCE, gold_job};
 use super::request::{Metric, Request};
-use super::results::{Answer, Measured, PointResult, Results, Split, TrialResult};
+use super::results::{Answer, Measured, PointResult, Results, TrialResult};
+use super::split::{Measurement, displaced};
 use super::statistics::{CONFIDENCE, Interval};
 use super::store::{Header, Store};
 use super::target::{Pictures, Target, mean};
-use super::trial::Trial;
+use super::trial::{Trial, rendered, stages};
 use super::verdict::verdict;
 use crate::error::{Error, Result};
 use crate::image::{Image, read_exr, write_exr_image};
-use crate::render::{Progress, Silent, render_reference};
+use crate::render::{Progress, Silent};
 use crate::scene::{RenderSettings, Scene};
+
+/// The share of a study's time that is kept for its report and for what takes longer than it
+/// seemed at first.
+const RESERVE: f64 = 0.2;
 
 /// A study of one scene in one folder.
 #[derive(Debug)]
@@ -50,75 +57,101 @@ impl<'a> Study<'a> {
     /// Where an emitter cannot be sampled or a file cannot be written or read.
     pub fn run(mut self, command: &str, progress: &dyn Progress) -> Result<Results> {
         let gold = Candidate::gold(&self.scene.render).points[0].settings;
-        let plan = self.plan(&gold)?;
-        let jobs = plan.jobs(&self.request, &gold);
-        self.render(&jobs, progress)?;
-        let results = self.analyse(&gold, plan, command, progress)?;
+        let request = self.request.clone();
+        let has_grids = self.scene.media.detail().is_some();
+        let basis = Basis { request: &request, gold: &gold, has_grids };
+        let (planned, deadline) = self.plan(basis)?;
+        let jobs = planned.jobs(basis);
+        self.render(&jobs, deadline, progress)?;
+        let missing: Vec<&Job> = jobs.iter().filter(|job| self.store.find(job).is_none()).collect();
+        let lost = || Error::file(self.store.folder(), "lost trials; go on with --resume");
+        let plan = planned.without(&missing).ok_or_else(lost)?;
+        let mut results = self.analyse(basis, plan, progress)?;
+        results.command = command.into();
+        results.left_out = missing.len();
         results.write(self.store.folder())?;
         Ok(results)
     }
 
     /// What is rendered: as asked, or what fits in the time given as first renders tell.
-    fn plan(&mut self, gold: &RenderSettings) -> Result<Plan> {
+    fn plan(&mut self, basis: Basis<'_>) -> Result<(Plan, Option<Deadline>)> {
         if let Some(plan) = &self.store.header.plan {
-            return Ok(plan.clone());
+            return Ok((plan.clone(), None));
         }
+        let mut deadline = None;
         let plan = if let Some(seconds) = self.request.seconds {
             let start = Instant::now();
-            let costs = self.costs(gold)?;
-            let left = seconds - start.elapsed().as_secs_f64();
-            Plan::fitting(&self.request, gold, &costs, left)
+            let costs = self.costs(basis.gold)?;
+            let usable = seconds * (1.0 - RESERVE);
+            let targets = if self.request.reference.is_some() { 2.0 } else { 1.0 };
+            let comparing = targets * costs.comparing;
+            deadline = Some(Deadline { start, seconds: usable, comparing, longest: 0.0 });
+            Plan::fitting(basis, &costs, usable - start.elapsed().as_secs_f64())
         } else {
-            Plan::asked(&self.request, gold)
+            Plan::asked(basis)
         };
         self.store.settle(plan.clone())?;
-        Ok(plan)
+        Ok((plan, deadline))
     }
 
     fn costs(&mut self, gold: &RenderSettings) -> Result<Costs> {
         let job = gold_job(gold, 0);
-        self.render(std::slice::from_ref(&job), &Silent)?;
+        self.render(std::slice::from_ref(&job), None, &Silent)?;
         let missing = || Error::file(self.store.folder(), "lost its first trial");
         let first = self.store.find(&job).ok_or_else(missing)?;
         let settings = RenderSettings { rays: 1, ..job.settings };
         let (least, film) = Trial::run(self.scene, &Job { settings, ..job.clone() })?;
         let reference = if self.request.reference.is_some() {
-            let rendered = render_reference(self.scene, &settings, &Silent);
-            rendered.timings.iter().map(|(_, time)| time.as_secs_f64()).sum()
+            let rendered = rendered(self.scene, &settings, true)?;
+            stages(&rendered).iter().map(|(_, seconds)| seconds).sum()
         } else {
             0.0
         };
-        let full = read_exr(&self.store.folder().join(&first.exr))?;
+        let (full, least_image) = (read_exr(&self.store.folder().join(&first.exr))?, film.image());
+        // Pictures are compared side by side, one a thread: what that gains is measured as well.
+        let threads = rayon::current_num_threads();
         let start = Instant::now();
-        compare(&full, &film.image(), &Options::default())?;
-        // Pictures are compared side by side, one a thread.
-        let comparing = start.elapsed().as_secs_f64() / rayon::current_num_threads() as f64;
+        let compared: Result<Vec<_>> = (0..threads)
+            .into_par_iter()
+            .map(|_| compare(&full, &least_image, &Options::default()))
+            .collect();
+        compared?;
+        let comparing = start.elapsed().as_secs_f64() / threads as f64;
         Ok(Costs { gold: first.seconds, least: least.seconds, reference, comparing })
     }
 
-    fn render(&mut self, jobs: &[Job], progress: &dyn Progress) -> Result<()> {
+    /// Renders what is missing of `jobs`. What a study can do without is left out where it would
+    /// not be done by the deadline.
+    fn render(
+        &mut self,
+        jobs: &[Job],
+        mut deadline: Option<Deadline>,
+        progress: &dyn Progress,
+    ) -> Result<()> {
         let missing: Vec<&Job> = jobs.iter().filter(|job| self.store.find(job).is_none()).collect();
         if missing.is_empty() {
             return Ok(());
         }
         progress.stage("trials", missing.len() as u64);
         for job in missing {
-            let (trial, film) = Trial::run(self.scene, job)?;
-            self.store.add(trial, &film)?;
+            let late = deadline.as_ref().is_some_and(|d| d.is_near(self.store.len()));
+            if !(late && job.is_optional()) {
+                let start = Instant::now();
+                let (trial, film) = Trial::run(self.scene, job)?;
+                self.store.add(trial, &film)?;
+                if let Some(deadline) = &mut deadline {
+                    deadline.longest = deadline.longest.max(start.elapsed().as_secs_f64());
+                }
+            }
             progress.advance(1);
         }
         progress.finish();
         Ok(())
     }
 
-    fn analyse(
-        &self,
-        gold: &RenderSettings,
-        plan: Plan,
-        command: &str,
-        progress: &dyn Progress,
-    ) -> Result<Results> {
-        let jobs = plan.jobs(&self.request, gold);
+    fn analyse(&self, basis: Basis<'_>, plan: Plan, progress: &dyn Progress) -> Result<Results> {
+        let gold = basis.gold;
+        let jobs = plan.jobs(basis);
         let trials: Vec<&Trial> = jobs.iter().filter_map(|job| self.store.find(job)).collect();
         let mut options = Options { exposure: self.scene.film.exposure, ..Options::default() };
         let mut targets = Vec::new();
@@ -132,17 +165,16 @@ impl<'a> Study<'a> {
             targets.push((target, pictures));
         }
         progress.stage("comparing", trials.len() as u64);
-        let candidates = std::iter::once(Candidate::gold(gold)).chain(Candidate::all(
-            gold,
-            &self.request.candidates,
-            &plan.budgets,
-        ));
+        let candidates = std::iter::once(Candidate::gold(gold)).chain(plan.candidates(gold));
         let mut points = Vec::new();
         for candidate in candidates {
             for (index, point) in candidate.points.iter().enumerate() {
                 let of = |t: &&&Trial| t.candidate == candidate.name && t.point == index;
                 let trials: Vec<&Trial> = trials.iter().filter(of).copied().collect();
-                let mut result = self.point(&trials, &targets, &options, progress)?;
+                let makes_step_errors =
+                    basis.has_grids && at_finest_step(&point.settings).is_some();
+                let step = StepMeasured { is_exact: !makes_step_errors, rounds: plan.step_seeds };
+                let mut result = self.point(&trials, &targets, step, &options, progress)?;
                 result.about = candidate.about.into();
                 result.label.clone_from(&point.label);
                 result.settings = Settings::from(&point.settings);
@@ -155,11 +187,13 @@ impl<'a> Study<'a> {
         let question = Question { target, metric: self.request.metric };
         answer_points(&mut points, question);
         let curves = answer_curves(&points, question, &self.request.errors);
+        let ablation = ablation(&points, question);
+        let convergence = convergence(&points, question);
         let header = &self.store.header;
         let mut results = Results {
             schema: header.schema,
             version: header.version.clone(),
-            command: command.into(),
+            command: String::new(),
             machine: header.machine.clone(),
             scene: header.scene.clone(),
             hash: header.hash.clone(),
@@ -168,15 +202,18 @@ impl<'a> Study<'a> {
             gold: Settings::from(gold),
             request: self.request.clone(),
             plan,
+            left_out: 0,
             metrics: options,
             statistics: format!(
-                "geometric means over seeds with Student's t intervals of the logarithms at {} %; \
+                "Geometric means over seeds with Student's t intervals of the logarithms at {} %; \
                  ratios are paired by seed",
                 100.0 * CONFIDENCE
             ),
             targets,
             points,
             curves,
+            ablation,
+            convergence,
             verdict: Vec::new(),
         };
         results.verdict = verdict(&results);
@@ -213,15 +250,19 @@ impl<'a> Study<'a> {
     /// gold standard that it is no part of.
     fn point(
         &self,
-        trials: &[&Trial],
+        all: &[&Trial],
         targets: &[(Target, Pictures)],
+        step: StepMeasured,
         options: &Options,
         progress: &dyn Progress,
     ) -> Result<PointResult> {
-        let images: Vec<Image> = trials
-            .par_iter()
-            .map(|trial| read_exr(&self.store.folder().join(&trial.exr)))
-            .collect::<Result<_>>()?;
+        let (finest, trials): (Vec<&Trial>, Vec<&Trial>) =
+            all.iter().copied().partition(|trial| trial.finest_step);
+        let read = |trials: &[&Trial]| -> Result<Vec<Image>> {
+            let read = |trial: &&Trial| read_exr(&self.store.folder().join(&trial.exr));
+            trials.par_iter().map(read).collect()
+        };
+        let images = read(&trials)?;
         let is_part = |trial: &Trial, target: &Target| trial.candidate == target.name;
         let results: Vec<TrialResult> = trials
             .par_iter()
@@ -254,10 +295,24 @@ impl<'a> Study<'a> {
         });
         let (target, pictures) = &targets[targets.len() - 1];
         let whole = mean(&images.iter().collect::<Vec<_>>()).filter(|_| !is_part(first, target));
+        let steps: Vec<Image> = read(&finest)?
+            .iter()
+            .zip(&finest)
+            .filter_map(|(fine, trial)| {
+                let same = trials.iter().position(|other| other.round == trial.round)?;
+                Some(displaced(&pictures.mean, &images[same], fine))
+            })
+            .collect();
+        let is_told = step.is_exact || step.rounds > 1;
         let split = |metric: Metric| {
             let errors = results.iter().map(|r| metric.of(&r.errors[&target.name]));
-            let of_mean = squared(metric, &pictures.mean, whole.as_ref()?, options)?;
-            split(&errors.collect::<Option<Vec<_>>>()?, of_mean, metric.of(&target.own)?)
+            let measurement = Measurement {
+                target: &pictures.mean,
+                own: metric.of(&target.own)?,
+                mean: whole.as_ref()?,
+                steps: is_told.then_some(&steps),
+            };
+            measurement.split(&errors.collect::<Option<Vec<_>>>()?, metric, options)
         };
         Ok(PointResult {
             candidate: first.candidate.clone(),
@@ -272,41 +327,37 @@ impl<'a> Study<'a> {
             mse_split: split(Metric::Mse),
             relative_mse_split: split(Metric::RelativeMse),
             trials: results,
+            finest_step: finest.into_iter().cloned().collect(),
         })
     }
 }
 
-/// A squared error of one picture.
-fn squared(metric: Metric, reference: &Image, image: &Image, options: &Options) -> Option<f64> {
-    match metric {
-        Metric::Mse => Some(mse(reference, image)),
-        Metric::RelativeMse => {
-            options.epsilon.map(|epsilon| relative_map(reference, image, epsilon).mean())
-        }
-        _ => None,
-    }
+/// What is known of a point's step error.
+#[derive(Clone, Copy)]
+struct StepMeasured {
+    /// There is none.
+    is_exact: bool,
+    /// Seeds that were rendered with the finest step as well.
+    rounds: u32,
 }
 
-/// Noise and bias of renders with these squared `errors`, whose mean picture has `of_mean` and
-/// whose target has `own`. With n renders the mean of `errors` is bias + noise + own and `of_mean`
-/// bias + noise / n + own.
-fn split(errors: &[f64], of_mean: f64, own: f64) -> Option<Split> {
-    let n = errors.len() as f64;
-    let all = errors.iter().sum::<f64>() / n;
-    let noise = (all - of_mean) * n / (n - 1.0);
-    (errors.len() > 1).then(|| Split { noise, bias: of_mean - noise / n - own })
+/// When a study has to be done, but for its report.
+#[derive(Clone, Copy, Debug)]
+struct Deadline {
+    start: Instant,
+    /// Seconds from the start to the end.
+    seconds: f64,
+    /// Seconds to compare one picture with all targets.
+    comparing: f64,
+    /// Seconds of the longest trial so far.
+    longest: f64,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn noise_and_bias_of_numbers_worked_by_hand() {
-        // Two renders 1 and 3 of a target 0: errors 1 and 9, mean picture 2 with error 4. The
-        // variance is 2, and the squared bias 4 less half of it.
-        assert_eq!(split(&[1.0, 9.0], 4.0, 0.0), Some(Split { noise: 2.0, bias: 3.0 }));
-        assert_eq!(split(&[1.0, 9.0], 4.0, 0.5), Some(Split { noise: 2.0, bias: 2.5 }));
-        assert_eq!(split(&[1.0], 1.0, 0.0), None);
+impl Deadline {
+    /// Whether another trial beside `done` ones would come too late, with their comparing.
+    fn is_near(&self, done: usize) -> bool {
+        let after = self.longest + self.comparing * (done + 1) as f64;
+        self.start.elapsed() + Duration::from_secs_f64(after)
+            > Duration::from_secs_f64(self.seconds)
     }
 }

@@ -6,6 +6,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// The share of intervals that hold the true value.
 pub const CONFIDENCE: f64 = 0.95;
 
+/// By which factor places must differ for a slope.
+pub const APART: f64 = 1.5;
+
 /// What several seeds say of one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Interval {
@@ -64,18 +67,25 @@ fn median(values: &[f64]) -> f64 {
 }
 
 /// The slope of the least-squares line through the logarithms of `points` above 0: -1 for the
-/// squared error of independent samples against their number. Nothing for fewer than two places.
+/// squared error of independent samples against their number. Nothing where no two places are a
+/// factor of [`APART`] apart: noise would decide.
 pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
     let logarithms: Vec<(f64, f64)> = points
         .iter()
         .filter(|(x, y)| *x > 0.0 && *y > 0.0)
         .map(|(x, y)| (x.ln(), y.ln()))
         .collect();
+    let ends = logarithms.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (x, _)| {
+        (low.min(*x), high.max(*x))
+    });
+    if ends.1 - ends.0 < APART.ln() || logarithms.is_empty() {
+        return None;
+    }
     let n = logarithms.len() as f64;
     let (x, y) = logarithms.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
     let across: f64 = logarithms.iter().map(|p| (p.0 - x).powi(2)).sum();
     let along: f64 = logarithms.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
-    (across > 1e-12).then(|| along / across)
+    Some(along / across)
 }
 
 #[cfg(test)]
@@ -104,7 +114,7 @@ mod tests {
         assert_eq!(Interval::of(&[]), None);
         assert_eq!(Interval::of(&[1.0, f64::NAN]), None);
         assert_eq!(Interval::of(&[3.0]).unwrap().range, None);
-        assert_eq!(slope(&[(1.0, 2.0), (1.0, 3.0)]), None);
+        assert_eq!(slope(&[(1.0, 2.0), (1.2, 3.0)]), None);
     }
 
     #[test]

@@ -120,6 +120,11 @@ impl Store {
         self.trials.iter().rev().find(|trial| trial.is_of(job))
     }
 
+    /// How many trials are done.
+    pub(super) fn len(&self) -> usize {
+        self.trials.len()
+    }
+
     /// Writes the picture, then the line of a finished trial.
     pub(super) fn add(&mut self, trial: Trial, film: &Film) -> Result<()> {
         let path = self.folder.join(TRIALS);

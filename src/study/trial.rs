@@ -6,8 +6,8 @@ use serde_json::{Map, Value};
 use super::plan::{Job, REFERENCE};
 use crate::error::Result;
 use crate::image::Film;
-use crate::render::{Silent, render, render_reference};
-use crate::scene::Scene;
+use crate::render::{Rendered, Silent, render, render_reference};
+use crate::scene::{RenderSettings, Scene};
 
 /// One picture of a study: what was rendered, and what it took.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,6 +18,9 @@ pub struct Trial {
     pub point: usize,
     /// Which of the seeds, from 0.
     pub round: u32,
+    /// Whether it is the same picture with the finest march step, from the same seed.
+    #[serde(default)]
+    pub finest_step: bool,
     /// The seed.
     pub seed: u64,
     /// Seconds of all stages after loading.
@@ -36,33 +39,53 @@ impl Trial {
     /// Renders `job`.
     pub(super) fn run(scene: &Scene, job: &Job) -> Result<(Self, Film)> {
         let settings = &job.settings;
-        let rendered = if job.candidate == REFERENCE {
-            render_reference(scene, settings, &Silent)
-        } else {
-            render(scene, settings, &Silent)?
-        };
-        let stages: Vec<(String, f64)> = rendered
-            .timings
-            .iter()
-            .map(|(name, time)| ((*name).to_owned(), time.as_secs_f64()))
-            .collect();
+        let rendered = rendered(scene, settings, job.candidate == REFERENCE)?;
+        let stages = stages(&rendered);
         let work = serde_json::to_value(rendered.work).unwrap_or_default();
         let trial = Self {
             candidate: job.candidate.into(),
             point: job.point,
             round: job.round,
+            finest_step: job.finest_step,
             seed: settings.seed,
             seconds: stages.iter().map(|(_, seconds)| seconds).sum(),
             stages,
             radius: rendered.radius,
             work: work.as_object().cloned().unwrap_or_default(),
-            exr: format!("exr/{}-{}-{}.exr", job.candidate, job.point, job.round),
+            exr: format!(
+                "exr/{}-{}-{}{}.exr",
+                job.candidate,
+                job.point,
+                job.round,
+                if job.finest_step { "-finest-step" } else { "" }
+            ),
         };
         Ok((trial, rendered.film))
     }
 
     /// Whether this is the picture that `job` asks for.
     pub(super) fn is_of(&self, job: &Job) -> bool {
-        self.candidate == job.candidate && self.point == job.point && self.round == job.round
+        self.candidate == job.candidate
+            && (self.point, self.round, self.finest_step) == (job.point, job.round, job.finest_step)
     }
+}
+
+/// The picture of `scene` with these settings, or its unbiased reference: the one place where this
+/// room renders.
+pub(super) fn rendered(
+    scene: &Scene,
+    settings: &RenderSettings,
+    reference: bool,
+) -> Result<Rendered> {
+    if reference {
+        Ok(render_reference(scene, settings, &Silent))
+    } else {
+        render(scene, settings, &Silent)
+    }
+}
+
+/// Seconds of each stage of a render.
+pub(super) fn stages(rendered: &Rendered) -> Vec<(String, f64)> {
+    let seconds = rendered.timings.iter().map(|(name, time)| (*name, time.as_secs_f64()));
+    seconds.map(|(name, seconds)| (name.to_owned(), seconds)).collect()
 }

@@ -3,18 +3,19 @@
 mod pictures;
 mod plot;
 
-use std::io::Write;
 use std::path::Path;
 
+use minijinja::context;
 use minijinja::value::{Serde, Value};
-use minijinja::{AutoEscape, Environment, context};
 use serde::Serialize;
 
+use super::ablation::Effect;
+use super::convergence::Convergence;
+use super::html::{json, unmade, write_page};
 use super::request::Metric;
 use super::results::{Answer, PointResult, Results};
 use super::verdict::{figure, interval};
-use crate::error::{Error, Result};
-use crate::file;
+use crate::error::Result;
 use crate::image::viridis;
 
 const PAGE: &str = include_str!("page.html");
@@ -30,44 +31,34 @@ const PLOTTED: [Metric; 4] = [Metric::RelativeMse, Metric::Mse, Metric::CodeMse,
 /// Where a picture of the study cannot be read or the page cannot be made or written.
 pub fn write_report(results: &Results, folder: &Path) -> Result<()> {
     let path = folder.join("report.html");
-    let unmade = |e: &dyn std::fmt::Display| Error::file(&path, format!("cannot be made: {e}"));
     let mut metrics = vec![results.metric()];
     metrics.extend(PLOTTED.into_iter().filter(|metric| *metric != results.metric()));
     let mut plots = Vec::new();
     for metric in metrics {
-        plots.extend(plot::error_against_time(results, metric).map_err(|e| unmade(&e))?);
+        plots.extend(plot::error_against_time(results, metric).map_err(|e| unmade(&path, &e))?);
     }
-    let gallery = pictures::gallery(results, folder)?;
+    let gallery = pictures::gallery(results, folder, &path)?;
     let rows: Vec<Vec<Cell>> = results.points.iter().map(|point| row(results, point)).collect();
     let palette: Vec<[u8; 3]> = (0..256).map(|i| viridis(f64::from(i) / 255.0)).collect();
 
-    let mut environment = Environment::new();
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    environment.add_template("page", PAGE).map_err(|e| unmade(&e))?;
-    let template = environment.get_template("page").map_err(|e| unmade(&e))?;
-    let page = template
-        .render(context! {
-            style => STYLE,
-            script => SCRIPT,
-            results => Value::from(Serde(results)),
-            machine => results.machine.to_string(),
-            metric => results.metric().title(),
-            target => &results.target().name,
-            targets => target_rows(results),
-            plots => Value::from(Serde(&plots)),
-            rows => Value::from(Serde(&rows)),
-            curves => curve_rows(results),
-            cards => Value::from(Serde(&gallery.cards)),
-            views => json(&gallery.views).map_err(|e| unmade(&e))?,
-            palette => json(&palette).map_err(|e| unmade(&e))?,
-        })
-        .map_err(|e| unmade(&e))?;
-    file::write(&path, |out| out.write_all(page.as_bytes()))
-}
-
-/// `value` as JSON for a script element: `<` is escaped, so that no text ends the element.
-fn json(value: &impl Serialize) -> serde_json::Result<String> {
-    Ok(serde_json::to_string(value)?.replace('<', "\\u003c"))
+    let context = context! {
+        style => STYLE,
+        script => SCRIPT,
+        results => Value::from(Serde(results)),
+        machine => results.machine.to_string(),
+        metric => results.metric().title(),
+        target => &results.target().name,
+        targets => target_rows(results),
+        plots => Value::from(Serde(&plots)),
+        rows => Value::from(Serde(&rows)),
+        curves => curve_rows(results),
+        effects => Value::from(Serde(&effect_rows(results))),
+        convergence => convergence_rows(results),
+        cards => Value::from(Serde(&gallery.cards)),
+        views => json(&path, &gallery.views)?,
+        palette => json(&path, &palette)?,
+    };
+    write_page(&path, PAGE, context)
 }
 
 /// A cell of the table: what is read and what is sorted by.
@@ -113,7 +104,8 @@ fn row(results: &Results, point: &PointResult) -> Vec<Cell> {
     let ratios = point.trials.iter().filter_map(|t| t.errors.get(target)?.mean_ratio);
     let ratios: Vec<f64> = ratios.collect();
     let ratio = (!ratios.is_empty()).then(|| ratios.iter().sum::<f64>() / ratios.len() as f64);
-    let share = point.relative_mse_split.map(|split| split.bias / (split.bias + split.noise));
+    let split = point.relative_mse_split;
+    let share = split.map(|s| s.bias / (s.bias + s.noise + s.step.unwrap_or(0.0)));
     vec![
         Cell::text(&point.candidate),
         Cell { text: point.label.clone(), sort: Some(f64::from(point.settings.rays)) },
@@ -126,8 +118,9 @@ fn row(results: &Results, point: &PointResult) -> Vec<Cell> {
         ),
         Cell::answer(&point.gain_at_equal_error),
         Cell::answer(&point.gain_at_equal_time),
-        Cell::number(point.relative_mse_split.map(|split| split.noise)),
-        Cell::number(point.relative_mse_split.map(|split| split.bias)),
+        Cell::number(split.map(|split| split.noise)),
+        Cell::number(split.and_then(|split| split.step)),
+        Cell::number(split.map(|split| split.bias)),
         Cell::number(share.map(|share| 100.0 * share)),
         Cell::number(ratio),
         Cell::number(mean(Metric::CodeMse)),
@@ -168,4 +161,38 @@ fn curve_rows(results: &Results) -> Vec<Vec<String>> {
             cells
         })
         .collect()
+}
+
+/// Part, candidates, gains at equal time and equal error, and outcome of each effect.
+fn effect_rows(results: &Results) -> Vec<Vec<Cell>> {
+    let row = |effect: &Effect| {
+        vec![
+            Cell::text(&effect.part),
+            Cell::text(&effect.with),
+            Cell::text(&effect.without),
+            Cell::answer(&effect.error_gain),
+            Cell::answer(&effect.time_gain),
+            Cell::text(effect.outcome()),
+        ]
+    };
+    results.ablation.iter().map(row).collect()
+}
+
+/// Quantity, measured exponent and expected exponent of what falls with photons.
+fn convergence_rows(results: &Results) -> Vec<[String; 3]> {
+    let exponent = |v: Option<f64>| v.map_or_else(|| "–".into(), |v| format!("{v:.2}"));
+    let rows = |c: &Convergence| {
+        let [noise, bias] = [0, 1].map(|part| c.expected.map(|both| both[part]));
+        // Whichever falls more slowly is what is left.
+        let slower = c.expected.map(|[noise, bias]| noise.max(bias));
+        [
+            ("MSE", c.mse, slower),
+            ("its noise", c.noise, noise),
+            ("its bias", c.bias, bias),
+            ("radius, or edge of cells", c.radius, None),
+        ]
+        .map(|(name, measured, theory)| [name.into(), exponent(measured), exponent(theory)])
+        .to_vec()
+    };
+    results.convergence.as_ref().map(rows).unwrap_or_default()
 }

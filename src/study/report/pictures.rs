@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use half::f16;
 use serde::Serialize;
 
+use super::super::html::data_uri;
 use super::super::metric::relative_map;
 use super::super::results::{PointResult, Results};
 use crate::error::{Error, Result};
@@ -47,13 +46,14 @@ pub(super) struct Viewed {
     png: String,
 }
 
-/// Pictures of the targets and of the first seed of every candidate at its largest budget.
-pub(super) fn gallery(results: &Results, folder: &Path) -> Result<Gallery> {
+/// Pictures of the targets and of the first seed of every candidate at its largest budget, for the
+/// page at `path`.
+pub(super) fn gallery(results: &Results, folder: &Path, path: &Path) -> Result<Gallery> {
     let target = read_exr(&folder.join(&results.target().exr))?;
     let mut views = Vec::new();
     for target in &results.targets {
         let image = read_exr(&folder.join(&target.exr))?;
-        views.push(viewed(format!("{} (mean of {})", target.name, target.renders), &image)?);
+        views.push(viewed(format!("{} (mean of {})", target.name, target.renders), &image, path)?);
     }
     let mut shown: Vec<(&PointResult, Layers, Image)> = Vec::new();
     for point in &results.points {
@@ -74,10 +74,10 @@ pub(super) fn gallery(results: &Results, folder: &Path) -> Result<Gallery> {
     let worst = errors.iter().map(|map| high(map)).fold(1e-6, f32::max);
     let mut cards = Vec::new();
     for ((point, layers, image), error) in shown.iter().zip(&errors) {
-        views.push(viewed(format!("{}, {}", point.candidate, point.label), image)?);
+        views.push(viewed(format!("{}, {}", point.candidate, point.label), image, path)?);
         let view = View { exposure: results.metrics.exposure, transform: ViewTransform::Agx };
         let picture = Picture::developed(&reduced(image), &view);
-        cards.push(card(point, layers, &picture, error, worst)?);
+        cards.push(card(point, layers, &picture, (error, worst), path)?);
     }
     Ok(Gallery { cards, views })
 }
@@ -86,9 +86,10 @@ fn card(
     point: &PointResult,
     layers: &Layers,
     picture: &Picture,
-    error: &[f32],
-    worst: f32,
+    (error, worst): (&[f32], f32),
+    path: &Path,
 ) -> Result<Card> {
+    let embedded = |shown: &Picture| data_uri(path, shown.width(), shown.height(), shown.bytes());
     let mut panels = vec![("picture".to_owned(), embedded(picture)?)];
     let width = layers.width;
     let panel = |name: &str, values: &[f32], range: Option<[f32; 2]>| {
@@ -121,7 +122,7 @@ fn high(values: &[f32]) -> f32 {
     sorted[(sorted.len() - 1) * 99 / 100]
 }
 
-fn viewed(name: String, image: &Image) -> Result<Viewed> {
+fn viewed(name: String, image: &Image, path: &Path) -> Result<Viewed> {
     let image = reduced(image);
     let halves: Vec<[u8; 2]> = image
         .pixels()
@@ -135,34 +136,7 @@ fn viewed(name: String, image: &Image) -> Result<Viewed> {
         .chain(halves.iter().map(|[_, low]| low & KEPT))
         .collect();
     let (width, height) = (image.width(), image.height());
-    Ok(Viewed { name, width, height, png: data_uri(width, 2 * height, &bytes)? })
-}
-
-fn embedded(picture: &Picture) -> Result<String> {
-    data_uri(picture.width(), picture.height(), picture.bytes())
-}
-
-/// An RGB PNG as a data URI. It says nothing of colours, so that scripts read the bytes as stored.
-fn data_uri(width: usize, height: usize, bytes: &[u8]) -> Result<String> {
-    let mut file = Vec::new();
-    encode(&mut file, width as u32, height as u32, bytes)
-        .map_err(|e| Error::file("report.html", format!("a picture cannot be made: {e}")))?;
-    Ok(format!("data:image/png;base64,{}", STANDARD.encode(file)))
-}
-
-fn encode(
-    file: &mut Vec<u8>,
-    width: u32,
-    height: u32,
-    bytes: &[u8],
-) -> Result<(), png::EncodingError> {
-    let mut encoder = png::Encoder::new(file, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
-    writer.finish()
+    Ok(Viewed { name, width, height, png: data_uri(path, width, 2 * height, &bytes)? })
 }
 
 /// The mean of squares of pixels, so that no side is longer than [`SIDE`].

@@ -10,6 +10,9 @@ use super::super::statistics::Interval;
 
 const SIZE: (u32, u32) = (880, 560);
 
+/// The most places told on an axis, unless there are as many powers of ten.
+const MOST_TICKS: usize = 10;
+
 /// A drawing with its title.
 #[derive(Debug, Serialize)]
 pub(super) struct Plot {
@@ -66,7 +69,10 @@ fn draw(
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(84)
-        .build_cartesian_2d((times.0..times.1).log_scale(), (errors.0..errors.1).log_scale())?;
+        .build_cartesian_2d(
+            (times.0..times.1).log_scale().with_key_points(ticks(times)),
+            (errors.0..errors.1).log_scale().with_key_points(ticks(errors)),
+        )?;
     let label = |v: &f64| super::figure(*v);
     chart
         .configure_mesh()
@@ -76,8 +82,8 @@ fn draw(
         .y_desc(format!("{} against {}", metric.title(), results.target().name))
         .x_label_formatter(&label)
         .y_label_formatter(&label)
-        .x_labels(6)
-        .y_labels(6)
+        .x_labels(MOST_TICKS)
+        .y_labels(MOST_TICKS)
         .label_style(("sans-serif", 14))
         .draw()?;
     for (index, (name, places)) in series.iter().enumerate() {
@@ -141,6 +147,20 @@ fn place(results: &Results, point: &PointResult, metric: Metric) -> Option<Place
     (error.estimate > 0.0).then(|| Place { time: point.seconds.clone(), error })
 }
 
+/// Places on an axis that are told: powers of ten, with their doubles and fives where there are few.
+fn ticks((low, high): Ends) -> Vec<f64> {
+    let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
+    let at = |steps: &[f64]| -> Vec<f64> {
+        let all = powers.clone().flat_map(|power| steps.iter().map(move |s| s * 10f64.powi(power)));
+        all.filter(|tick| (low..=high).contains(tick)).collect()
+    };
+    [&[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0][..], &[1.0, 2.0, 5.0], &[1.0]]
+        .iter()
+        .map(|steps| at(steps))
+        .find(|ticks| ticks.len() <= MOST_TICKS)
+        .unwrap_or_else(|| at(&[1.0]))
+}
+
 /// What of an interval lies between the `ends` of an axis.
 fn within(range: [f64; 2], ends: Ends) -> (f64, f64) {
     let [low, high] = range.map(|v| v.clamp(ends.0, ends.1));
@@ -155,4 +175,16 @@ fn around(values: impl Iterator<Item = f64>, margin: f64) -> Option<Ends> {
         Some((low.min(v), high.max(v)))
     });
     ends.map(|(low, high)| (low / margin, high * margin))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_is_told_at_several_places() {
+        assert_eq!(ticks((0.95, 2.2)), [1.0, 1.5, 2.0]);
+        assert_eq!(ticks((0.15, 25.0)), [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
+        assert_eq!(ticks((0.5e-6, 2.0)).len(), 7);
+    }
 }

@@ -1,0 +1,110 @@
+//! Answers of studies against theory: step errors, convergence with photons, the ablation.
+
+#![allow(clippy::print_stderr)] // what is measured is told
+
+use std::path::Path;
+
+use fogbow::render::Silent;
+use fogbow::scene::{LoadOptions, Overrides, Scene};
+use fogbow::study::{Answer, Estimator, Request, Results, Study};
+
+const BALL: &str = "
+[camera]
+position = [0, 0, 4]
+target = [0, 0, 0]
+fov = 40
+
+[film]
+size = [24, 24]
+
+[render]
+rays = 16
+photons = 128000
+
+[[medium]]
+region = { sphere = { center = [0, 0, 0], radius = 1 } }
+sigma_t = 4
+albedo = 0.98
+
+[[light]]
+type = \"point\"
+position = [0, 3, 0]
+intensity = [9, 9, 9]
+";
+
+fn studied(scene: &Path, overrides: Overrides, request: &Request) -> Results {
+    let folder = tempfile::tempdir().unwrap();
+    let options = LoadOptions { overrides, ..LoadOptions::default() };
+    let scene = Scene::load(scene, &options).unwrap();
+    let study = Study::new(&scene, &folder.path().join("out"), request, false).unwrap();
+    study.run("a test", &Silent).unwrap()
+}
+
+fn names(names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}
+
+/// The README's figures are what this prints. With its fixed seeds it always says the same.
+#[test]
+fn errors_fall_with_photons_as_theory_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("ball.toml");
+    std::fs::write(&path, BALL).unwrap();
+    let candidates = names(&["photons"]);
+    let request = Request { candidates, seeds: 3, reference: Some(1500), ..Request::default() };
+    let results = studied(&path, Overrides::default(), &request);
+    let told = results.convergence.unwrap();
+    eprintln!("{told:#?}");
+    assert_eq!((told.estimator, told.points.len()), (Estimator::Lattice, 4));
+    let [noise, bias] = told.expected.unwrap();
+    let measured = told.mse.unwrap();
+    assert!((noise - 0.1..bias + 0.1).contains(&measured), "{measured} of {noise} to {bias}");
+    assert!((told.noise.unwrap() - noise).abs() < 0.1, "{:?} of {noise}", told.noise);
+}
+
+#[test]
+fn a_coarse_step_is_told_from_noise_and_bias() {
+    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.toml");
+    let overrides = Overrides {
+        size: Some([24, 24]),
+        photons: Some(5000),
+        rays: Some(4),
+        step: Some(0.5),
+        ..Overrides::default()
+    };
+    let request = Request {
+        candidates: names(&["fixed", "xs-rays", "xs-step"]),
+        budgets: vec![4, 2, 1],
+        seeds: 2,
+        reference: Some(200),
+        ..Request::default()
+    };
+    let steps = |results: &Results, name: &str| {
+        let of = |p: &&fogbow::study::PointResult| p.candidate == name;
+        let point = results.points.iter().find(of).unwrap();
+        assert_eq!(point.finest_step.is_empty(), point.mse_split.unwrap().step == Some(0.0));
+        let split = point.mse_split.unwrap();
+        // The parts make up the error, to what the target's own error is.
+        let errors: Vec<f64> = point.trials.iter().map(|t| t.errors["reference"].mse).collect();
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        let sum = split.noise + split.step.unwrap() + split.bias + results.target().own.mse;
+        assert!((sum - mean).abs() < 1e-6 * mean, "{sum} of {mean}");
+        split.step.unwrap() / mean
+    };
+    let coarse = studied(&smoke, overrides, &request);
+    let share = steps(&coarse, "fixed");
+    assert!(share > 0.01, "steps of half a metre make {share} of the error");
+
+    let fine = studied(&smoke, Overrides { step: None, ..overrides }, &request);
+    assert_eq!((steps(&fine, "fixed"), steps(&fine, "xs-rays")), (0.0, 0.0));
+    let directed = steps(&fine, "xs-step");
+    assert!(directed.abs() < share, "directed steps make {directed}");
+
+    // What was measured is told, what was not is not.
+    let parts: Vec<&str> = fine.ablation.iter().map(|effect| effect.part.as_str()).collect();
+    assert_eq!(parts, ["directed rays alone", "directed step alone"]);
+    for effect in &fine.ablation {
+        let is_told = matches!(effect.error_gain, Answer::Found(_));
+        assert_eq!(is_told, effect.outcome() != "not told");
+    }
+}
