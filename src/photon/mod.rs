@@ -1,9 +1,10 @@
 //! Pass 1: photons are shot from the lights through surfaces and media and kept in maps, from
 //! which pass 2 estimates the light that arrives anywhere.
 //!
-//! Volume photons estimate fluence, not collision density: a photon is kept at tentative
-//! collisions and weighs one over their rate, so thin regions and the edges of a medium get their
-//! share and no energy is lost at a medium's boundary.
+//! Light in media estimates fluence, not collision density, so thin regions and the edges of a
+//! medium get their share and no energy is lost at a medium's boundary. Where cells can be thin
+//! and the eye lies outside, flights leave their length on a lattice; elsewhere a photon is kept at
+//! tentative collisions and weighs one over their rate.
 
 mod beam;
 mod emitters;
