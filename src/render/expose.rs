@@ -19,7 +19,7 @@ use crate::scene::lighting::Draws;
 use crate::scene::plan::Needs;
 use crate::work::Work;
 
-use super::checkpoint::{Keeping, Moment};
+use super::checkpoint::{Checkpoints, Keeping, Moment};
 use super::control::{Control, Halt};
 use super::plate::{Plate, Tile};
 use super::reckoning::{Left, Spent, Units};
@@ -138,7 +138,9 @@ pub fn expose(
     };
     let mut plate = Plate::new(window);
     let mut work = Work::default();
-    if let Some(Moment { work: known, samples, .. }) = control.checkpoints.and_then(|c| c.take()) {
+    if let Some(Moment { work: known, samples, .. }) =
+        control.checkpoints.and_then(Checkpoints::take)
+    {
         work = known;
         plate.restore(samples);
     }
