@@ -17,7 +17,7 @@ CYCLES = {
     "cycles-biased-oidn": "biased-oidn",
 }
 FOGBOW = {"fogbow-fixed": "fixed", "fogbow-xs": "xs", "fogbow-reference": "reference"}
-HALVES = (101, 102)
+FIRST_REFERENCE_SEED = 101
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,13 @@ def candidates(budget: dict) -> list[Job]:
 
 
 def references(budget: dict) -> list[Job]:
-    """The halves of each renderer's reference."""
-    parts = budget["reference"].items()
-    return [Job(renderer, rays, None, seed) for renderer, rays in parts for seed in HALVES]
+    """The parts of each renderer's reference, a seed each."""
+    seeds = range(FIRST_REFERENCE_SEED, FIRST_REFERENCE_SEED + budget["reference_parts"])
+    return [
+        Job(renderer, rays, None, seed)
+        for renderer, rays in budget["reference"].items()
+        for seed in seeds
+    ]
 
 
 class Workshop:

@@ -1,8 +1,8 @@
 """The reference of a scene: the independent results of two unbiased renderers, mixed.
 
-Each renders two halves from different seeds. A quarter of the squared difference of the halves
-estimates the variance of their mean, pixel by pixel; from it follow the weights of the mix, its
-noise, and by how many standard errors the renderers differ.
+Each renders several parts from different seeds, whose scatter tells the variance of their mean,
+pixel by pixel; from it follow the weights of the mix, its noise, and by how many standard errors
+the renderers differ.
 """
 
 from dataclasses import dataclass
@@ -36,8 +36,9 @@ class Part:
 
 
 def _part(renderer: str, records: list[dict]) -> Part:
-    a, b = (read(record["picture"]) for record in records)
-    return Part(renderer, (a + b) / 2, (grey(a) - grey(b)) ** 2 / 4)
+    pictures = numpy.stack([read(record["picture"]) for record in records])
+    scatter = grey(pictures).var(axis=0, ddof=1)
+    return Part(renderer, pictures.mean(0), scatter / len(records))
 
 
 def _blocks(values: numpy.ndarray) -> numpy.ndarray:
@@ -71,7 +72,7 @@ def _compare(a: Part, b: Part) -> str:
 
 
 def mix(records: list[dict]) -> Reference:
-    """The mix of all renderers with two halves each among `records`."""
+    """The mix of all renderers among `records`, with two parts or more of each."""
     renderers = list(dict.fromkeys(record["renderer"] for record in records))
     parts = [_part(name, [r for r in records if r["renderer"] == name]) for name in renderers]
     agreement = [_compare(a, b) for a, b in combinations(parts, 2)]
