@@ -7,6 +7,7 @@ import matplotlib
 matplotlib.use("svg")
 matplotlib.rcParams["svg.hashsalt"] = "fogbow"
 from matplotlib import pyplot  # noqa: E402
+from matplotlib.ticker import NullFormatter  # noqa: E402
 
 # Colour, marker and line of each renderer: fogbow's in warm colours, peers in cold ones.
 STYLES = {
@@ -27,14 +28,15 @@ def draw(scenes: list[dict], path: Path) -> None:
     for column, scene in enumerate(scenes):
         for (error, label), axes in zip(ROWS, grid[:, column]):
             for renderer, (color, marker, line) in STYLES.items():
-                points = sorted(
-                    (p["seconds"], p[error]) for p in scene["points"] if p["renderer"] == renderer
-                )
+                own = [p for p in scene["points"] if p["renderer"] == renderer]
+                own.sort(key=lambda p: (p["photons"] or 0, p["rays"]))
+                points = [(p["seconds"], p[error]) for p in own]
                 if points:
                     axes.loglog(
                         *zip(*points), color=color, marker=marker, ls=line, ms=4, label=renderer
                     )
             axes.set_ylabel(label)
+            axes.xaxis.set_minor_formatter(NullFormatter())
             axes.grid(which="both", alpha=0.25)
         grid[0, column].set_title(scene["title"], fontsize=10)
         grid[-1, column].set_xlabel("seconds (CPU seconds over threads)")
