@@ -43,7 +43,7 @@ def time_to(curve: list[tuple[float, float]], error: float) -> Reached:
         if e1 <= error:
             part = math.log(e0 / error) / math.log(e0 / e1)
             return Reached(t0 * (t1 / t0) ** part, EXACT)
-    return Reached(points[-1][0], ABOVE)
+    return Reached(max(curve)[0], ABOVE)
 
 
 def both(a: Reached, b: Reached) -> Reached:

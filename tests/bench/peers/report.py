@@ -24,8 +24,9 @@ another time, so that ratios near 1 mean little. relMSE is the mean of (x - r)²
 half the reference's mean, less the reference's own noise but at least a tenth of it; trimmed
 (without the worst 0.1 % of the pixels), RMSE and FLIP (HDR) hold that noise; "mean" is the mean
 over the reference's. Times to equal error lie on straight lines on logarithmic axes between those
-budgets that are better than all sooner ones; "< 1.2" is sooner than the cheapest budget measured, "> 30" later than the
-dearest. "Times" is the peer's seconds over fogbow's: below 1 fogbow is slower.
+budgets that are better than all sooner ones; "< 1.2" is sooner than the cheapest budget measured,
+"> 30" later than the dearest. "Times" is the peer's seconds over fogbow's: below 1 fogbow is
+slower.
 """
 
 
