@@ -67,7 +67,7 @@ fn a_coarse_step_is_told_from_noise_and_bias() {
     let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.toml");
     let overrides = Overrides {
         size: Some([24, 24]),
-        photons: Some(5000),
+        photons: Some(100_000),
         rays: Some(4),
         step: Some(0.5),
         ..Overrides::default()

@@ -26,7 +26,8 @@ const ENOUGH: usize = 1_000_000;
 pub(super) struct Scouted {
     /// Share of the volume photons to keep, so that a path leaves few.
     pub keep: f64,
-    /// Length in metres of all flights through media.
+    /// Length in metres of all flights through media, of each path at most once across them: what a
+    /// path leaves beyond lies beside what it left before.
     pub flown: f64,
     /// Power, summed over channels, of flights in media, in the unit of tracks: half of their length
     /// is flown with less. Nothing where there are none.
@@ -39,20 +40,23 @@ impl Scouted {
     /// Asks the first of `count` paths.
     pub fn by(paths: &Paths<'_>, count: u64) -> Self {
         let (mut traced, mut left, mut tracks, mut events) = (0, 0, Vec::new(), 0);
+        let across = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
+        let mut flown = 0.0;
         while traced < PATHS.min(count) && left < ENOUGH {
             let until = (traced + AT_ONCE).min(count);
             let each = (traced..until).into_par_iter().map(|path| paths.trace(path..path + 1));
-            for Deposits { volume, tracks: flown, work, .. } in each.collect::<Vec<_>>() {
+            for Deposits { volume, tracks: left_behind, work, .. } in each.collect::<Vec<_>>() {
                 left += volume.len();
                 events += work.collisions + work.intersections;
-                tracks.extend(flown);
+                flown += left_behind.iter().map(Track::length).sum::<f64>().min(across);
+                tracks.extend(left_behind);
             }
             traced = until;
         }
         let expected = left as f64 * count as f64 / traced.max(1) as f64;
         let keep = ((KEPT * count as f64).max(SPARED) / expected.max(1.0)).min(1.0);
         let share = traced as f64 / count.max(1) as f64;
-        let flown = tracks.iter().map(Track::length).sum::<f64>() / share.max(f64::MIN_POSITIVE);
+        let flown = flown / share.max(f64::MIN_POSITIVE);
         let events = events as f64 / traced.max(1) as f64;
         Self { keep, flown, usual_power: usual_power(&mut tracks), events }
     }

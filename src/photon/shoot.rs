@@ -31,7 +31,7 @@ const GROUND: f64 = 4.0;
 const NEAR: f64 = 0.02;
 
 /// How many times as fine as suits the flights cells may be, so that they are thin.
-const FINER: f64 = 1.7;
+const FINER: f64 = 1.4;
 
 /// How many times as many events splitting may make of the same paths.
 const DEARER: f64 = 2.0;
