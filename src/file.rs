@@ -116,7 +116,7 @@ pub fn write(
 /// when it returns.
 ///
 /// # Errors
-/// As [`write`]; nothing is left at `passing` then.
+/// As [`write()`]; nothing is left at `passing` then.
 pub fn write_by_way_of(
     passing: &Path,
     target: &Path,

@@ -68,7 +68,7 @@ fn median(values: &[f64]) -> f64 {
 
 /// The slope of the least-squares line through the logarithms of `points` above 0: -1 for the
 /// squared error of independent samples against their number. Nothing where no two places are a
-/// factor of [`APART`] apart: noise would decide.
+/// factor of `APART` apart: noise would decide.
 pub fn slope(points: &[(f64, f64)]) -> Option<f64> {
     let logarithms: Vec<(f64, f64)> = points
         .iter()

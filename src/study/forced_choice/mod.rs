@@ -7,7 +7,7 @@
 //! the paper's Table 3.
 //!
 //! [`write_trial`] makes the page, [`Server`] shows it and keeps the answers, [`read_answers`] and
-//! [`tally`] count them.
+//! [`tally()`] count them.
 
 mod answers;
 mod page;
