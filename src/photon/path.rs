@@ -78,6 +78,17 @@ pub(super) struct Deposits {
     pub work: Work,
 }
 
+impl Deposits {
+    /// Takes in what other paths left, but for their flights.
+    pub fn append(&mut self, other: &Self) {
+        let before = self.volume.len();
+        self.independent.extend(other.independent.iter().map(|index| before + index));
+        self.volume.extend_from_slice(&other.volume);
+        self.surface.extend_from_slice(&other.surface);
+        self.work += other.work;
+    }
+}
+
 /// A photon on its way.
 struct Flying {
     ray: Ray<World>,

@@ -60,33 +60,17 @@ impl Radii {
         weight: impl Fn(&Placed) -> f64 + Sync,
         most: f64,
     ) -> Self {
-        let step = (independent.len() / PROBED).max(1);
-        let thin: Vec<Placed> = independent.iter().step_by(step).copied().collect();
-        let thinning = photons.len() as f64 / thin.len().max(1) as f64;
-        let map = PhotonMap::new(origin, &thin);
-        let radius = |p: &Placed| {
-            let mut power = 0.0;
-            let near = map.nearest_photons(p.at(origin), NEIGHBOURS + 1, |photon| {
-                power += photon.power().element_sum() / (NEIGHBOURS + 1) as f64;
-            });
-            let near = near.unwrap_or(most);
+        let radius = |near: f64, crowd: f64| {
             // Volume that belongs to one photon.
-            let volume = 4.0 / 3.0 * PI * near.powi(3) / (NEIGHBOURS as f64 * thinning);
+            let volume = 4.0 / 3.0 * PI * near.powi(3) / crowd;
             let along = (ALONG * volume / (PI * depth)).sqrt();
             let within = (WITHIN * volume * 3.0 / (4.0 * PI)).cbrt();
-            (along.min(within), power)
+            along.min(within)
         };
-        let thin: Vec<(f64, f64)> = thin.par_iter().map(radius).collect();
-        let nearest = |p: WorldPoint| map.nearest(p).map_or((most, 1.0), |index| thin[index]);
-        let wide = |p: &Placed| {
-            let (radius, power) = nearest(p.at(origin));
-            let counts = weight(p) * p.photon.power().element_sum() / power;
-            let radius = radius * counts.sqrt().clamp(1.0, WIDEST);
-            radius.min(most).max(f64::from(f32::MIN_POSITIVE)) as f32
-        };
-        let each = photons.par_iter().map(wide).collect();
+        let spacing = Spacing::of(origin, independent, photons.len(), most, radius);
+        let each = photons.par_iter().map(|p| spacing.spread(p, weight(p))).collect();
         let stride = (visible.len() / PLACES).max(1);
-        let seen = visible.iter().step_by(stride).map(|p| nearest(*p).0.min(most)).collect();
+        let seen = visible.iter().step_by(stride).map(|p| spacing.at(*p).0.min(most)).collect();
         Self { each, typical: median(seen).unwrap_or(most) }
     }
 }
@@ -94,26 +78,58 @@ impl Radii {
 /// The radius of each photon on a surface, in metres, at most `most`: within it about as many lie
 /// as a gather should find, and the more the more a photon's power exceeds its neighbours'.
 pub(super) fn on_surfaces(origin: WorldPoint, photons: &[Placed], most: f64) -> Vec<f32> {
-    let step = (photons.len() / PROBED).max(1);
-    let thin: Vec<Placed> = photons.iter().step_by(step).copied().collect();
-    let thinning = photons.len() as f64 / thin.len().max(1) as f64;
-    let map = PhotonMap::new(origin, &thin);
-    let spacing = |p: &Placed| {
-        let mut power = 0.0;
-        let near = map.nearest_photons(p.at(origin), NEIGHBOURS + 1, |photon| {
-            power += photon.power().element_sum() / (NEIGHBOURS + 1) as f64;
-        });
-        let around = (AROUND / (NEIGHBOURS as f64 * thinning)).sqrt();
-        (near.map_or(most, |near| near * around), power)
-    };
-    let spacings: Vec<(f64, f64)> = thin.par_iter().map(spacing).collect();
-    let wide = |p: &Placed| {
-        let (radius, power) = map.nearest(p.at(origin)).map_or((most, 1.0), |i| spacings[i]);
-        let counts = p.photon.power().element_sum() / power;
+    let radius = |near: f64, crowd: f64| near * (AROUND / crowd).sqrt();
+    let spacing = Spacing::of(origin, photons, photons.len(), most, radius);
+    photons.par_iter().map(|p| spacing.spread(p, 1.0)).collect()
+}
+
+/// How wide photons should be spread where they lie, told by some of them.
+struct Spacing {
+    map: PhotonMap,
+    origin: WorldPoint,
+    /// For each of those the radius in metres and its neighbours' mean power.
+    probed: Vec<(f64, f64)>,
+    /// The largest radius, in metres.
+    most: f64,
+}
+
+impl Spacing {
+    /// Told by some of `probes` for `count` photons that are spread alike; `radius` makes a radius
+    /// of a distance within which so many of those lie.
+    fn of(
+        origin: WorldPoint,
+        probes: &[Placed],
+        count: usize,
+        most: f64,
+        radius: impl Fn(f64, f64) -> f64 + Sync,
+    ) -> Self {
+        let step = (probes.len() / PROBED).max(1);
+        let thin: Vec<Placed> = probes.iter().step_by(step).copied().collect();
+        let crowd = NEIGHBOURS as f64 * (count as f64 / thin.len().max(1) as f64);
+        let map = PhotonMap::new(origin, &thin);
+        let probe = |p: &Placed| {
+            let mut power = 0.0;
+            let near = map.nearest_photons(p.at(origin), NEIGHBOURS + 1, |photon| {
+                power += photon.power().element_sum() / (NEIGHBOURS + 1) as f64;
+            });
+            (radius(near.unwrap_or(most), crowd), power)
+        };
+        let probed = thin.par_iter().map(probe).collect();
+        Self { map, origin, probed, most }
+    }
+
+    /// Radius and mean power at `p`, as the nearest probe has them.
+    fn at(&self, p: WorldPoint) -> (f64, f64) {
+        self.map.nearest(p).map_or((self.most, 1.0), |index| self.probed[index])
+    }
+
+    /// The radius of a photon that counts `weight` for each unit of its power.
+    fn spread(&self, p: &Placed, weight: f64) -> f32 {
+        let (radius, power) = self.at(p.at(self.origin));
+        let counts = weight * p.photon.power().element_sum() / power;
         let radius = radius * counts.sqrt().clamp(1.0, WIDEST);
-        radius.min(most).max(f64::from(f32::MIN_POSITIVE)) as f32
-    };
-    photons.par_iter().map(wide).collect()
+        radius.min(self.most).max(f64::from(f32::MIN_POSITIVE)) as f32
+    }
 }
 
 fn median(mut values: Vec<f64>) -> Option<f64> {

@@ -116,40 +116,21 @@ pub fn shoot(
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
     let scouted = windowed(&mut paths, count);
     paths.keep = scouted.keep;
-    let mut lattices = lattices(scene, shooting, &phases, origin, &visible.media, scouted.flown);
+    let mut lattices = if keeps {
+        lattices(scene, shooting, &phases, origin, &visible.media, scouted.flown)
+    } else {
+        Vec::new()
+    };
     // Cells at a medium's border reach beyond it.
     paths.tracked = lattices.iter().map(Builder::bounds).reduce(Aabb::union);
-    if !keeps {
-        lattices.clear();
-    }
     if !lattices.is_empty() && !needs_beams(scene) {
         paths.keep = 0.0;
     }
-    let (mut work, mut volume, mut surface) = (visible.work, Vec::new(), Vec::new());
-    let mut independent = Vec::new();
     let count = shooting.traced.map_or(count, |traced| traced.min(count));
-    let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
-    for batch in chunks.chunks(BATCH) {
-        let traced: Vec<Deposits> = batch
-            .par_iter()
-            .map(|chunk| {
-                let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-                advance(range.end - range.start);
-                paths.trace(range)
-            })
-            .collect();
-        for deposits in &traced {
-            volume.extend_from_slice(&deposits.volume);
-            independent.extend(deposits.independent.iter().map(|index| deposits.volume[*index]));
-            surface.extend_from_slice(&deposits.surface);
-            work += deposits.work;
-        }
-        work.tracks += traced.iter().map(|d| d.tracks.len() as u64).sum::<u64>();
-        let tracks: Vec<&[Track]> = traced.iter().map(|d| &d.tracks[..]).collect();
-        for lattice in &mut lattices {
-            lattice.add(&tracks);
-        }
-    }
+    let Deposits { volume, independent, surface, mut work, .. } =
+        traced(&paths, count, &mut lattices, advance);
+    let independent: Vec<Placed> = independent.iter().map(|index| volume[*index]).collect();
+    work += visible.work;
     let lattices: Vec<Lattice> =
         lattices.into_iter().map(|l| l.finish(shooting.levels, units.surface)).collect();
     work.photon_paths = count;
@@ -168,16 +149,9 @@ pub fn shoot(
         None => radius::on_surfaces(origin, &surface, 0.1 * extent(everything, media)),
     };
     let surface = SurfaceMap::new(origin, &surface, &surface_radii);
-    let thinner = |level: u32| {
-        let wider = (1_u32 << level) as f32;
-        let radii: Vec<f32> = thinned(&radii.each, level).map(|r| r * wider).collect();
-        BeamMap::new(origin, &thinned(&volume, level).copied().collect::<Vec<_>>(), &radii)
-    };
-    let mut levels = vec![BeamMap::new(origin, &volume, &radii.each)];
-    levels.extend((1..=shooting.levels).map(thinner));
     let volume_radius = lattices.iter().map(Lattice::edge).fold(radii.typical, f64::min);
     let maps = PhotonMaps {
-        volume: levels,
+        volume: thinned_maps(origin, &volume, &radii.each, shooting.levels),
         lattices,
         direct,
         phases,
@@ -187,6 +161,34 @@ pub fn shoot(
         surface_unit: units.surface,
     };
     Ok((maps, work))
+}
+
+/// What `count` paths leave, their flights in `lattices`. `advance` is told how many are done.
+fn traced(
+    paths: &Paths<'_>,
+    count: u64,
+    lattices: &mut [Builder<'_>],
+    advance: &(dyn Fn(u64) + Sync),
+) -> Deposits {
+    let mut all = Deposits::default();
+    let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
+    for batch in chunks.chunks(BATCH) {
+        let traced: Vec<Deposits> = batch
+            .par_iter()
+            .map(|chunk| {
+                let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+                advance(range.end - range.start);
+                paths.trace(range)
+            })
+            .collect();
+        traced.iter().for_each(|deposits| all.append(deposits));
+        let tracks: Vec<&[Track]> = traced.iter().map(|d| &d.tracks[..]).collect();
+        all.work.tracks += tracks.iter().map(|tracks| tracks.len() as u64).sum::<u64>();
+        for lattice in &mut *lattices {
+            lattice.add(&tracks);
+        }
+    }
+    all
 }
 
 /// Gives `paths` a window round the usual power in media, raised where splitting heavier photons
@@ -256,9 +258,21 @@ fn needs_beams(scene: &Scene) -> bool {
     !isotropic && materials.any(Material::is_specular)
 }
 
-/// What is left of `all` in a level.
-fn thinned<T>(all: &[T], level: u32) -> impl Iterator<Item = &T> {
-    all.iter().step_by(THINNING.pow(level))
+/// The map of all `photons`, and as many `levels` more of fewer and wider ones.
+fn thinned_maps(
+    origin: WorldPoint,
+    photons: &[Placed],
+    radii: &[f32],
+    levels: u32,
+) -> Vec<BeamMap> {
+    let map = |level: u32| {
+        let (step, wider) = (THINNING.pow(level), (1_u32 << level) as f32);
+        let left: Vec<Placed> = photons.iter().step_by(step).copied().collect();
+        let radii: Vec<f32> = radii.iter().step_by(step).map(|r| r * wider).collect();
+        BeamMap::new(origin, &left, &radii)
+    };
+    let all = BeamMap::new(origin, photons, radii);
+    std::iter::once(all).chain((1..=levels).map(map)).collect()
 }
 
 /// How much more a photon's light scatters toward the camera than if it were spread evenly, by the

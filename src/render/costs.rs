@@ -10,13 +10,10 @@ use crate::error::Result;
 use crate::image::{Accumulator, Window};
 use crate::math::Stage;
 use crate::medium::Medium;
-use crate::photon::{self, PhotonMaps, PhotonMemory, Shooting};
+use crate::photon::{self, PhotonMaps, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 use crate::work::Work;
-
-/// Photon paths of the look, at most.
-const PATHS: u64 = 1 << 14;
 
 /// Rays of the look, about.
 const RAYS: f64 = 30_000.0;
@@ -123,8 +120,7 @@ pub fn memory_needed(scene: &Scene, settings: &RenderSettings, program: u64) -> 
 
 /// The maps that a few of the photons leave, and the work that all are.
 fn look(scene: &Scene, settings: &RenderSettings) -> Result<(PhotonMaps, Work)> {
-    let paths = PATHS.min(settings.photons);
-    let shooting = Shooting { traced: Some(paths), ..guide::shooting(scene, settings) };
+    let (shooting, paths) = guide::look(scene, settings);
     let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
     Ok((photons, scaled(&shot, settings.photons as f64 / paths.max(1) as f64)))
 }

@@ -18,6 +18,9 @@ use super::expose::{Direction, Sheet, expose};
 use super::march::Marcher;
 use super::{Control, Stages};
 
+/// Photon paths of a look at few of them, at most.
+const PATHS: u64 = 1 << 14;
+
 /// Share of the photons with which the light is first looked at.
 const PILOT_PHOTONS: u64 = 64;
 
@@ -186,6 +189,12 @@ pub(super) fn shooting(scene: &Scene, settings: &RenderSettings) -> Shooting {
         levels: 0,
         needs: Needs::of(scene, settings),
     }
+}
+
+/// As [`shooting`], for a look at few of the paths, and how many those are.
+pub(super) fn look(scene: &Scene, settings: &RenderSettings) -> (Shooting, u64) {
+    let paths = PATHS.min(settings.photons);
+    (Shooting { traced: Some(paths), ..shooting(scene, settings) }, paths)
 }
 
 impl Maps {

@@ -5,12 +5,9 @@ use std::time::{Duration, Instant};
 
 use super::guide;
 use crate::error::Result;
-use crate::photon::{self, Shooting};
+use crate::photon;
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
-
-/// Photon paths of the look, at most.
-const PATHS: u64 = 1 << 14;
 
 /// Fewer photons show nothing.
 const FEWEST: u64 = 1000;
@@ -25,8 +22,7 @@ pub fn photons_within(scene: &Scene, settings: &RenderSettings, time: Duration) 
     if asked <= FEWEST || !Needs::of(scene, settings).photons() {
         return Ok(asked);
     }
-    let paths = PATHS.min(asked);
-    let shooting = Shooting { traced: Some(paths), ..guide::shooting(scene, settings) };
+    let (shooting, paths) = guide::look(scene, settings);
     let (start, first) = (Instant::now(), OnceLock::new());
     photon::shoot(scene, &shooting, &|_| {
         first.get_or_init(Instant::now);

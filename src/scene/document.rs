@@ -46,6 +46,25 @@ pub(super) fn sequences(path: &Path, text: &str) -> Named {
     named
 }
 
+/// What is wrong where `name` stands for many files and no frame is given.
+pub(super) fn without_frame(name: &str, pattern: &Pattern) -> String {
+    let numbers = pattern.numbers();
+    let (example, there) = match (numbers.first(), numbers.last()) {
+        (Some(first), Some(last)) => {
+            let count = numbers.len();
+            (
+                format!("{first}-{last}"),
+                format!("; {count} of its files are there, {first} to {last}"),
+            )
+        }
+        _ => ("1-100".into(), "; none of its files is there".into()),
+    };
+    format!(
+        "{name} is a sequence of files; say which with `fogbow render --frames {example}`, for \
+         other commands with `--frame N`{there}"
+    )
+}
+
 /// Tells `found` every file name in `value`.
 fn visit(value: &Value, found: &mut impl FnMut(&str)) {
     match value {

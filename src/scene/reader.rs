@@ -10,6 +10,7 @@ use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
+use super::document;
 use crate::error::{Error, Result};
 use crate::math::Rgb;
 use crate::sequence::Pattern;
@@ -335,7 +336,8 @@ impl<'t> Value<'t> {
         if !path.is_file() {
             if let Some(pattern) = Pattern::of(&path) {
                 let path = self.source.frame.map(|frame| pattern.existing(frame));
-                let path = path.ok_or_else(|| self.error(without_frame(name, &pattern)))?;
+                let path =
+                    path.ok_or_else(|| self.error(document::without_frame(name, &pattern)))?;
                 return Ok(FileReference { path, at: self.place() });
             }
             let what = if path.exists() { "is not a file" } else { "no such file" };
@@ -376,25 +378,6 @@ impl<'t> Value<'t> {
             None => format!("`{line}`"),
         }
     }
-}
-
-/// What is wrong where `name` stands for many files and no frame is given.
-pub(super) fn without_frame(name: &str, pattern: &Pattern) -> String {
-    let numbers = pattern.numbers();
-    let (example, there) = match (numbers.first(), numbers.last()) {
-        (Some(first), Some(last)) => {
-            let count = numbers.len();
-            (
-                format!("{first}-{last}"),
-                format!("; {count} of its files are there, {first} to {last}"),
-            )
-        }
-        _ => ("1-100".into(), "; none of its files is there".into()),
-    };
-    format!(
-        "{name} is a sequence of files; say which with `fogbow render --frames {example}`, for \
-         other commands with `--frame N`{there}"
-    )
 }
 
 /// `text` without line ends and control characters: a message is one line.

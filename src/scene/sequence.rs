@@ -7,7 +7,7 @@ use super::document::{self, Named};
 use super::load::{self, Stills};
 use super::{LoadOptions, Scene, file};
 use crate::error::{Error, Result};
-use crate::medium::{Density, Emission, Medium};
+use crate::medium::{Emission, Medium};
 use crate::sequence::Pattern;
 
 /// A scene file that names sequences of files, or a sequence of bare VDB files. What does not
@@ -95,8 +95,7 @@ impl Sequence {
 impl Scene {
     /// Whether it has media of grids and there is nothing in any of them.
     pub fn is_clear(&self) -> bool {
-        let of_grid = |medium: &&Medium| matches!(medium.density, Density::Voxel(_));
-        let mut media = self.media.iter().filter(of_grid).peekable();
+        let mut media = self.media.iter().filter(|medium| medium.density.is_voxel()).peekable();
         media.peek().is_some() && media.all(is_clear)
     }
 }

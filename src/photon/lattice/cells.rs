@@ -1,10 +1,10 @@
 //! The finished lattice.
 
-use glam::{DVec3, IVec3};
+use glam::{DVec3, IVec3, Vec3A};
 
 use crate::math::{Rgb, WorldPoint};
 
-use super::shape::{BRICK, Cells};
+use super::shape::{BRICK, Cells, trilinear};
 
 /// Values along an edge of a brick: its own and its neighbours' first.
 pub(super) const SIDE: usize = (1 << BRICK) + 1;
@@ -56,11 +56,9 @@ impl Lattice {
 
 /// The trilinear value at the fraction `f` of the cell `within` a brick.
 fn blend(brick: &Brick, within: IVec3, f: DVec3) -> Rgb {
-    let f = f.as_vec3();
     let first = (within.x as usize * SIDE + within.y as usize) * SIDE + within.z as usize;
-    let corner =
-        |x: usize, y: usize, z: usize| glam::Vec3A::from(brick[first + (x * SIDE + y) * SIDE + z]);
-    let along = |x, y| corner(x, y, 0).lerp(corner(x, y, 1), f.z);
-    let side = |x| along(x, 0).lerp(along(x, 1), f.y);
-    side(0).lerp(side(1), f.x).as_dvec3()
+    let corner = |x: i32, y: i32, z: i32| {
+        Vec3A::from(brick[first + (x as usize * SIDE + y as usize) * SIDE + z as usize])
+    };
+    trilinear(corner, f.as_vec3()).as_dvec3()
 }

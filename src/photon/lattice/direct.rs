@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::scene::lighting::{self, Draws};
 
 use super::edge::edge_for_direct;
-use super::shape::{BRICK, Cells, VOLUME, cell_index};
+use super::shape::{BRICK, Cells, VOLUME, cell_index, trilinear};
 
 /// Cells within which a lamp is too near for its light to be kept.
 const NEAR: f64 = 8.0;
@@ -87,13 +87,9 @@ impl DirectLattice {
     pub fn at(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> Rgb {
         let local = self.cells.local(p) - 0.5;
         let low = local.floor();
-        let f = (local - low).as_vec3();
         let first = low.as_ivec3();
-        let mut corner =
-            |x: i32, y: i32, z: i32| self.cell(scene, first + IVec3::new(x, y, z), draws);
-        let mut along = |x, y| corner(x, y, 0).lerp(corner(x, y, 1), f.z);
-        let mut side = |x| along(x, 0).lerp(along(x, 1), f.y);
-        side(0).lerp(side(1), f.x).as_dvec3()
+        let corner = |x, y, z| self.cell(scene, first + IVec3::new(x, y, z), draws);
+        trilinear(corner, (local - low).as_vec3()).as_dvec3()
     }
 
     /// The value of a cell. Threads that ask for it at once find the same.

@@ -1,6 +1,6 @@
 //! Which cells a lattice has.
 
-use glam::{DVec3, IVec3};
+use glam::{DVec3, IVec3, Vec3, Vec3A};
 
 use crate::math::{Aabb, World, WorldPoint};
 use crate::medium::Density;
@@ -26,6 +26,14 @@ const NONE: u32 = u32::MAX;
 /// Place among a brick's cells, z fastest.
 pub(super) fn cell_index(within: IVec3) -> usize {
     ((within.x << (2 * BRICK)) + (within.y << BRICK) + within.z) as usize
+}
+
+/// The trilinear value between eight corners, which `corner` tells, at the fraction `f` of the way
+/// from the first along each axis.
+pub(super) fn trilinear(mut corner: impl FnMut(i32, i32, i32) -> Vec3A, f: Vec3) -> Vec3A {
+    let mut along = |x, y| corner(x, y, 0).lerp(corner(x, y, 1), f.z);
+    let mut side = |x| along(x, 0).lerp(along(x, 1), f.y);
+    side(0).lerp(side(1), f.x)
 }
 
 /// The cells of a lattice: bricks of 8³ round a medium.

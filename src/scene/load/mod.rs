@@ -13,7 +13,7 @@ use super::camera::Camera;
 use super::document;
 use super::file::{self, DensitySection, LightKind, RegionSection, SceneFile};
 use super::hash::Sources;
-use super::reader::{Place, without_frame};
+use super::reader::Place;
 use super::{Overrides, Scene, Sequence, bare};
 use crate::error::{Error, Result};
 use crate::light::Lights;
@@ -70,7 +70,7 @@ impl Scene {
         }
         if let Some(pattern) = volumes(path) {
             let name = path.display().to_string();
-            return Err(Error::Usage(without_frame(&name, &pattern)));
+            return Err(Error::Usage(document::without_frame(&name, &pattern)));
         }
         if is_vdb(path)? {
             return bare::load(path, options);
