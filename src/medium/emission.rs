@@ -1,6 +1,7 @@
 //! Light that a medium gives off by itself.
 
 use glam::{DVec3, IVec3};
+use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::math::{
@@ -14,6 +15,9 @@ use super::{Density, Medium};
 
 /// Most voxels that may glow: their table takes 20 bytes each.
 const MOST_VOXELS: u64 = 1 << 28;
+
+/// Places of the two-point Gauss-Legendre rule on [0, 1].
+const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
 /// Emission coefficient of a medium, W/(m³ sr).
 #[derive(Debug)]
@@ -110,10 +114,13 @@ pub struct EmissionStart {
     pub power: Rgb,
 }
 
-/// Samples places in an emissive medium in proportion to what they emit.
+/// Samples places in an emissive medium, about in proportion to what they emit.
 ///
-/// In a grid a voxel is drawn by its emission and a place round it by the trilinear hat, so that
-/// the density of places is the trilinear interpolation of the voxels' emission.
+/// Where emission is trilinear a voxel is drawn by its emission and a place round it by the
+/// trilinear hat, so that the density of places is the interpolation of the voxels' emission. What a
+/// blackbody emits between voxels is not told by what it emits at them, as where a hot one without
+/// soot lies beside a cold one with it: there a cell is drawn by its mean emission and a place
+/// evenly inside.
 #[derive(Debug)]
 pub struct EmissionSampler {
     places: Places,
@@ -124,6 +131,7 @@ pub struct EmissionSampler {
 #[derive(Debug)]
 enum Places {
     Voxels { transform: Transform<Index>, voxels: Vec<IVec3>, cdf: Vec<f64> },
+    Cells { transform: Transform<Index>, cells: Vec<IVec3>, cdf: Vec<f64> },
     Region { region: Region, volume: f64 },
 }
 
@@ -149,31 +157,15 @@ impl EmissionSampler {
             }
             (Some(Emission::Blackbody { grid, .. }), Density::Homogeneous(_)) => grid,
         };
-        let transform = *grid.transform();
-        let (mut voxels, mut cdf, mut sum) = (Vec::new(), Vec::new(), 0.0);
-        let mut too_many = false;
-        grid.for_each_nonzero(|block| {
-            let size = (block.max - block.min).as_u64vec3() + 1;
-            too_many |= voxels.len() as u64 + size.element_product() > MOST_VOXELS;
-            if too_many {
-                return;
-            }
-            for ijk in within(block.min, block.max) {
-                let emission = luminance(medium.emission_at(at_voxel(&transform, ijk)));
-                if emission > 0.0 {
-                    sum += emission;
-                    voxels.push(ijk);
-                    cdf.push(sum);
-                }
-            }
-        });
-        if too_many {
-            return Err(Error::Usage(format!(
+        let blackbody = matches!(medium.emission, Some(Emission::Blackbody { .. }));
+        let places = if blackbody { cells(medium, grid) } else { voxels(medium, grid) };
+        let places = places.ok_or_else(|| {
+            Error::Usage(format!(
                 "an emissive grid has over {MOST_VOXELS} voxels that may glow; resample it"
-            )));
-        }
-        let power = 4.0 * std::f64::consts::PI * sum * transform.volume_scale();
-        let places = Places::Voxels { transform, voxels, cdf };
+            ))
+        })?;
+        let sum = places.sum();
+        let power = 4.0 * std::f64::consts::PI * sum * grid.transform().volume_scale();
         Ok((power > 0.0).then_some(Self { places, power }))
     }
 
@@ -194,18 +186,95 @@ impl EmissionSampler {
     fn place(&self, medium: &Medium, rng: &mut Stream) -> Option<(WorldPoint, f64)> {
         Some(match &self.places {
             Places::Region { region, volume } => (region.sample(rng)?, 1.0 / volume),
+            Places::Cells { transform, cells, cdf } => {
+                let index = choose(cdf, rng.uniform());
+                let u = DVec3::from(std::array::from_fn(|_| rng.uniform()));
+                let p = IndexPoint::from_xyz(cells[index].as_dvec3() + u);
+                let below = if index == 0 { 0.0 } else { cdf[index - 1] };
+                let share = (cdf[index] - below) / self.places.sum();
+                (transform.point_to_world(p), share / transform.volume_scale())
+            }
             Places::Voxels { transform, voxels, cdf } => {
-                let total = cdf[cdf.len() - 1];
-                let target = rng.uniform() * total;
-                let index = cdf.partition_point(|&sum| sum <= target).min(voxels.len() - 1);
+                let index = choose(cdf, rng.uniform());
                 let hat = DVec3::from(std::array::from_fn(|_| rng.uniform() + rng.uniform() - 1.0));
                 let p = IndexPoint::from_xyz(voxels[index].as_dvec3() + hat);
                 let weight =
-                    trilinear(p, |ijk| luminance(medium.emission_at(at_voxel(transform, ijk))));
-                (transform.point_to_world(p), weight / (total * transform.volume_scale()))
+                    trilinear(p, |ijk| luminance(medium.emission_at(at(transform, ijk.as_dvec3()))));
+                let total = self.places.sum() * transform.volume_scale();
+                (transform.point_to_world(p), weight / total)
             }
         })
     }
+}
+
+impl Places {
+    /// Sum of the emission of all voxels or cells.
+    fn sum(&self) -> f64 {
+        match self {
+            Self::Voxels { cdf, .. } | Self::Cells { cdf, .. } => cdf.last().map_or(0.0, |sum| *sum),
+            Self::Region { volume, .. } => *volume,
+        }
+    }
+}
+
+/// The voxels of `grid` that glow; nothing where there are too many.
+fn voxels(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
+    let transform = *grid.transform();
+    let (mut voxels, mut cdf, mut sum) = (Vec::new(), Vec::new(), 0.0);
+    let mut too_many = false;
+    grid.for_each_nonzero(|block| {
+        let size = (block.max - block.min).as_u64vec3() + 1;
+        too_many |= voxels.len() as u64 + size.element_product() > MOST_VOXELS;
+        if too_many {
+            return;
+        }
+        for ijk in within(block.min, block.max) {
+            let emission = luminance(medium.emission_at(at(&transform, ijk.as_dvec3())));
+            if emission > 0.0 {
+                sum += emission;
+                voxels.push(ijk);
+                cdf.push(sum);
+            }
+        }
+    });
+    (!too_many).then_some(Places::Voxels { transform, voxels, cdf })
+}
+
+/// The cells of `grid` that glow anywhere, by their means over the places of a two-point
+/// Gauss-Legendre rule; nothing where there are too many. Where any place inside a cell glows, those
+/// do: all eight corners count at each.
+fn cells(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
+    if grid.occupied_volume() > MOST_VOXELS as f64 {
+        return None;
+    }
+    let transform = *grid.transform();
+    let mean = |cell: IVec3| {
+        let emission = |corner: usize| {
+            let u = [corner & 1, (corner >> 1) & 1, corner >> 2].map(|high| GAUSS[high]);
+            luminance(medium.emission_at(at(&transform, cell.as_dvec3() + DVec3::from(u))))
+        };
+        (0..8).map(emission).sum::<f64>() / 8.0
+    };
+    let mut blocks = Vec::new();
+    grid.for_each_occupied(|block| blocks.push((block.min.xyz.as_ivec3(), block.max.xyz.as_ivec3())));
+    let glowing = |&(min, end): &(IVec3, IVec3)| {
+        let cells = within(min, end - 1).map(|cell| (cell, mean(cell)));
+        cells.filter(|(_, emission)| *emission > 0.0).collect::<Vec<_>>()
+    };
+    let (mut cells, mut cdf, mut sum) = (Vec::new(), Vec::new(), 0.0);
+    for (cell, emission) in blocks.par_iter().map(glowing).collect::<Vec<_>>().into_iter().flatten()
+    {
+        sum += emission;
+        cells.push(cell);
+        cdf.push(sum);
+    }
+    Some(Places::Cells { transform, cells, cdf })
+}
+
+/// The entry of a running sum that `u` in [0, 1) falls on.
+fn choose(cdf: &[f64], u: f64) -> usize {
+    let last = cdf.len() - 1;
+    cdf.partition_point(|&sum| sum <= u * cdf[last]).min(last)
 }
 
 /// The voxels from `min` to `max`, both inside.
@@ -215,8 +284,8 @@ fn within(min: IVec3, max: IVec3) -> impl Iterator<Item = IVec3> {
     })
 }
 
-fn at_voxel(transform: &Transform<Index>, ijk: IVec3) -> WorldPoint {
-    transform.point_to_world(IndexPoint::from_xyz(ijk.as_dvec3()))
+fn at(transform: &Transform<Index>, p: DVec3) -> WorldPoint {
+    transform.point_to_world(IndexPoint::from_xyz(p))
 }
 
 /// Trilinear interpolation at `p` of a value given at integer places.
