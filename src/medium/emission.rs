@@ -198,8 +198,9 @@ impl EmissionSampler {
                 let index = choose(cdf, rng.uniform());
                 let hat = DVec3::from(std::array::from_fn(|_| rng.uniform() + rng.uniform() - 1.0));
                 let p = IndexPoint::from_xyz(voxels[index].as_dvec3() + hat);
-                let weight =
-                    trilinear(p, |ijk| luminance(medium.emission_at(at(transform, ijk.as_dvec3()))));
+                let weight = trilinear(p, |ijk| {
+                    luminance(medium.emission_at(at(transform, ijk.as_dvec3())))
+                });
                 let total = self.places.sum() * transform.volume_scale();
                 (transform.point_to_world(p), weight / total)
             }
@@ -211,7 +212,9 @@ impl Places {
     /// Sum of the emission of all voxels or cells.
     fn sum(&self) -> f64 {
         match self {
-            Self::Voxels { cdf, .. } | Self::Cells { cdf, .. } => cdf.last().map_or(0.0, |sum| *sum),
+            Self::Voxels { cdf, .. } | Self::Cells { cdf, .. } => {
+                cdf.last().map_or(0.0, |sum| *sum)
+            }
             Self::Region { volume, .. } => *volume,
         }
     }
@@ -256,7 +259,9 @@ fn cells(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
         (0..8).map(emission).sum::<f64>() / 8.0
     };
     let mut blocks = Vec::new();
-    grid.for_each_occupied(|block| blocks.push((block.min.xyz.as_ivec3(), block.max.xyz.as_ivec3())));
+    grid.for_each_occupied(|block| {
+        blocks.push((block.min.xyz.as_ivec3(), block.max.xyz.as_ivec3()))
+    });
     let glowing = |&(min, end): &(IVec3, IVec3)| {
         let cells = within(min, end - 1).map(|cell| (cell, mean(cell)));
         cells.filter(|(_, emission)| *emission > 0.0).collect::<Vec<_>>()

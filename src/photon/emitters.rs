@@ -6,7 +6,8 @@ use crate::math::{Ray, Rgb, Stream, World, luminance};
 use crate::medium::EmissionSampler;
 use crate::scene::Scene;
 
-/// All that emits photons: lights and emissive media, chosen in proportion to their power.
+/// All that emits photons: lights and emissive media, chosen in proportion to their power until
+/// [`choose_by`](Self::choose_by) says otherwise.
 #[derive(Debug)]
 pub struct Emitters<'a> {
     scene: &'a Scene,
@@ -14,7 +15,9 @@ pub struct Emitters<'a> {
     /// Whether lattices keep light that comes straight from the sky.
     keeps_sky: bool,
     emitters: Vec<Emitter>,
-    /// Running sum of powers, W.
+    /// About the power of each, W.
+    powers: Vec<f64>,
+    /// Running sum of the weights by which they are chosen.
     cdf: Vec<f64>,
 }
 
@@ -45,24 +48,32 @@ impl<'a> Emitters<'a> {
     /// # Errors
     /// Where a medium glows without end.
     pub fn new(scene: &'a Scene, reach: Reach, keeps_sky: bool) -> Result<Self> {
-        let mut emitters = Vec::new();
-        let (mut cdf, mut sum) = (Vec::new(), 0.0);
+        let (mut emitters, mut powers) = (Vec::new(), Vec::new());
         for (index, light) in scene.lights.lights.iter().enumerate() {
             let power = luminance(light.power(&reach));
             if power > 0.0 {
-                sum += power;
-                cdf.push(sum);
+                powers.push(power);
                 emitters.push(Emitter::Light(index));
             }
         }
         for (index, medium) in scene.media.iter().enumerate() {
             if let Some(sampler) = EmissionSampler::new(medium)? {
-                sum += sampler.power();
-                cdf.push(sum);
+                powers.push(sampler.power());
                 emitters.push(Emitter::Medium(index, sampler));
             }
         }
-        Ok(Self { scene, reach, keeps_sky, emitters, cdf })
+        let cdf = running_sum(powers.iter().copied());
+        Ok(Self { scene, reach, keeps_sky, emitters, powers, cdf })
+    }
+
+    /// Chooses emitters in proportion to what `weight` gives for their numbers from now on.
+    pub fn choose_by(&mut self, weight: impl Fn(usize) -> f64) {
+        self.cdf = running_sum((0..self.emitters.len()).map(weight));
+    }
+
+    /// About the power of each, W.
+    pub fn powers(&self) -> &[f64] {
+        &self.powers
     }
 
     /// What photons should reach.
@@ -72,7 +83,7 @@ impl<'a> Emitters<'a> {
 
     /// About the power of all together, W.
     pub fn power(&self) -> f64 {
-        self.cdf.last().copied().unwrap_or(0.0)
+        self.powers.iter().sum()
     }
 
     /// Whether nothing emits.
@@ -112,4 +123,13 @@ impl<'a> Emitters<'a> {
             sampled,
         })
     }
+}
+
+fn running_sum(weights: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sum = 0.0;
+    let add = |weight| {
+        sum += weight;
+        sum
+    };
+    weights.map(add).collect()
 }

@@ -21,6 +21,7 @@ mod soft;
 mod stored;
 mod surface;
 mod visible;
+mod worth;
 mod zones;
 
 pub use beam::{BeamMap, Beside};

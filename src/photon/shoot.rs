@@ -19,7 +19,7 @@ use super::radius::{self, Radii};
 use super::scout::Scouted;
 use super::visible::Visible;
 use super::zones::Zones;
-use super::{BeamMap, Photon, PhotonMaps, Placed, SurfaceMap, soft};
+use super::{BeamMap, Photon, PhotonMaps, Placed, SurfaceMap, soft, worth};
 
 /// Radius, in metres, that stands for everything.
 const ENDLESS: f64 = 1e15;
@@ -114,6 +114,7 @@ pub fn shoot(
     };
     let phases = soft::phases(scene, shooting.photons);
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
+    worth::share_out(&mut paths, &visible);
     let scouted = windowed(&mut paths, count);
     paths.keep = scouted.keep;
     let mut lattices = if keeps {

@@ -90,36 +90,17 @@ impl Visible {
     /// A sphere round most of what is seen of the media, or of the surfaces where no medium is
     /// seen: centre and radius in metres. Nothing where nothing is seen.
     pub fn sphere(&self) -> Option<(WorldPoint, f64)> {
-        let places = if self.media.is_empty() { &self.surfaces } else { &self.media };
-        let first = *places.first()?;
-        let sum: glam::DVec3 = places.iter().map(|p| *p - first).sum();
-        let center = first + sum / places.len() as f64;
-        let mut distances: Vec<f64> = places.iter().map(|p| (*p - center).length()).collect();
-        distances.sort_unstable_by(f64::total_cmp);
-        Some((center, 1.5 * distances[distances.len() * 95 / 100]))
+        sphere(if self.media.is_empty() { &self.surfaces } else { &self.media })
     }
 
     /// Balls round the places in media, each with their number as weight.
     pub fn foci(&self) -> Vec<Focus> {
-        let Some((center, radius)) = self.sphere().filter(|_| !self.media.is_empty()) else {
-            return Vec::new();
-        };
-        let mut edge = 2.0 * radius / FINEST;
-        loop {
-            let mut cubes = BTreeMap::<[i64; 3], f64>::new();
-            for place in &self.media {
-                let cube = ((*place - center) / edge).floor().as_i64vec3().to_array();
-                *cubes.entry(cube).or_default() += 1.0;
-            }
-            if cubes.len() <= MOST_FOCI {
-                let ball = |(cube, weight): ([i64; 3], f64)| {
-                    let middle = (I64Vec3::from(cube).as_dvec3() + 0.5) * edge;
-                    Focus { center: center + middle, radius: 0.5 * 3_f64.sqrt() * edge, weight }
-                };
-                return cubes.into_iter().map(ball).collect();
-            }
-            edge *= 1.5;
-        }
+        foci(&self.media)
+    }
+
+    /// Balls round the places on surfaces, each with their number as weight.
+    pub fn surface_foci(&self) -> Vec<Focus> {
+        foci(&self.surfaces)
     }
 
     /// How deep media are seen, in metres: the mean free path where they are, by the median.
@@ -128,5 +109,36 @@ impl Visible {
         let mut paths: Vec<f64> = self.media.iter().map(free_path).collect();
         paths.sort_unstable_by(f64::total_cmp);
         paths.get(paths.len() / 2).copied().unwrap_or(f64::INFINITY)
+    }
+}
+
+/// A sphere round most of `places`: centre and radius in metres.
+fn sphere(places: &[WorldPoint]) -> Option<(WorldPoint, f64)> {
+    let first = *places.first()?;
+    let sum: glam::DVec3 = places.iter().map(|p| *p - first).sum();
+    let center = first + sum / places.len() as f64;
+    let mut distances: Vec<f64> = places.iter().map(|p| (*p - center).length()).collect();
+    distances.sort_unstable_by(f64::total_cmp);
+    Some((center, 1.5 * distances[distances.len() * 95 / 100]))
+}
+
+/// Balls of one size round `places`, each with their number as weight.
+fn foci(places: &[WorldPoint]) -> Vec<Focus> {
+    let Some((center, radius)) = sphere(places) else { return Vec::new() };
+    let mut edge = 2.0 * radius / FINEST;
+    loop {
+        let mut cubes = BTreeMap::<[i64; 3], f64>::new();
+        for place in places {
+            let cube = ((*place - center) / edge).floor().as_i64vec3().to_array();
+            *cubes.entry(cube).or_default() += 1.0;
+        }
+        if cubes.len() <= MOST_FOCI {
+            let ball = |(cube, weight): ([i64; 3], f64)| {
+                let middle = (I64Vec3::from(cube).as_dvec3() + 0.5) * edge;
+                Focus { center: center + middle, radius: 0.5 * 3_f64.sqrt() * edge, weight }
+            };
+            return cubes.into_iter().map(ball).collect();
+        }
+        edge *= 1.5;
     }
 }
