@@ -67,6 +67,8 @@ counters! {
     gathers,
     /// Those of them that asked where photons came from.
     directed_gathers,
+    /// Camera rays and photon paths that were traced in three channels.
+    colored_paths,
     /// Places on surfaces where photons were gathered.
     surface_gathers,
     /// Photons that lay within the radius of a gather.

@@ -9,7 +9,7 @@
 use std::path::{Path, PathBuf};
 
 use fogbow::image::Film;
-use fogbow::math::{Ray, Span, WorldPoint};
+use fogbow::math::{Ray, Rgb, Span, WorldPoint};
 use fogbow::render::{Rendered, Silent, costs, render};
 use fogbow::scene::plan::{Needs, RenderPlan};
 use fogbow::scene::{LoadOptions, Overrides, Planning, RenderSettings, Scene};
@@ -441,7 +441,7 @@ fn constant_blocks_cost_one_step_each() {
     let scene = scene(&[POINT, &medium]);
     let ray = Ray::new(WorldPoint::new(-1.0, 0.6, 0.6), DVec3::X);
     let mut work = Work::default();
-    let transmittance = scene.media.transmittance_counted(&ray, Span::AHEAD, &mut work);
+    let transmittance: Rgb = scene.media.transmittance_counted(&ray, Span::AHEAD, &mut work);
     assert!((transmittance.x - (-1.28_f64).exp()).abs() < 1e-6, "{transmittance}");
     assert!(work.grid_lookups <= 40, "{} steps through 128 voxels", work.grid_lookups);
 }

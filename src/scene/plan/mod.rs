@@ -10,7 +10,8 @@
 //! | no grid: regions | grid lookups, for closed forms | `grid_lookups` |
 //! | albedo 0, no light, `max_scatter` 0 | volume photons and gathers | `gathers`, `volume_photons` |
 //! | no emission | emission along rays | `emission_lookups` |
-//! | isotropic phase functions | directions of gathered photons | `directed_gathers` |
+//! | isotropic phase functions | directions of photons in media | `directed_gathers` |
+//! | nothing coloured | two channels of three | `colored_paths` |
 //! | no surface | search, surface photons | `intersections`, `surface_photons` |
 //! | no diffuse surface | surface photons | `surface_photons` |
 //! | no mirror or glass | recursion | `specular_bounces` |
@@ -189,6 +190,14 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
             "gathers",
             format!("media that scatter: {scattering} of {media}"),
             no_scattering,
+        ),
+        row(
+            "all",
+            "colours",
+            needs.colors,
+            "colored_paths",
+            "a light, medium or surface is coloured".into(),
+            "all is grey: one channel stands for three",
         ),
         row(
             "march",
