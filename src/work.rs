@@ -54,6 +54,8 @@ counters! {
     environment_lookups,
     /// Steps of marches: region crossings, crossed cells, constant blocks, samples.
     march_steps,
+    /// Active voxels held out of the camera's sight, where nothing else asks for voxels.
+    unseen_voxels,
     /// Values taken out of grids: one a crossed cell, constant block or sampled place, and one a
     /// region whose majorant free flight crossed.
     grid_lookups,
@@ -83,6 +85,9 @@ counters! {
     photons_emitted,
     /// Those of them that could reach neither a medium nor a surface.
     photons_missed,
+    /// Starts of photon paths that were drawn and rejected before they flew: they carried nothing,
+    /// or could reach neither a medium nor a surface.
+    starts_rejected,
     /// Flights of photons through media, kept for lattices.
     tracks,
     /// Photons stored in media.

@@ -121,9 +121,13 @@ impl Paths<'_> {
         for index in paths {
             let mut rng = Stream::new(self.shooting.seed, Stage::Photons, index, 0);
             let u = self.pattern(index);
-            let Some(start) = self.emitters.emit(u, &mut rng) else { continue };
+            let Some(start) = self.emitters.emit(u, &mut rng) else {
+                out.work.starts_rejected += 1;
+                continue;
+            };
             if !self.reaches(&start.ray) {
                 if !self.shooting.needs.void {
+                    out.work.starts_rejected += 1;
                     continue;
                 }
                 out.work.photons_missed += 1;

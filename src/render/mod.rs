@@ -104,6 +104,7 @@ fn picture<S: Spectrum, H: Heading>(
     let (needs, progress) = (Needs::of(scene, settings), control.progress);
     let mut work = maps.work;
     work += maps.pilot_work;
+    work.unseen_voxels = scene.unseen.map_or(0, |unseen| unseen.held());
     let start = Instant::now();
     let shooting = maps.shooting(scene, settings);
     progress.stage("photons", shooting.photons);
