@@ -54,6 +54,8 @@ counters! {
     environment_lookups,
     /// Steps of marches: region crossings, crossed cells, constant blocks, samples.
     march_steps,
+    /// Active voxels held out of the camera's sight, where nothing else asks for voxels.
+    unseen_voxels,
     /// Values taken out of grids: one a crossed cell, constant block or sampled place, and one a
     /// region whose majorant free flight crossed.
     grid_lookups,
@@ -67,6 +69,8 @@ counters! {
     gathers,
     /// Those of them that asked where photons came from.
     directed_gathers,
+    /// Camera rays and photon paths that were traced in three channels.
+    colored_paths,
     /// Places on surfaces where photons were gathered.
     surface_gathers,
     /// Photons that lay within the radius of a gather.
@@ -81,6 +85,9 @@ counters! {
     photons_emitted,
     /// Those of them that could reach neither a medium nor a surface.
     photons_missed,
+    /// Starts of photon paths that were drawn and rejected before they flew: they carried nothing,
+    /// or could reach neither a medium nor a surface.
+    starts_rejected,
     /// Flights of photons through media, kept for lattices.
     tracks,
     /// Photons stored in media.

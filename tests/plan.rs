@@ -9,8 +9,8 @@
 use std::path::{Path, PathBuf};
 
 use fogbow::image::Film;
-use fogbow::math::{Ray, Span, WorldPoint};
-use fogbow::render::{Rendered, Silent, costs, render};
+use fogbow::math::{Ray, Rgb, Span, WorldPoint};
+use fogbow::render::{Costs, Rendered, Silent, costs, render, render_reference};
 use fogbow::scene::plan::{Needs, RenderPlan};
 use fogbow::scene::{LoadOptions, Overrides, Planning, RenderSettings, Scene};
 use fogbow::vdb::{GridToWrite, Tile, write};
@@ -40,6 +40,14 @@ fn scene(tables: &[&str]) -> Scene {
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, CAMERA.to_owned() + &tables.concat()).unwrap();
     Scene::load(&path, &LoadOptions::default()).unwrap()
+}
+
+/// Costs as planned, and with everything on.
+fn both_costs(scene: &Scene) -> [Costs; 2] {
+    [Planning::Needed, Planning::Everything].map(|planning| {
+        let settings = RenderSettings { planning, ..scene.render };
+        costs(scene, &settings, 0).unwrap()
+    })
 }
 
 /// As planned, and with everything on.
@@ -94,6 +102,7 @@ fn what_is_left_out_costs_nothing_and_changes_nothing() {
             &[POINT, BALL],
             &[
                 "voxel grids",
+                "colours",
                 "maps",
                 "volume photons",
                 void,
@@ -111,6 +120,7 @@ fn what_is_left_out_costs_nothing_and_changes_nothing() {
             &[SKY, SOOT],
             &[
                 "voxel grids",
+                "colours",
                 "tree of surfaces",
                 "maps",
                 "volume photons",
@@ -157,7 +167,7 @@ fn what_is_left_out_costs_nothing_and_changes_nothing() {
         (
             "fog under a sky",
             &[SKY, FOG],
-            &["voxel grids", "tree of surfaces", "emission", "choice of lights"],
+            &["voxel grids", "tree of surfaces", "emission", "choice of lights", "colours"],
             true,
         ),
         ("a ball in fog", &[POINT, FOG, BALL, FLOOR], &["voxel grids", "emission"], true),
@@ -167,7 +177,13 @@ fn what_is_left_out_costs_nothing_and_changes_nothing() {
             &["media", "scattering in media", "volume photons", "emission"],
             false,
         ),
-        ("fog in two lights", &[POINT, SPOT, FOG], &["tree of surfaces", void], true),
+        ("fog in two lights", &[POINT, SPOT, FOG], &["tree of surfaces", void, "colours"], true),
+        (
+            "diffuse alone, beside a lamp",
+            &[POINT, BALL, FLOOR],
+            &["mirrors and glass", "choice of lights", "environment", "maps"],
+            true,
+        ),
     ];
     for (name, tables, expected, same_bytes) in rows {
         let scene = scene(tables);
@@ -226,8 +242,101 @@ fn no_photon_is_shot_past_the_fog() {
         let [planned, all] = both(&scene(&[light, FOG])).map(|r| r.work);
         assert_eq!(planned.photons_missed, 0);
         assert!(planned.photons_emitted > 0 && all.photons_missed > 0, "{all:?}");
-        assert!(planned.photons_emitted < all.photons_emitted);
+        assert_eq!(planned.photons_emitted, all.photons_emitted - all.photons_missed);
+        assert_eq!(planned.starts_rejected, all.starts_rejected + all.photons_missed);
     }
+}
+
+/// Photons of isotropic fog have no direction, those of grey fog one channel: the picture is the
+/// same, and memory shows it.
+#[test]
+fn photons_hold_no_more_than_is_asked_of_them() {
+    // Round the eye, so that photons are kept as points.
+    let fog = "[[medium]]\nregion = { box = { min = [-8.0, -8.0, -8.0], max = [8.0, 8.0, 8.0] } }\n\
+               sigma_t = 0.3\nalbedo = 0.9\n";
+    let red = POINT.replace("intensity = 20.0", "intensity = [20.0, 10.0, 5.0]");
+    let forward = format!("{fog}phase = {{ type = \"henyey-greenstein\", g = 0.5 }}\n");
+    for (light, fog, left_out, spared) in [
+        (red.as_str(), forward.as_str(), &[][..], 0),
+        (&red, fog, &["directions of photons"][..], 4),
+        (POINT, &forward, &["colours"], 8),
+        (POINT, fog, &["directions of photons", "colours"], 12),
+    ] {
+        let scene = scene(&[light, fog, FLOOR]);
+        let pictures = both(&scene);
+        assert!(pictures[0].work.volume_photons > 1000, "{:?}", pictures[0].work);
+        assert_same_bytes(fog, &pictures);
+        let plan = RenderPlan::of(&scene, &scene.render);
+        for item in
+            plan.items.iter().filter(|i| ["directions of photons", "colours"].contains(&i.name))
+        {
+            let counter =
+                |r: &Rendered| r.work.counts().find(|(name, _)| *name == item.counter).unwrap().1;
+            assert_eq!(item.needed, !left_out.contains(&item.name), "{fog}: {}", item.why);
+            assert_eq!(counter(&pictures[0]) == 0, !item.needed, "{fog}: {}", item.counter);
+            assert!(counter(&pictures[1]) > 0, "{fog}: {}", item.counter);
+        }
+        let [planned, all] = both_costs(&scene);
+        let (volume, surface) = (planned.work.volume_photons, planned.work.surface_photons);
+        assert!(volume > 1000 && surface > 100, "{:?}", planned.work);
+        let of_surfaces = if left_out.contains(&"colours") { 8 * surface } else { 0 };
+        let expected = spared * volume + of_surfaces;
+        assert_eq!(all.memory.photons - planned.memory.photons, expected, "{fog}");
+    }
+}
+
+/// Lattices of grey light have a third of the numbers.
+#[test]
+fn grey_lattices_take_a_third() {
+    let [planned, all] = both_costs(&scene(&[POINT, FOG])).map(|c| c.memory.photons as f64);
+    assert!(planned > 1e5 && (planned / all - 1.0 / 3.0).abs() < 0.01, "{planned} of {all}");
+}
+
+/// The reference of a grey scene traces one channel, to the same bytes.
+#[test]
+fn a_grey_reference_traces_one_channel() {
+    let scene = scene(&[POINT, FOG, BALL, FLOOR]);
+    let [planned, all] = [Planning::Needed, Planning::Everything].map(|planning| {
+        render_reference(&scene, &RenderSettings { planning, ..scene.render }, &Silent)
+    });
+    assert_eq!((planned.work.colored_paths, all.work.colored_paths), (0, all.work.rays));
+    for layer in ["R", "G", "B", "A", "transmittance"] {
+        assert!(planned.film.layer(layer) == all.film.layer(layer), "{layer} differs");
+    }
+}
+
+/// Of smoke that only absorbs and glows, voxels are read where the camera looks.
+#[test]
+fn voxels_out_of_sight_are_left_out() {
+    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.vdb");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("s.toml");
+    let load = |camera: &str, albedo: f64, planning| {
+        let medium = format!(
+            "[[medium]]\nfile = \"{}\"\nsigma_t = 8.0\nalbedo = {albedo}\n\
+             emission = {{ color = [3.0, 2.0, 1.0] }}\n",
+            smoke.display()
+        );
+        std::fs::write(&path, camera.to_owned() + SKY + &medium).unwrap();
+        Scene::load(&path, &LoadOptions { planning, ..LoadOptions::default() }).unwrap()
+    };
+    let bytes = |scene: &Scene| {
+        scene.media.iter().flat_map(fogbow::medium::Medium::grid_bytes).sum::<usize>() as f64
+    };
+    let near = CAMERA.replace("fov = 32.0", "fov = 9.0").replace("0.5, 0.0]", "1.5, 0.0]");
+    let [planned, all] = [Planning::Needed, Planning::Everything].map(|p| load(&near, 0.0, p));
+    let share = bytes(&planned) / bytes(&all);
+    assert!(share < 0.6, "{share} of the bytes are held");
+    let pictures = [&planned, &all].map(|scene| render(scene, &scene.render, &Silent).unwrap());
+    assert_same_bytes("smoke", &pictures);
+    assert_eq!(pictures[0].work.unseen_voxels, 0);
+    assert!(pictures[1].work.unseen_voxels > 10_000);
+    let plan = RenderPlan::of(&planned, &planned.render);
+    let item = plan.items.iter().find(|i| i.name == "voxels out of sight").unwrap();
+    assert!(!item.needed && item.why.contains(&pictures[1].work.unseen_voxels.to_string()));
+    // What scatters may be lit by way of any voxel.
+    let lit = load(&near, 0.5, Planning::Needed);
+    assert_eq!((lit.unseen, bytes(&lit)), (None, bytes(&all)));
 }
 
 /// Fog in a region against the same fog as a grid: it needs no lookups and looks alike.
@@ -441,7 +550,7 @@ fn constant_blocks_cost_one_step_each() {
     let scene = scene(&[POINT, &medium]);
     let ray = Ray::new(WorldPoint::new(-1.0, 0.6, 0.6), DVec3::X);
     let mut work = Work::default();
-    let transmittance = scene.media.transmittance_counted(&ray, Span::AHEAD, &mut work);
+    let transmittance: Rgb = scene.media.transmittance_counted(&ray, Span::AHEAD, &mut work);
     assert!((transmittance.x - (-1.28_f64).exp()).abs() < 1e-6, "{transmittance}");
     assert!(work.grid_lookups <= 40, "{} steps through 128 voxels", work.grid_lookups);
 }

@@ -9,7 +9,7 @@ use super::console;
 use super::memory;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{LoadOptions, Planning, Scene};
 
 /// How volumes are read.
 #[derive(Debug, Clone, Copy, Default)]
@@ -20,6 +20,8 @@ pub(super) struct Volumes {
     pub(super) frame: Option<i64>,
     /// Bytes that reading a grid may take; what the machine has where none is given.
     pub(super) memory: Option<u64>,
+    /// Whether what the scene does not need is left out.
+    pub(super) planning: Planning,
 }
 
 /// Loads `path` under the settings given, in a pool of as many threads as asked for; also the time
@@ -30,10 +32,10 @@ pub(super) fn scene(
     volumes: Volumes,
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Duration)> {
-    let Volumes { level_set_as_fog, frame, memory } = volumes;
+    let Volumes { level_set_as_fog, frame, memory, planning } = volumes;
     let overrides = settings.overrides();
     let memory = memory.or_else(memory::available);
-    let options = LoadOptions { overrides, level_set_as_fog, frame, memory };
+    let options = LoadOptions { overrides, level_set_as_fog, frame, memory, planning };
     let pool = thread_pool(run.threads)?;
     let start = Instant::now();
     let scene = pool.install(|| Scene::load(path, &options))?;

@@ -52,10 +52,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
     let level_set_as_fog = args.level_set.is_some();
-    let volumes = Volumes { level_set_as_fog, frame: None, memory: args.hold.memory };
+    let (memory, planning) = (args.hold.memory, args.plan);
+    let volumes = Volumes { level_set_as_fog, frame: None, memory, planning };
     let (mut scene, pool, loading) =
         load::scene(&args.paths.scene, &args.settings, volumes, &args.run)?;
-    scene.render.planning = args.plan;
     let plan = plan(args, &scene);
     plan.iter().for_each(|line| console::message(line));
     let advice = advice(args, &scene);

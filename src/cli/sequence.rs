@@ -37,6 +37,7 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
         level_set_as_fog: args.level_set.is_some(),
         frame: None,
         memory: args.hold.memory.or_else(memory::available),
+        planning: args.plan,
     };
     let pool = load::thread_pool(args.run.threads)?;
     let sequence = pool.install(|| Sequence::open(&args.paths.scene, &options))?;
@@ -115,7 +116,6 @@ impl<'a> Run<'a> {
             self.report(json!({ "frame": number, "state": "skipped", "problem": problem }));
             return Ok(());
         };
-        scene.render.planning = self.args.plan;
         scene.render.crop = self.args.hold.crop;
         self.pictures += 1;
         if let (Some(held), Some(problem)) = (held, &problem) {

@@ -76,7 +76,8 @@ fn see(scene: &Scene, mut ray: Ray<World>, draws: &mut Draws) -> (f64, Rgb) {
         light += throughput * lighting::emitted(scene, &ray, &hit);
         if !hit.material.is_specular() {
             let nothing = Media::default();
-            light += throughput * lighting::on_surface(scene, &nothing, ray.direction, &hit, draws);
+            let lit: Rgb = lighting::on_surface(scene, &nothing, ray.direction, &hit, draws);
+            light += throughput * lit;
             break;
         }
         let u = std::array::from_fn(|_| draws.rng.uniform());

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::cdf::Cdf;
 use super::{LightSample, PhotonStart, Reach, checked_color};
-use crate::math::{Ray, Rgb, luminance, warp};
+use crate::math::{Ray, Rgb, is_grey, luminance, warp};
 
 /// An environment: one radiance for all directions, or a latitude-longitude picture, constant
 /// over each texel.
@@ -48,6 +48,16 @@ impl Environment {
     /// Says what would be right where it is negative or not finite.
     pub fn constant(radiance: Rgb) -> Result<Self, String> {
         Ok(Self(Kind::Constant(checked_color("radiance", radiance)?)))
+    }
+
+    /// Whether it shines alike in all channels.
+    pub(super) fn is_grey(&self) -> bool {
+        match &self.0 {
+            Kind::Constant(radiance) => is_grey(*radiance),
+            Kind::Picture(Picture { texels, scale, .. }) => {
+                is_grey(*scale) && texels.iter().all(|[r, g, b]| r == g && g == b)
+            }
+        }
     }
 
     /// The picture of `width` times `height` linear texels, row after row, times `scale` to give

@@ -19,7 +19,7 @@ mod surface;
 
 use glam::DVec3;
 
-use crate::math::{Ray, Rgb, World, WorldPoint};
+use crate::math::{Ray, Rgb, World, WorldPoint, is_grey};
 pub use environment::Environment;
 pub use lights::{Emitters, Lights};
 pub use mesh::MeshLight;
@@ -177,6 +177,18 @@ impl Light {
     /// Whether the light is farther than every place of the scene.
     pub const fn is_infinite(&self) -> bool {
         matches!(self, Self::Sun(_) | Self::Environment(_))
+    }
+
+    /// Whether it shines alike in all channels.
+    pub fn is_grey(&self) -> bool {
+        match self {
+            Self::Point(l) => is_grey(l.intensity()),
+            Self::Spot(l) => l.is_grey(),
+            Self::Sun(l) => is_grey(l.irradiance()),
+            Self::Quad(l) => is_grey(l.radiance()),
+            Self::Mesh(l) => is_grey(l.radiance()),
+            Self::Environment(l) => l.is_grey(),
+        }
     }
 
     /// Whether the light has no extent, so that no ray can find it by chance.

@@ -35,6 +35,11 @@ impl PointLight {
         Self::new(position, checked_color("power", power)? / (4.0 * PI))
     }
 
+    /// Intensity in W/sr.
+    pub(super) const fn intensity(&self) -> Rgb {
+        self.intensity
+    }
+
     /// Where it stands.
     pub(super) const fn position(&self) -> WorldPoint {
         self.position

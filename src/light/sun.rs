@@ -51,6 +51,11 @@ impl Sun {
         Ok(Self { toward: -checked_direction("direction", direction)?, irradiance, disk })
     }
 
+    /// Irradiance in W/m² on a surface perpendicular to its light.
+    pub(super) const fn irradiance(&self) -> Rgb {
+        self.irradiance
+    }
+
     pub(super) const fn is_delta(&self) -> bool {
         self.disk.is_none()
     }

@@ -4,6 +4,11 @@
 /// per channel, as the name of the variable says.
 pub type Rgb = glam::DVec3;
 
+/// Whether all channels are the same.
+pub fn is_grey(c: Rgb) -> bool {
+    c.x == c.y && c.y == c.z
+}
+
 /// Luminance Y of a linear Rec.709 colour (ITU-R BT.709-6, section 3.2), in the unit of the colour.
 pub fn luminance(c: Rgb) -> f64 {
     c.dot(Rgb::new(0.2126, 0.7152, 0.0722))

@@ -5,12 +5,14 @@ mod equiangular;
 mod frame;
 mod random;
 mod space;
+mod spectrum;
 mod transform;
 pub mod warp;
 
-pub use color::{Rgb, luminance};
+pub use color::{Rgb, is_grey, luminance};
 pub use equiangular::Equiangular;
 pub use frame::Frame;
 pub use random::{Stage, Stream};
 pub use space::{Aabb, Index, IndexPoint, Point, Ray, Span, World, WorldPoint};
+pub use spectrum::Spectrum;
 pub use transform::Transform;

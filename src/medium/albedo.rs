@@ -1,6 +1,6 @@
 //! Single-scattering albedo.
 
-use crate::math::{Rgb, WorldPoint};
+use crate::math::{Rgb, WorldPoint, is_grey};
 use crate::vdb::Grid;
 
 /// Share of the extinction that scatters, per channel, in [0, 1].
@@ -28,6 +28,15 @@ impl Albedo {
     /// Whether it is the same everywhere, so that no grid is looked up.
     pub const fn is_constant(&self) -> bool {
         matches!(self, Self::Constant(_))
+    }
+
+    /// Whether it is known to be the same in all channels; of colour grids it is not.
+    pub fn is_grey(&self) -> bool {
+        match self {
+            Self::Constant(albedo) => is_grey(*albedo),
+            Self::Scalar { scale, .. } => is_grey(*scale),
+            Self::Color { .. } => false,
+        }
     }
 
     /// The albedo at `p`.

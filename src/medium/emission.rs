@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::math::{
-    Index, IndexPoint, Ray, Rgb, Span, Stream, Transform, World, WorldPoint, luminance, warp,
+    Index, IndexPoint, Ray, Rgb, Span, Stream, Transform, World, WorldPoint, is_grey, luminance,
+    warp,
 };
 use crate::shape::Region;
 use crate::vdb::Grid;
@@ -45,6 +46,16 @@ pub enum Emission {
         /// Radiance by temperature.
         table: Blackbody,
     },
+}
+
+impl Emission {
+    /// Whether it is the same in all channels; that of hot gas is not.
+    pub fn is_grey(&self) -> bool {
+        match self {
+            Self::Density(color) | Self::Grid { color, .. } => is_grey(*color),
+            Self::Blackbody { .. } => false,
+        }
+    }
 }
 
 impl Medium {

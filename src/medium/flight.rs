@@ -8,7 +8,7 @@
 use glam::BVec3;
 use smallvec::SmallVec;
 
-use crate::math::{Index, Ray, Rgb, Span, Stream, World};
+use crate::math::{Index, Ray, Span, Spectrum, Stream, World};
 use crate::vdb::{BrickSegment, BrickWalk, Grid};
 
 use super::refine::{PATIENCE, Refined};
@@ -47,14 +47,14 @@ pub struct Flights<'a> {
 impl<'a> Flights<'a> {
     /// Starts along `ray` (unit direction) within `span`, for light that carries `power` (any
     /// unit): channels without power ask for no collisions.
-    pub fn start(
+    pub fn start<S: Spectrum>(
         media: &'a [Medium],
         ray: &Ray<World>,
         span: Span,
-        power: Rgb,
+        power: S,
         rng: &mut Stream,
     ) -> Self {
-        let channels = power.cmpgt(Rgb::ZERO);
+        let channels = power.lit();
         let flights = SmallVec::new();
         let mut flights = Self { media, ray: *ray, end: span.end, channels, lookups: 0, flights };
         flights.start_at(span.start, rng);
@@ -91,8 +91,8 @@ impl<'a> Flights<'a> {
     /// Tells that after the collision at `t` the light carries `power`: where a channel has died
     /// out, further collisions come at the rate of those that are left. Without that a medium that
     /// is a million times as thick for red would stop blue light a million times for nothing.
-    pub fn carry_on(&mut self, power: Rgb, t: f64, rng: &mut Stream) {
-        let channels = power.cmpgt(Rgb::ZERO);
+    pub fn carry_on<S: Spectrum>(&mut self, power: S, t: f64, rng: &mut Stream) {
+        let channels = power.lit();
         if channels != self.channels {
             self.channels = channels;
             self.start_at(t, rng); // the process has no memory

@@ -2,7 +2,7 @@
 
 use smallvec::SmallVec;
 
-use crate::math::{Aabb, Ray, Rgb, Span, Stream, World, WorldPoint};
+use crate::math::{Aabb, Ray, Rgb, Span, Spectrum, Stream, World, WorldPoint};
 
 use crate::work::Work;
 
@@ -54,16 +54,21 @@ impl Media {
     }
 
     /// As [`transmittance`](Self::transmittance); `work` counts the march and its steps.
-    pub fn transmittance_counted(&self, ray: &Ray<World>, span: Span, work: &mut Work) -> Rgb {
+    pub fn transmittance_counted<S: Spectrum>(
+        &self,
+        ray: &Ray<World>,
+        span: Span,
+        work: &mut Work,
+    ) -> S {
         work.marches += u64::from(!self.media.is_empty());
-        (-self.thickness_counted(ray, span, work)).exp()
+        (-self.thickness_counted::<S>(ray, span, work)).exp()
     }
 
-    fn thickness_counted(&self, ray: &Ray<World>, span: Span, work: &mut Work) -> Rgb {
-        let mut thickness = Rgb::ZERO;
+    fn thickness_counted<S: Spectrum>(&self, ray: &Ray<World>, span: Span, work: &mut Work) -> S {
+        let mut thickness = S::ZERO;
         for medium in &self.media {
             let depth = medium.density.integrate(ray, span, work);
-            thickness += thickness_of(medium.sigma_t, depth);
+            thickness += thickness_of(S::of(medium.sigma_t), depth);
         }
         thickness
     }
@@ -71,27 +76,27 @@ impl Media {
     /// An unbiased estimate of the transmittance by ratio tracking (Novák et al. 2014, "Residual
     /// Ratio Tracking"): the product of 1 - sigma_t / sigma_maj over tentative collisions.
     /// `work` counts them.
-    pub fn ratio_tracking(
+    pub fn ratio_tracking<S: Spectrum>(
         &self,
         ray: &Ray<World>,
         span: Span,
         rng: &mut Stream,
         work: &mut Work,
-    ) -> Rgb {
-        let mut transmittance = Rgb::ONE;
+    ) -> S {
+        let mut transmittance = S::ONE;
         let mut flights = Flights::start(&self.media, ray, span, transmittance, rng);
         loop {
             let next = flights.next(rng);
             work.grid_lookups += flights.take_lookups();
             let Some(c) = next else { return transmittance };
             work.collisions += 1;
-            transmittance *= Rgb::ONE - self.get(c.medium).sigma_t * (c.density / c.majorant);
+            transmittance *= S::ONE - S::of(self.get(c.medium).sigma_t) * (c.density / c.majorant);
             // Russian roulette keeps thick media from costing time for nothing.
             let left = transmittance.max_element();
             if left < 0.05 {
                 let survive = left.max(0.01);
                 if left <= 0.0 || rng.uniform() >= survive {
-                    return Rgb::ZERO;
+                    return S::ZERO;
                 }
                 transmittance /= survive;
             }
@@ -100,11 +105,11 @@ impl Media {
     }
 
     /// Starts free flight along `ray` (unit direction) of light that carries `power`, in any unit.
-    pub fn flights(
+    pub fn flights<S: Spectrum>(
         &self,
         ray: &Ray<World>,
         span: Span,
-        power: Rgb,
+        power: S,
         rng: &mut Stream,
     ) -> Flights<'_> {
         Flights::start(&self.media, ray, span, power, rng)
@@ -137,8 +142,8 @@ impl Media {
 
     /// The sum of all majorants of bricks and regions at `p`, 1/m, over the channels in which
     /// there is `power`.
-    pub fn majorant_at(&self, p: WorldPoint, power: Rgb) -> f64 {
-        let channels = power.cmpgt(Rgb::ZERO);
+    pub fn majorant_at<S: Spectrum>(&self, p: WorldPoint, power: S) -> f64 {
+        let channels = power.lit();
         self.media.iter().map(|m| m.sigma_t_max(channels) * m.density.majorant(p)).sum()
     }
 
@@ -165,7 +170,6 @@ impl Media {
 }
 
 /// `sigma_t` times `length`, where nothing over an endless way is nothing.
-pub(super) fn thickness_of(sigma_t: Rgb, length: f64) -> Rgb {
-    let thickness = sigma_t * length;
-    Rgb::select(thickness.is_nan_mask(), Rgb::ZERO, thickness)
+pub(super) fn thickness_of<S: Spectrum>(sigma_t: S, length: f64) -> S {
+    (sigma_t * length).each(|tau| if tau.is_nan() { 0.0 } else { tau })
 }

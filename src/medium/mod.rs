@@ -24,7 +24,7 @@ pub use profile::{Piece, Place, Profile};
 
 use glam::BVec3;
 
-use crate::math::{Rgb, WorldPoint};
+use crate::math::{Rgb, WorldPoint, is_grey};
 
 /// One participating medium.
 #[derive(Debug)]
@@ -45,6 +45,13 @@ impl Medium {
     /// Extinction coefficient at `p`, 1/m.
     pub fn sigma_t_at(&self, p: WorldPoint) -> Rgb {
         self.sigma_t * self.density.value(p)
+    }
+
+    /// Whether it treats all channels alike.
+    pub fn is_grey(&self) -> bool {
+        is_grey(self.sigma_t)
+            && self.albedo.is_grey()
+            && self.emission.as_ref().is_none_or(Emission::is_grey)
     }
 
     /// Bytes in memory of each grid: density, albedo and emission.

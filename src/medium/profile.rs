@@ -1,8 +1,9 @@
 //! Optical thickness and emission along a ray, piece by piece.
 
+use std::cell::OnceCell;
 use std::ops::ControlFlow;
 
-use crate::math::{Ray, Rgb, Span, World};
+use crate::math::{Ray, Rgb, Span, Spectrum, World};
 use crate::work::Work;
 
 use super::media::thickness_of;
@@ -10,20 +11,20 @@ use super::{Emission, Media, Medium};
 
 /// A stretch of a ray with its mean coefficients.
 #[derive(Debug, Clone, Copy)]
-pub struct Piece {
+pub struct Piece<S = Rgb> {
     /// Where it is, in metres along the ray.
     pub span: Span,
     /// Mean extinction coefficient, 1/m.
-    pub sigma_t: Rgb,
+    pub sigma_t: S,
     /// Mean emission coefficient, W/(m³ sr).
-    pub emission: Rgb,
+    pub emission: S,
     /// Optical thickness from the start of the ray to the start of the piece.
-    pub before: Rgb,
+    pub before: S,
 }
 
 /// A place on a ray where light may scatter toward its start.
 #[derive(Debug, Clone, Copy)]
-pub struct Place {
+pub struct Place<S = Rgb> {
     /// Metres along the ray.
     pub t: f64,
     /// Density with which [`Profile::sample`] takes it, 1/m.
@@ -31,17 +32,20 @@ pub struct Place {
     /// Transmittance times extinction there over `pdf`: the weight that makes an average of source
     /// functions S at sampled places the integral of T sigma_t S over the ray. In grey media it is
     /// the opacity.
-    pub weight: Rgb,
+    pub weight: S,
 }
 
 /// Optical thickness and emission along one ray: consecutive pieces, front to back, with gaps
 /// where nothing is. Kept and traced anew, so that no memory is asked for per ray.
 #[derive(Debug, Default)]
-pub struct Profile {
-    pieces: Vec<Piece>,
-    total: Rgb,
+pub struct Profile<S = Rgb> {
+    pieces: Vec<Piece<S>>,
+    total: S,
+    /// Of the whole ray, once it has been asked for.
+    opacity: OnceCell<S>,
+    /// Whether all channels have the same extinction.
     grey: bool,
-    tracks: Vec<Track>,
+    tracks: Vec<Track<S>>,
     borders: Vec<f64>,
     steps: u64,
     grid_lookups: u64,
@@ -50,36 +54,37 @@ pub struct Profile {
 
 /// One field along the ray: pieces with a mean value, and what a unit of the value amounts to.
 #[derive(Debug, Default)]
-struct Track {
+struct Track<S> {
     pieces: Vec<(Span, f64)>,
-    sigma_t: Rgb,
-    emission: EmissionRate,
+    sigma_t: S,
+    emission: EmissionRate<S>,
 }
 
 #[derive(Debug, Default, Clone, Copy)]
-enum EmissionRate {
+enum EmissionRate<S> {
     #[default]
     None,
     /// W/(m³ sr) per unit of the track's value.
-    PerUnit(Rgb),
+    PerUnit(S),
     /// Asked of the medium of this index.
     OfMedium(usize),
 }
 
-impl EmissionRate {
-    const fn is_looked_up(self) -> bool {
+impl<S> EmissionRate<S> {
+    const fn is_looked_up(&self) -> bool {
         matches!(self, Self::OfMedium(_))
     }
 }
 
-impl Profile {
+impl<S: Spectrum> Profile<S> {
     /// Traces `span` of `ray` (unit direction) through `media`. Grids are integrated exactly, cell
     /// by cell, where `step` (metres) is at most a voxel; else they are sampled once a step, at
     /// the fraction `jitter` of it.
     pub fn trace(&mut self, media: &Media, ray: &Ray<World>, span: Span, step: f64, jitter: f64) {
         self.pieces.clear();
-        self.total = Rgb::ZERO;
-        self.grey = media.iter().all(|m| m.sigma_t == Rgb::splat(m.sigma_t.x));
+        self.total = S::ZERO;
+        self.opacity.take();
+        self.grey = S::CHANNELS == 1 || media.iter().all(|m| m.sigma_t == Rgb::splat(m.sigma_t.x));
         (self.steps, self.grid_lookups, self.emission_lookups) = (0, 0, 0);
         if let [medium] = media.iter().as_slice()
             && medium.emission.is_none()
@@ -99,12 +104,13 @@ impl Profile {
         step: f64,
         jitter: f64,
     ) {
-        let (mut steps, mut total) = (0, Rgb::ZERO);
+        let (mut steps, mut total) = (0, S::ZERO);
+        let sigma_t = S::of(medium.sigma_t);
         let pieces = &mut self.pieces;
         medium.density.pieces(ray, span, step, jitter, |piece, value| {
             steps += 1;
             if value > 0.0 && !piece.is_empty() {
-                push(pieces, &mut total, piece, medium.sigma_t * value, Rgb::ZERO);
+                push(pieces, &mut total, piece, sigma_t * value, S::ZERO);
             }
         });
         (self.total, self.steps) = (total, steps);
@@ -115,9 +121,9 @@ impl Profile {
         let mut used = 0;
         for (index, medium) in media.iter().enumerate() {
             let track = next_track(&mut self.tracks, &mut used);
-            track.sigma_t = medium.sigma_t;
+            track.sigma_t = S::of(medium.sigma_t);
             track.emission = match &medium.emission {
-                Some(Emission::Density(rate)) => EmissionRate::PerUnit(*rate),
+                Some(Emission::Density(rate)) => EmissionRate::PerUnit(S::of(*rate)),
                 Some(Emission::Blackbody { .. }) => EmissionRate::OfMedium(index),
                 Some(Emission::Grid { .. }) | None => EmissionRate::None,
             };
@@ -135,8 +141,8 @@ impl Profile {
             }
             if let Some(Emission::Grid { grid, color }) = &medium.emission {
                 let track = next_track(&mut self.tracks, &mut used);
-                track.sigma_t = Rgb::ZERO;
-                track.emission = EmissionRate::PerUnit(*color);
+                track.sigma_t = S::ZERO;
+                track.emission = EmissionRate::PerUnit(S::of(*color));
                 let local = grid.transform().ray_to_local(ray);
                 let mut steps = 0;
                 let _ = grid.cells(&local, span, |piece, integral| {
@@ -153,11 +159,11 @@ impl Profile {
         }
         self.tracks.truncate(used);
         let emission = |rate, value: f64, piece: Span| match rate {
-            EmissionRate::None => Rgb::ZERO,
+            EmissionRate::None => S::ZERO,
             EmissionRate::PerUnit(rate) => rate * value,
             EmissionRate::OfMedium(index) => {
                 let at = ray.at(piece.start + jitter * piece.length());
-                media.get(index).emission_of(value, at)
+                S::of(media.get(index).emission_of(value, at))
             }
         };
         if let [track] = &self.tracks[..] {
@@ -176,7 +182,7 @@ impl Profile {
     }
 
     /// Cuts all tracks at all borders and adds up what overlaps.
-    fn merge(&mut self, emission: impl Fn(EmissionRate, f64, Span) -> Rgb) {
+    fn merge(&mut self, emission: impl Fn(EmissionRate<S>, f64, Span) -> S) {
         self.borders.clear();
         let ends = self.tracks.iter().flat_map(|t| &t.pieces).flat_map(|p| [p.0.start, p.0.end]);
         self.borders.extend(ends);
@@ -185,7 +191,7 @@ impl Profile {
         let mut at: Vec<usize> = vec![0; self.tracks.len()];
         for border in self.borders.windows(2) {
             let piece = Span::new(border[0], border[1]);
-            let (mut sigma_t, mut emitted) = (Rgb::ZERO, Rgb::ZERO);
+            let (mut sigma_t, mut emitted) = (S::ZERO, S::ZERO);
             for (track, at) in self.tracks.iter().zip(&mut at) {
                 while track.pieces.get(*at).is_some_and(|p| p.0.end <= piece.start) {
                     *at += 1;
@@ -196,7 +202,7 @@ impl Profile {
                     emitted += emission(track.emission, *value, piece);
                 }
             }
-            if sigma_t != Rgb::ZERO || emitted != Rgb::ZERO {
+            if sigma_t != S::ZERO || emitted != S::ZERO {
                 push(&mut self.pieces, &mut self.total, piece, sigma_t, emitted);
             }
         }
@@ -211,7 +217,7 @@ impl Profile {
     }
 
     /// The pieces, front to back.
-    pub fn pieces(&self) -> &[Piece] {
+    pub fn pieces(&self) -> &[Piece<S>] {
         &self.pieces
     }
 
@@ -222,24 +228,24 @@ impl Profile {
     }
 
     /// Optical thickness of the whole ray.
-    pub const fn optical_thickness(&self) -> Rgb {
+    pub const fn optical_thickness(&self) -> S {
         self.total
     }
 
     /// Transmittance of the whole ray.
-    pub fn transmittance(&self) -> Rgb {
+    pub fn transmittance(&self) -> S {
         (-self.total).exp()
     }
 
     /// Light emitted along the ray that arrives at its start, W/(m² sr): exact for coefficients
     /// constant over each piece (the exponential integrator of Novák et al. 2018, section 2).
-    pub fn emitted(&self) -> Rgb {
-        let mut sum = Rgb::ZERO;
+    pub fn emitted(&self) -> S {
+        let mut sum = S::ZERO;
         for piece in &self.pieces {
-            if piece.emission != Rgb::ZERO {
+            if piece.emission != S::ZERO {
                 let length = piece.span.length();
-                let reach = piece.sigma_t.to_array().map(|sigma_t| seen_length(sigma_t, length));
-                sum += (-piece.before).exp() * piece.emission * Rgb::from(reach);
+                let reach = piece.sigma_t.each(|sigma_t| seen_length(sigma_t, length));
+                sum += (-piece.before).exp() * piece.emission * reach;
             }
         }
         sum
@@ -247,13 +253,16 @@ impl Profile {
 
     /// Transmittance from the start of the ray to `t`, and the extinction coefficient there, 1/m;
     /// nothing where there is none.
-    pub fn at(&self, t: f64) -> Option<(Rgb, Rgb)> {
+    pub fn at(&self, t: f64) -> Option<(S, S)> {
         let index = self.pieces.partition_point(|p| p.span.start <= t).checked_sub(1)?;
         let piece = &self.pieces[index];
         (t <= piece.span.end).then(|| {
             let thickness = piece.before + piece.sigma_t * (t - piece.span.start);
-            let transmittance =
-                if self.grey { Rgb::splat((-thickness.x).exp()) } else { (-thickness).exp() };
+            let transmittance = if self.grey {
+                S::splat((-thickness.channel(0)).exp())
+            } else {
+                (-thickness).exp()
+            };
             (transmittance, piece.sigma_t)
         })
     }
@@ -261,49 +270,57 @@ impl Profile {
     /// A place proportional to transmittance times extinction, by inverting the opacity at
     /// `u[0]` in a channel chosen by `u[1]` (balance heuristic over the channels, Veach 1997).
     /// Nothing where the ray meets no extinction.
-    pub fn sample(&self, u: [f64; 2]) -> Option<Place> {
+    pub fn sample(&self, u: [f64; 2]) -> Option<Place<S>> {
         let opacity = self.opacity();
         let channel = if self.grey { 0 } else { (u[1] * 3.0) as usize };
-        if !opacity[channel].is_normal() {
+        let opacity = opacity.channel(channel);
+        if !opacity.is_normal() {
             return None;
         }
-        let target = -(-u[0] * opacity[channel]).ln_1p();
-        let index = self.pieces.partition_point(|p| p.before[channel] <= target).checked_sub(1)?;
+        let target = -(-u[0] * opacity).ln_1p();
+        let before = |piece: &Piece<S>| piece.before.channel(channel);
+        let index = self.pieces.partition_point(|p| before(p) <= target).checked_sub(1)?;
         let piece = &self.pieces[index];
-        let sigma_t = piece.sigma_t[channel];
+        let sigma_t = piece.sigma_t.channel(channel);
         if sigma_t <= 0.0 {
             return None;
         }
-        let along = ((target - piece.before[channel]) / sigma_t).min(piece.span.length());
+        let along = ((target - before(piece)) / sigma_t).min(piece.span.length());
         let flux = (-piece.before - thickness_of(piece.sigma_t, along)).exp() * piece.sigma_t;
         self.place(piece.span.start + along, flux)
     }
 
     /// The place at `t` with the density that [`sample`](Self::sample) has there; nothing where
     /// there is no extinction.
-    pub fn place_at(&self, t: f64) -> Option<Place> {
+    pub fn place_at(&self, t: f64) -> Option<Place<S>> {
         let (transmittance, sigma_t) = self.at(t)?;
         self.place(t, transmittance * sigma_t)
     }
 
     /// The place at `t`, where transmittance times extinction is `flux`.
-    fn place(&self, t: f64, flux: Rgb) -> Option<Place> {
+    fn place(&self, t: f64, flux: S) -> Option<Place<S>> {
         let opacity = self.opacity();
         if self.grey {
-            let pdf = flux.x / opacity.x;
+            let pdf = flux.channel(0) / opacity.channel(0);
             return pdf.is_normal().then_some(Place { t, pdf, weight: opacity });
         }
-        let share = |c: usize| if opacity[c] > 0.0 { flux[c] / opacity[c] } else { 0.0 };
+        let share = |c: usize| {
+            let (flux, opacity) = (flux.channel(c), opacity.channel(c));
+            if opacity > 0.0 { flux / opacity } else { 0.0 }
+        };
         let pdf = (0..3).map(share).sum::<f64>() / 3.0;
         pdf.is_normal().then(|| Place { t, pdf, weight: flux / pdf })
     }
 
-    fn opacity(&self) -> Rgb {
-        Rgb::from(self.total.to_array().map(|tau| -(-tau).exp_m1()))
+    fn opacity(&self) -> S {
+        *self.opacity.get_or_init(|| self.total.each(|tau| -(-tau).exp_m1()))
     }
 }
 
-fn next_track<'a>(tracks: &'a mut Vec<Track>, used: &mut usize) -> &'a mut Track {
+fn next_track<'a, S: Spectrum>(
+    tracks: &'a mut Vec<Track<S>>,
+    used: &mut usize,
+) -> &'a mut Track<S> {
     if *used == tracks.len() {
         tracks.push(Track::default());
     }
@@ -313,7 +330,13 @@ fn next_track<'a>(tracks: &'a mut Vec<Track>, used: &mut usize) -> &'a mut Track
     track
 }
 
-fn push(pieces: &mut Vec<Piece>, total: &mut Rgb, span: Span, sigma_t: Rgb, emission: Rgb) {
+fn push<S: Spectrum>(
+    pieces: &mut Vec<Piece<S>>,
+    total: &mut S,
+    span: Span,
+    sigma_t: S,
+    emission: S,
+) {
     pieces.push(Piece { span, sigma_t, emission, before: *total });
     *total += thickness_of(sigma_t, span.length());
 }

@@ -8,17 +8,17 @@ use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::{Boundable, BvhBuildParams};
 
-use crate::math::{Ray, Span, Stage, Stream, World, WorldPoint};
+use crate::math::{Ray, Rgb, Span, Spectrum, Stage, Stream, World, WorldPoint};
 
-use super::{Photon, Placed};
+use super::{Heading, Octahedral, Photon, Placed};
 
 /// Volume photons as spheres in a bounding volume hierarchy, for gathers along rays
 /// (Jarosz, Zwicker and Jensen 2008, "The Beam Radiance Estimate for Volumetric Photon Mapping").
-pub struct BeamMap {
+pub struct BeamMap<S: Spectrum = Rgb, H = Octahedral> {
     /// In units of the widest radius: obvhs takes no hit nearer to a ray's start than 1e-4.
     bvh: Option<CwBvh>,
     /// In the order of the hierarchy's leaves, so that neighbours lie side by side.
-    photons: Vec<Sphere>,
+    photons: Vec<Sphere<S, H>>,
     /// What places are relative to, so that 32 bits do far from the world's origin.
     origin: WorldPoint,
     /// No radius is larger, in metres.
@@ -27,18 +27,18 @@ pub struct BeamMap {
     extent: f64,
 }
 
-/// A photon with its place and radius: 32 bytes.
+/// A photon with its place and radius: 32 bytes in colour and with its heading, 20 without either.
 #[derive(Debug, Clone, Copy)]
-struct Sphere {
-    placed: Placed,
+struct Sphere<S: Spectrum, H> {
+    placed: Placed<S, H>,
     radius: f32,
 }
 
 /// A photon near a ray.
 #[derive(Debug, Clone, Copy)]
-pub struct Beside<'a> {
+pub struct Beside<'a, S: Spectrum = Rgb, H = Octahedral> {
     /// The photon.
-    pub photon: &'a Photon,
+    pub photon: &'a Photon<S, H>,
     /// Where the ray passes it closest, in metres along the ray.
     pub t: f64,
     /// Squared distance from there, in m².
@@ -64,15 +64,18 @@ impl Boundable for Ball {
     }
 }
 
-impl BeamMap {
+impl<S: Spectrum, H: Heading> BeamMap<S, H> {
+    /// Bytes of a photon with its place and radius.
+    pub(super) const SPHERE: usize = size_of::<Sphere<S, H>>();
+
     /// Builds the hierarchy over `photons`, whose places are relative to `origin`, with a radius in
     /// metres for each.
     ///
     /// # Panics
     /// If there is not one radius a photon.
-    pub fn new(origin: WorldPoint, photons: &[Placed], radii: &[f32]) -> Self {
+    pub fn new(origin: WorldPoint, photons: &[Placed<S, H>], radii: &[f32]) -> Self {
         assert_eq!(photons.len(), radii.len(), "one radius a photon");
-        let center = |p: &Placed| DVec3::from(p.place.map(f64::from));
+        let center = |p: &Placed<S, H>| DVec3::from(p.place.map(f64::from));
         let extent = photons.iter().map(|p| center(p).length()).fold(0.0, f64::max);
         // Not below the places' rounding: in units of a narrower sphere they would be too large
         // for 32 bits.
@@ -82,7 +85,7 @@ impl BeamMap {
         // Where photons lie on one another, as in media of very short free paths, ties would make
         // the hierarchy a chain: within the margin each is moved elsewhere.
         let mut rng = Stream::new(0, Stage::Photons, 0, TIES);
-        let ball = |(p, radius): (&Placed, &f32)| {
+        let ball = |(p, radius): (&Placed<S, H>, &f32)| {
             let radius = f64::from(*radius);
             let aside = DVec3::from(std::array::from_fn(|_| 0.5 * rng.uniform() - 0.25));
             Ball {
@@ -116,7 +119,13 @@ impl BeamMap {
     /// Calls `f` with each photon whose sphere, `scale` times as wide (at most 1), `ray` (unit
     /// direction) crosses and whose closest place on the ray lies in `span`, in an order that is
     /// the same each time.
-    pub fn along(&self, ray: &Ray<World>, span: Span, scale: f64, mut f: impl FnMut(Beside<'_>)) {
+    pub fn along(
+        &self,
+        ray: &Ray<World>,
+        span: Span,
+        scale: f64,
+        mut f: impl FnMut(Beside<'_, S, H>),
+    ) {
         let Some(bvh) = &self.bvh else { return };
         // The ray is moved to where it passes the photons before it is rounded to 32 bits.
         let shift = (self.origin - ray.origin).dot(ray.direction);
@@ -146,7 +155,7 @@ impl BeamMap {
     }
 }
 
-impl std::fmt::Debug for BeamMap {
+impl<S: Spectrum, H: Heading> std::fmt::Debug for BeamMap<S, H> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("BeamMap")
             .field("photons", &self.photons.len())

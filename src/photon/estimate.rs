@@ -2,30 +2,31 @@
 
 use glam::DVec3;
 
-use crate::math::{Ray, Rgb, Span, World, WorldPoint, warp};
+use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint};
 use crate::medium::Phase;
 
 use super::kernel::DiskKernel;
-use super::{BeamMap, DirectLattice, Lattice, SurfaceMap};
+use super::{BeamMap, DirectLattice, Heading, Lattice, Octahedral, SurfaceMap};
 
 /// How many times fewer photons each level of the volume photons has.
 pub(super) const THINNING: usize = 8;
 
-/// The photons of one render.
+/// The photons of one render: in how many channels, and what is kept of their direction in media,
+/// the plan decides.
 #[derive(Debug)]
-pub struct PhotonMaps {
+pub struct PhotonMaps<S: Spectrum = Rgb, H: Heading = Octahedral> {
     /// Photons in media: light that has been scattered, reflected or refracted before, and all
     /// light of emissive media. Light that comes straight from a light is not among them.
     /// Level l holds every 8^l-th of them, with radii 2^l times as wide: a wider gather takes fewer
     /// photons, not more.
-    pub volume: Vec<BeamMap>,
+    pub volume: Vec<BeamMap<S, H>>,
     /// For each medium the light that it scatters toward the camera, straight from the sky included
     /// where `direct` is not empty; empty where light is not kept so. Where phase functions are
     /// isotropic it holds for all directions.
-    pub lattices: Vec<Lattice>,
+    pub lattices: Vec<Lattice<S>>,
     /// For each medium the light that comes straight from lights and is scattered toward the
     /// camera; empty where it is not kept.
-    pub direct: Vec<DirectLattice>,
+    pub direct: Vec<DirectLattice<S>>,
     /// For each medium the phase function by which it scatters the photons' light.
     pub phases: Vec<Phase>,
     /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
@@ -33,14 +34,14 @@ pub struct PhotonMaps {
     pub volume_radius: f64,
     /// Photons on diffuse surfaces, of the same light. They are not thinned: light on surfaces has
     /// edges, which a wide gather would smear.
-    pub surface: SurfaceMap,
+    pub surface: SurfaceMap<S>,
     /// W m that a volume photon of power 1 stands for.
     pub volume_unit: f64,
     /// W that a surface photon of power 1 stands for.
     pub surface_unit: f64,
 }
 
-impl PhotonMaps {
+impl<S: Spectrum, H: Heading> PhotonMaps<S, H> {
     /// No photons, to be gathered within `radius` metres.
     pub fn empty(radius: f64) -> Self {
         let origin = WorldPoint::new(0.0, 0.0, 0.0);
@@ -63,29 +64,23 @@ impl PhotonMaps {
     /// they are of [`volume_radius`](Self::volume_radius), at most all, in the level whose radii
     /// are nearest. `respond` is called with the distance along the ray
     /// and returns, for each phase function there, sigma_s times transmittance. `gathered` counts
-    /// the photons. Without `DIRECTED` all phase functions are isotropic, and nobody asks where
-    /// photons came from.
-    pub fn along<'p, const DIRECTED: bool, R: AsRef<[(&'p Phase, Rgb)]>>(
+    /// the photons.
+    pub fn along<'p, R: AsRef<[(&'p Phase, S)]>>(
         &self,
         ray: &Ray<World>,
         span: Span,
         radius: f64,
         gathered: &mut u64,
         respond: impl Fn(f64) -> R,
-    ) -> Rgb {
+    ) -> S {
         let level = self.level(radius);
         let scale = (radius / self.volume_radius / f64::from(1_u32 << level)).min(1.0);
-        let (mut sum, mut count) = (Rgb::ZERO, 0);
+        let (mut sum, mut count, toward) = (S::ZERO, 0, -ray.direction);
         self.volume[level].along(ray, span, scale, |beside| {
             count += 1;
-            let mut spread = Rgb::ZERO;
+            let mut spread = S::ZERO;
             for (phase, weight) in respond(beside.t).as_ref() {
-                spread += *weight
-                    * if DIRECTED {
-                        phase.eval(-beside.photon.direction().dot(ray.direction))
-                    } else {
-                        warp::uniform_sphere_pdf()
-                    };
+                spread += *weight * beside.photon.heading().spread(phase, toward);
             }
             let kernel = DiskKernel::new(beside.radius);
             sum += beside.photon.power() * spread * kernel.at(beside.distance2);
@@ -96,7 +91,7 @@ impl PhotonMaps {
 
     /// The photons' irradiance at `p` on the side of the unit `normal`, W/m². `gathered` counts
     /// the photons that it is made of.
-    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, gathered: &mut u64) -> Rgb {
+    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, gathered: &mut u64) -> S {
         self.surface.irradiance(p, normal, gathered) * self.surface_unit
     }
 

@@ -2,26 +2,26 @@
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
-use crate::math::WorldPoint;
+use crate::math::{Rgb, Spectrum, WorldPoint};
 
-use super::{Photon, Placed};
+use super::{Heading, Octahedral, Photon, Placed};
 
 /// Photons in a kd-tree, for gathers within a radius.
 #[derive(Debug)]
-pub struct PhotonMap {
+pub struct PhotonMap<S: Spectrum = Rgb, H = Octahedral> {
     tree: Option<ImmutableKdTree<f32, 3>>,
-    photons: Vec<Photon>,
+    photons: Vec<Photon<S, H>>,
     /// What the tree's coordinates are relative to, so that 32 bits do far from the world's origin.
     origin: WorldPoint,
 }
 
-impl PhotonMap {
+impl<S: Spectrum, H: Heading> PhotonMap<S, H> {
     /// Builds the map; places are relative to `origin`. The tree is the same on any number of
     /// threads.
     ///
     /// # Panics
     /// If there are over 2^32 photons, or one whose place is not finite.
-    pub fn new(origin: WorldPoint, photons: &[Placed]) -> Self {
+    pub fn new(origin: WorldPoint, photons: &[Placed<S, H>]) -> Self {
         let places: Vec<[f32; 3]> = photons.iter().map(|p| p.place).collect();
         let build = || ImmutableKdTree::new_from_slice_parallel(&places).expect("finite places");
         let tree = (!places.is_empty()).then(build);
@@ -40,12 +40,12 @@ impl PhotonMap {
 
     /// Bytes in memory: the photons, and the tree's copy of their places and indices.
     pub const fn memory_bytes(&self) -> usize {
-        self.photons.len() * (size_of::<Photon>() + 16)
+        self.photons.len() * (size_of::<Photon<S, H>>() + 16)
     }
 
     /// Calls `f` with each photon within `radius` metres of `p` and its squared distance, in an
     /// order that is the same each time.
-    pub fn within(&self, p: WorldPoint, radius: f64, mut f: impl FnMut(&Photon, f64)) {
+    pub fn within(&self, p: WorldPoint, radius: f64, mut f: impl FnMut(&Photon<S, H>, f64)) {
         let Some(tree) = &self.tree else { return };
         let query = (p - self.origin).as_vec3().to_array();
         tree.query(&query)
@@ -67,7 +67,7 @@ impl PhotonMap {
         &self,
         p: WorldPoint,
         k: usize,
-        mut f: impl FnMut(&Photon),
+        mut f: impl FnMut(&Photon<S, H>),
     ) -> Option<f64> {
         let query = (p - self.origin).as_vec3().to_array();
         let k = std::num::NonZero::new(k)?;

@@ -2,7 +2,8 @@
 
 use super::lattice::Track;
 use super::shoot::MOST_PATHS;
-use super::{DirectLattice, Lattice, Photon, PhotonMaps, Placed};
+use super::{BeamMap, DirectLattice, Heading, Lattice, Photon, PhotonMaps, Placed};
+use crate::math::Spectrum;
 use crate::work::Work;
 
 /// Bytes of photon maps.
@@ -16,19 +17,20 @@ pub struct PhotonMemory {
 
 /// About what the maps take for which `work` is expected. `look` are the maps of some of the paths,
 /// with the lattices of all.
-pub fn memory(work: &Work, look: &PhotonMaps) -> PhotonMemory {
+pub fn memory<S: Spectrum, H: Heading>(work: &Work, look: &PhotonMaps<S, H>) -> PhotonMemory {
     let (volume, surface) = (work.volume_photons, work.surface_photons);
-    let (placed, photon) = (size_of::<Placed>() as u64, size_of::<Photon>() as u64);
+    let (placed, sphere) = (size_of::<Placed<S, H>>() as u64, BeamMap::<S, H>::SPHERE as u64);
+    let (lying, photon) = (size_of::<Placed<S>>() as u64, size_of::<Photon<S>>() as u64);
     let kept = look.lattices.iter().map(Lattice::memory_bytes).sum::<usize>() as u64;
     let direct: usize = look.direct.iter().map(DirectLattice::memory_bytes).sum();
     let lattices = kept + direct as u64;
     let share = (MOST_PATHS as f64 / work.photon_paths.max(1) as f64).min(1.0);
-    let flights = (work.tracks as f64 * share) as u64 * size_of::<Track>() as u64;
+    let flights = (work.tracks as f64 * share) as u64 * size_of::<Track<S>>() as u64;
     // A sphere is a photon with its place and radius, and the hierarchy has 80 bytes for each node
     // of about five.
-    let held = volume * (placed + 4 + 24) + surface * (photon + 16) + lattices;
+    let held = volume * (sphere + 24) + surface * (photon + 16) + lattices;
     // Deposits in one piece, radii, boxes, the two hierarchies that become the last one, and spheres.
     let building =
-        volume * (placed + 4 + 32 + 64 + 96 + 24 + 32) + surface * (2 * placed + photon + 16);
+        volume * (placed + 4 + 32 + 64 + 96 + 24 + sphere) + surface * (2 * lying + photon + 16);
     PhotonMemory { held, building: lattices + building.max(flights + kept) }
 }

@@ -31,5 +31,5 @@ pub use map::PhotonMap;
 pub use memory::{PhotonMemory, memory};
 pub use path::MAX_EVENTS;
 pub use shoot::{Shooting, shoot};
-pub use stored::{Photon, Placed};
+pub use stored::{Heading, Octahedral, Photon, Placed, Unknown};
 pub use surface::SurfaceMap;

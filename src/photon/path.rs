@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use crate::light::aim_from;
-use crate::math::{Aabb, Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
+use crate::math::{Aabb, Ray, Span, Spectrum, Stage, Stream, World, WorldPoint};
 use crate::medium::Collision;
 use crate::scene::Scene;
 use crate::surface::{SurfaceHit, TransportMode};
@@ -17,7 +17,7 @@ use crate::work::Work;
 use super::emitters::Emitters;
 use super::lattice::Track;
 use super::zones::Zones;
-use super::{Photon, Placed, Shooting};
+use super::{Heading, Photon, Placed, Shooting};
 
 /// Scatterings and reflections after which a path is ended and counted as capped.
 pub const MAX_EVENTS: u32 = 100_000;
@@ -68,17 +68,28 @@ impl Units {
 }
 
 /// What a number of paths left behind.
-#[derive(Debug, Default)]
-pub(super) struct Deposits {
-    pub volume: Vec<Placed>,
+#[derive(Debug)]
+pub(super) struct Deposits<S: Spectrum, H> {
+    pub volume: Vec<Placed<S, H>>,
     /// One volume photon, at random, of each path that left any, by its index.
     pub independent: Vec<usize>,
-    pub surface: Vec<Placed>,
-    pub tracks: Vec<Track>,
+    pub surface: Vec<Placed<S>>,
+    pub tracks: Vec<Track<S>>,
     pub work: Work,
 }
 
-impl Deposits {
+impl<S: Spectrum, H: Heading> Deposits<S, H> {
+    /// Nothing yet.
+    pub fn none() -> Self {
+        Self {
+            volume: Vec::new(),
+            independent: Vec::new(),
+            surface: Vec::new(),
+            tracks: Vec::new(),
+            work: Work::default(),
+        }
+    }
+
     /// Takes in what other paths left, but for their flights.
     pub fn append(&mut self, other: &Self) {
         let before = self.volume.len();
@@ -90,9 +101,9 @@ impl Deposits {
 }
 
 /// A photon on its way.
-struct Flying {
+struct Flying<S> {
     ray: Ray<World>,
-    power: Rgb,
+    power: S,
     /// Order of volume scattering so far.
     scattered: u32,
     /// Whether pass 2 finds this light by itself, by sampling the light directly.
@@ -105,24 +116,29 @@ struct Flying {
 
 impl Paths<'_> {
     /// Traces the paths of these indices.
-    pub fn trace(&self, paths: Range<u64>) -> Deposits {
-        let mut out = Deposits::default();
+    pub fn trace<S: Spectrum, H: Heading>(&self, paths: Range<u64>) -> Deposits<S, H> {
+        let mut out = Deposits::none();
         for index in paths {
             let mut rng = Stream::new(self.shooting.seed, Stage::Photons, index, 0);
             let u = self.pattern(index);
-            let Some(start) = self.emitters.emit(u, &mut rng) else { continue };
+            let Some(start) = self.emitters.emit(u, &mut rng) else {
+                out.work.starts_rejected += 1;
+                continue;
+            };
             if !self.reaches(&start.ray) {
                 if !self.shooting.needs.void {
+                    out.work.starts_rejected += 1;
                     continue;
                 }
                 out.work.photons_missed += 1;
             }
             out.work.photons_emitted += 1;
+            out.work.colored_paths += u64::from(S::CHANNELS > 1);
             out.work.emission_lookups += u64::from(!start.direct);
             out.work.light_choices += u64::from(self.emitters.len() > 1);
             let mut flying = vec![Flying {
                 ray: start.ray,
-                power: start.power / self.shooting.photons as f64,
+                power: S::of(start.power) / self.shooting.photons as f64,
                 scattered: 0,
                 direct: start.direct,
                 sampled: start.sampled,
@@ -166,12 +182,12 @@ impl Paths<'_> {
 
     /// Flies to the next scattering or surface and through it; whether the path goes on. `more` takes
     /// photons that are split off.
-    fn step(
+    fn step<S: Spectrum, H: Heading>(
         &self,
-        photon: &mut Flying,
+        photon: &mut Flying<S>,
         rng: &mut Stream,
-        more: &mut Vec<Flying>,
-        out: &mut Deposits,
+        more: &mut Vec<Flying<S>>,
+        out: &mut Deposits<S, H>,
     ) -> bool {
         let mut hit = None;
         if self.shooting.needs.surfaces {
@@ -189,7 +205,8 @@ impl Paths<'_> {
         let Some(hit) = hit else { return false };
         let incoming = photon.ray.direction;
         if self.shooting.needs.surface_photons && !hit.material.is_specular() && !photon.direct {
-            out.surface.push(self.deposit(hit.point, incoming, photon.power / self.units.surface));
+            let power = photon.power / self.units.surface;
+            out.surface.push(self.deposit(hit.point, incoming, power));
         }
         if let Some(window) = self.window.filter(|_| !hit.material.is_specular()) {
             self.reflect(photon, &hit, window, rng, more);
@@ -198,7 +215,7 @@ impl Paths<'_> {
         let u = [rng.uniform(), rng.uniform(), rng.uniform()];
         let scattered = hit.material.scatter(incoming, &hit, u, TransportMode::Importance);
         let Some(scattered) = scattered else { return false };
-        let power = photon.power * scattered.weight;
+        let power = photon.power * S::of(scattered.weight);
         let survival = power.element_sum() / photon.power.element_sum();
         if rng.uniform() >= survival {
             return false;
@@ -215,13 +232,13 @@ impl Paths<'_> {
     /// as several photons where one would be heavier than the window (splitting and roulette of
     /// Spanier and Gelbard 1969, section 3.4; weight windows of Vorba and Křivánek 2016,
     /// "Adjoint-Driven Russian Roulette and Splitting").
-    fn reflect(
+    fn reflect<S: Spectrum>(
         &self,
-        photon: &Flying,
+        photon: &Flying<S>,
         hit: &SurfaceHit<'_>,
         window: f64,
         rng: &mut Stream,
-        more: &mut Vec<Flying>,
+        more: &mut Vec<Flying<S>>,
     ) {
         let incoming = photon.ray.direction;
         let side = if incoming.dot(hit.shading_normal) > 0.0 { -1.0 } else { 1.0 };
@@ -229,7 +246,7 @@ impl Paths<'_> {
         let draw = |u: [f64; 2]| {
             let (direction, pdf) = aim_from(hit.point, normal, self.emitters.reach(), u)?;
             let f = hit.material.eval(incoming, direction, hit, TransportMode::Importance);
-            let power = photon.power * f * (direction.dot(normal) / pdf);
+            let power = photon.power * S::of(f) * (direction.dot(normal) / pdf);
             (power.element_sum() > 0.0).then_some((direction, power))
         };
         // One draw tells how heavy they are; it takes no part, so that their number knows nothing
@@ -254,7 +271,13 @@ impl Paths<'_> {
     }
 
     /// Flies through the media as far as `end`, leaving photons behind.
-    fn fly(&self, photon: &mut Flying, end: f64, rng: &mut Stream, out: &mut Deposits) -> Flight {
+    fn fly<S: Spectrum, H: Heading>(
+        &self,
+        photon: &mut Flying<S>,
+        end: f64,
+        rng: &mut Stream,
+        out: &mut Deposits<S, H>,
+    ) -> Flight {
         // A photon kept here is scattered once more towards the eye.
         let counts = self.shooting.needs.volume_photons
             && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
@@ -262,7 +285,7 @@ impl Paths<'_> {
         let tracked = self.tracked.filter(|_| counts && !photon.sampled);
         // Flown with one power since here.
         let mut since = 0.0;
-        let track = |photon: &Flying, from: f64, to: f64, out: &mut Deposits| {
+        let track = |photon: &Flying<S>, from: f64, to: f64, out: &mut Deposits<S, H>| {
             let span =
                 tracked.map(|bounds| bounds.clip(&photon.ray).intersect(Span::new(from, to)));
             if let Some(span) = span.filter(|span| !span.is_empty()) {
@@ -295,9 +318,9 @@ impl Paths<'_> {
             }
             let medium = media.get(c.medium);
             out.work.grid_lookups += u64::from(!medium.albedo.is_constant());
-            let scattering = photon.power * media.sigma_s(&c, p);
-            let null = photon.power * (Rgb::splat(c.majorant) - medium.sigma_t * c.density);
-            let null = null.max(Rgb::ZERO);
+            let scattering = photon.power * S::of(media.sigma_s(&c, p));
+            let null = S::splat(c.majorant) - S::of(medium.sigma_t) * c.density;
+            let null = (photon.power * null).not_negative();
             let rate = photon.power.element_sum() * c.majorant;
             let (p_scatter, p_null) = (scattering.element_sum() / rate, null.element_sum() / rate);
             let u = rng.uniform();
@@ -317,7 +340,8 @@ impl Paths<'_> {
             } else if u < p_scatter + p_null {
                 out.work.null_collisions += 1;
                 let power = null / (c.majorant * p_null);
-                if (power - photon.power).abs().max_element() > SAME * power.max_element() {
+                if (power - photon.power).each(f64::abs).max_element() > SAME * power.max_element()
+                {
                     track(photon, since, c.t, out);
                     since = c.t;
                 }
@@ -333,14 +357,14 @@ impl Paths<'_> {
     /// Keeps a volume photon with its share, weighed by one over the rate of deposits at `p`. Where
     /// finer majorants lower that rate, those of bricks and regions say how much each kind of
     /// deposit counts: any weights do that add up to 1 at a place (Veach 1997, section 9.2).
-    fn store(
+    fn store<S: Spectrum, H: Heading>(
         &self,
         p: WorldPoint,
         direction: glam::DVec3,
-        power: Rgb,
+        power: S,
         collision: Option<&Collision>,
         rng: &mut Stream,
-        out: &mut Deposits,
+        out: &mut Deposits<S, H>,
     ) {
         if rng.uniform() >= self.keep {
             return;
@@ -360,7 +384,12 @@ impl Paths<'_> {
         }
     }
 
-    fn deposit(&self, p: WorldPoint, direction: glam::DVec3, power: Rgb) -> Placed {
+    fn deposit<S: Spectrum, H: Heading>(
+        &self,
+        p: WorldPoint,
+        direction: glam::DVec3,
+        power: S,
+    ) -> Placed<S, H> {
         let place = (p - self.origin).as_vec3().to_array();
         Placed { place, photon: Photon::new(power, direction) }
     }

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use crate::math::WorldPoint;
+use crate::math::{Spectrum, WorldPoint};
 
-use super::{PhotonMap, Placed};
+use super::{Heading, PhotonMap, Placed};
 
 /// Photons that a gather along a ray should find.
 const ALONG: f64 = 64.0;
@@ -51,13 +51,13 @@ impl Radii {
     ///
     /// How dense they lie is told by `independent` ones, one a path: those of one path cluster
     /// where free paths are short, and radii that fit the clusters would leave gaps between paths.
-    pub fn adaptive(
+    pub fn adaptive<S: Spectrum, H: Heading>(
         origin: WorldPoint,
-        photons: &[Placed],
-        independent: &[Placed],
+        photons: &[Placed<S, H>],
+        independent: &[Placed<S, H>],
         visible: &[WorldPoint],
         depth: f64,
-        weight: impl Fn(&Placed) -> f64 + Sync,
+        weight: impl Fn(&Placed<S, H>) -> f64 + Sync,
         most: f64,
     ) -> Self {
         let radius = |near: f64, crowd: f64| {
@@ -77,15 +77,19 @@ impl Radii {
 
 /// The radius of each photon on a surface, in metres, at most `most`: within it about as many lie
 /// as a gather should find, and the more the more a photon's power exceeds its neighbours'.
-pub(super) fn on_surfaces(origin: WorldPoint, photons: &[Placed], most: f64) -> Vec<f32> {
+pub(super) fn on_surfaces<S: Spectrum>(
+    origin: WorldPoint,
+    photons: &[Placed<S>],
+    most: f64,
+) -> Vec<f32> {
     let radius = |near: f64, crowd: f64| near * (AROUND / crowd).sqrt();
     let spacing = Spacing::of(origin, photons, photons.len(), most, radius);
     photons.par_iter().map(|p| spacing.spread(p, 1.0)).collect()
 }
 
 /// How wide photons should be spread where they lie, told by some of them.
-struct Spacing {
-    map: PhotonMap,
+struct Spacing<S: Spectrum, H> {
+    map: PhotonMap<S, H>,
     origin: WorldPoint,
     /// For each of those the radius in metres and its neighbours' mean power.
     probed: Vec<(f64, f64)>,
@@ -93,21 +97,21 @@ struct Spacing {
     most: f64,
 }
 
-impl Spacing {
+impl<S: Spectrum, H: Heading> Spacing<S, H> {
     /// Told by some of `probes` for `count` photons that are spread alike; `radius` makes a radius
     /// of a distance within which so many of those lie.
     fn of(
         origin: WorldPoint,
-        probes: &[Placed],
+        probes: &[Placed<S, H>],
         count: usize,
         most: f64,
         radius: impl Fn(f64, f64) -> f64 + Sync,
     ) -> Self {
         let step = (probes.len() / PROBED).max(1);
-        let thin: Vec<Placed> = probes.iter().step_by(step).copied().collect();
+        let thin: Vec<Placed<S, H>> = probes.iter().step_by(step).copied().collect();
         let crowd = NEIGHBOURS as f64 * (count as f64 / thin.len().max(1) as f64);
         let map = PhotonMap::new(origin, &thin);
-        let probe = |p: &Placed| {
+        let probe = |p: &Placed<S, H>| {
             let mut power = 0.0;
             let near = map.nearest_photons(p.at(origin), NEIGHBOURS + 1, |photon| {
                 power += photon.power().element_sum() / (NEIGHBOURS + 1) as f64;
@@ -124,7 +128,7 @@ impl Spacing {
     }
 
     /// The radius of a photon that counts `weight` for each unit of its power.
-    fn spread(&self, p: &Placed, weight: f64) -> f32 {
+    fn spread(&self, p: &Placed<S, H>, weight: f64) -> f32 {
         let (radius, power) = self.at(p.at(self.origin));
         let counts = weight * p.photon.power().element_sum() / power;
         let radius = radius * counts.sqrt().clamp(1.0, WIDEST);

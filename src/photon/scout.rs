@@ -2,8 +2,10 @@
 
 use rayon::prelude::*;
 
+use super::Heading;
 use super::lattice::Track;
 use super::path::{Deposits, Paths};
+use crate::math::Spectrum;
 
 /// Paths that are asked.
 const PATHS: u64 = 2048;
@@ -38,13 +40,14 @@ pub(super) struct Scouted {
 
 impl Scouted {
     /// Asks the first of `count` paths.
-    pub fn by(paths: &Paths<'_>, count: u64) -> Self {
+    pub fn by<S: Spectrum, H: Heading>(paths: &Paths<'_>, count: u64) -> Self {
         let (mut traced, mut left, mut tracks, mut events) = (0, 0, Vec::new(), 0);
         let across = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
         let mut flown = 0.0;
         while traced < PATHS.min(count) && left < ENOUGH {
             let until = (traced + AT_ONCE).min(count);
-            let each = (traced..until).into_par_iter().map(|path| paths.trace(path..path + 1));
+            let each =
+                (traced..until).into_par_iter().map(|path| paths.trace::<S, H>(path..path + 1));
             for Deposits { volume, tracks: left_behind, work, .. } in each.collect::<Vec<_>>() {
                 left += volume.len();
                 events += work.collisions + work.intersections;
@@ -62,8 +65,8 @@ impl Scouted {
     }
 }
 
-fn usual_power(tracks: &mut [Track]) -> Option<f64> {
-    let power = |track: &Track| track.power().iter().copied().map(f64::from).sum::<f64>();
+fn usual_power<S: Spectrum>(tracks: &mut [Track<S>]) -> Option<f64> {
+    let power = |track: &Track<S>| S::long(track.power()).element_sum();
     tracks.sort_by(|a, b| power(a).total_cmp(&power(b)));
     let total: f64 = tracks.iter().map(Track::length).sum();
     let mut flown = 0.0;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::light::Reach;
-use crate::math::{Aabb, World, WorldPoint, warp};
+use crate::math::{Aabb, Spectrum, World, WorldPoint, warp};
 use crate::medium::{Medium, Phase};
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
@@ -19,7 +19,7 @@ use super::radius::{self, Radii};
 use super::scout::Scouted;
 use super::visible::Visible;
 use super::zones::Zones;
-use super::{BeamMap, Photon, PhotonMaps, Placed, SurfaceMap, soft, worth};
+use super::{BeamMap, Heading, Photon, PhotonMaps, Placed, SurfaceMap, soft, worth};
 
 /// Radius, in metres, that stands for everything.
 const ENDLESS: f64 = 1e15;
@@ -68,15 +68,17 @@ pub struct Shooting {
     pub needs: Needs,
 }
 
-/// Shoots photons into `scene` and builds the maps. `advance` is told how many paths are done.
+/// Shoots photons into `scene` and builds the maps. `advance` is told how many paths are done. One
+/// channel is right where the scene is grey, photons without heading where all media that scatter
+/// do so to all sides alike.
 ///
 /// # Errors
 /// Where an emitter cannot be sampled: a medium that glows without end.
-pub fn shoot(
+pub fn shoot<S: Spectrum, H: Heading>(
     scene: &Scene,
     shooting: &Shooting,
     advance: &(dyn Fn(u64) + Sync),
-) -> Result<(PhotonMaps, Work)> {
+) -> Result<(PhotonMaps<S, H>, Work)> {
     if !shooting.needs.photons() {
         return Ok((PhotonMaps::empty(shooting.radius.unwrap_or(0.0)), Work::default()));
     }
@@ -114,10 +116,10 @@ pub fn shoot(
     };
     let phases = soft::phases(scene, shooting.photons);
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
-    worth::share_out(&mut paths, &visible);
-    let scouted = windowed(&mut paths, count);
+    worth::share_out::<S, H>(&mut paths, &visible);
+    let scouted = windowed::<S, H>(&mut paths, count);
     paths.keep = scouted.keep;
-    let mut lattices = if keeps {
+    let mut lattices: Vec<Builder<'_, S>> = if keeps {
         lattices(scene, shooting, &phases, origin, &visible.media, scouted.flown)
     } else {
         Vec::new()
@@ -129,10 +131,10 @@ pub fn shoot(
     }
     let count = shooting.traced.map_or(count, |traced| traced.min(count));
     let Deposits { volume, independent, surface, mut work, .. } =
-        traced(&paths, count, &mut lattices, advance);
-    let independent: Vec<Placed> = independent.iter().map(|index| volume[*index]).collect();
+        traced::<S, H>(&paths, count, &mut lattices, advance);
+    let independent: Vec<Placed<S, H>> = independent.iter().map(|index| volume[*index]).collect();
     work += visible.work;
-    let lattices: Vec<Lattice> =
+    let lattices: Vec<Lattice<S>> =
         lattices.into_iter().map(|l| l.finish(shooting.levels, units.surface)).collect();
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
@@ -141,7 +143,7 @@ pub fn shoot(
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
             let depth = visible.depth(scene).min(size);
-            let weight = |p: &Placed| toward_camera(scene, &phases, p.at(origin), &p.photon);
+            let weight = |p: &Placed<S, H>| toward_camera(scene, &phases, p.at(origin), &p.photon);
             Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
         }
     };
@@ -165,16 +167,16 @@ pub fn shoot(
 }
 
 /// What `count` paths leave, their flights in `lattices`. `advance` is told how many are done.
-fn traced(
+fn traced<S: Spectrum, H: Heading>(
     paths: &Paths<'_>,
     count: u64,
-    lattices: &mut [Builder<'_>],
+    lattices: &mut [Builder<'_, S>],
     advance: &(dyn Fn(u64) + Sync),
-) -> Deposits {
-    let mut all = Deposits::default();
+) -> Deposits<S, H> {
+    let mut all = Deposits::none();
     let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
     for batch in chunks.chunks(BATCH) {
-        let traced: Vec<Deposits> = batch
+        let traced: Vec<Deposits<S, H>> = batch
             .par_iter()
             .map(|chunk| {
                 let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
@@ -183,7 +185,7 @@ fn traced(
             })
             .collect();
         traced.iter().for_each(|deposits| all.append(deposits));
-        let tracks: Vec<&[Track]> = traced.iter().map(|d| &d.tracks[..]).collect();
+        let tracks: Vec<&[Track<S>]> = traced.iter().map(|d| &d.tracks[..]).collect();
         all.work.tracks += tracks.iter().map(|tracks| tracks.len() as u64).sum::<u64>();
         for lattice in &mut *lattices {
             lattice.add(&tracks);
@@ -194,13 +196,13 @@ fn traced(
 
 /// Gives `paths` a window round the usual power in media, raised where splitting heavier photons
 /// would make them too dear, and tells what `count` paths then leave.
-fn windowed(paths: &mut Paths<'_>, count: u64) -> Scouted {
-    let whole = Scouted::by(paths, count);
+fn windowed<S: Spectrum, H: Heading>(paths: &mut Paths<'_>, count: u64) -> Scouted {
+    let whole = Scouted::by::<S, H>(paths, count);
     let Some(power) = whole.usual_power else { return whole };
     let mut window = power * paths.units.surface;
     for _ in 0..RAISES {
         paths.window = Some(window);
-        let split = Scouted::by(paths, count);
+        let split = Scouted::by::<S, H>(paths, count);
         let dearer = split.events / (DEARER * whole.events).max(1.0);
         if dearer <= 1.0 {
             return split;
@@ -213,14 +215,14 @@ fn windowed(paths: &mut Paths<'_>, count: u64) -> Scouted {
 
 /// Empty lattices, one a medium, where light can be kept on lattices: where all media have an end
 /// and lie before the eye, and cells are thin. All flights together are `flown` metres long.
-fn lattices<'a>(
+fn lattices<'a, S: Spectrum>(
     scene: &'a Scene,
     shooting: &Shooting,
     phases: &'a [Phase],
     origin: WorldPoint,
     visible: &[WorldPoint],
     flown: f64,
-) -> Vec<Builder<'a>> {
+) -> Vec<Builder<'a, S>> {
     let lattice = |(medium, phase): (&Medium, &'a Phase)| {
         if !is_before(scene, medium) {
             return None;
@@ -260,15 +262,15 @@ fn needs_beams(scene: &Scene) -> bool {
 }
 
 /// The map of all `photons`, and as many `levels` more of fewer and wider ones.
-fn thinned_maps(
+fn thinned_maps<S: Spectrum, H: Heading>(
     origin: WorldPoint,
-    photons: &[Placed],
+    photons: &[Placed<S, H>],
     radii: &[f32],
     levels: u32,
-) -> Vec<BeamMap> {
+) -> Vec<BeamMap<S, H>> {
     let map = |level: u32| {
         let (step, wider) = (THINNING.pow(level), (1_u32 << level) as f32);
-        let left: Vec<Placed> = photons.iter().step_by(step).copied().collect();
+        let left: Vec<Placed<S, H>> = photons.iter().step_by(step).copied().collect();
         let radii: Vec<f32> = radii.iter().step_by(step).map(|r| r * wider).collect();
         BeamMap::new(origin, &left, &radii)
     };
@@ -278,9 +280,14 @@ fn thinned_maps(
 
 /// How much more a photon's light scatters toward the camera than if it were spread evenly, by the
 /// most peaked phase function.
-fn toward_camera(scene: &Scene, phases: &[Phase], p: WorldPoint, photon: &Photon) -> f64 {
-    let cosine = photon.direction().dot(scene.camera.toward(p));
-    let most = phases.iter().map(|phase| phase.eval(cosine)).fold(0.0, f64::max);
+fn toward_camera<S: Spectrum, H: Heading>(
+    scene: &Scene,
+    phases: &[Phase],
+    p: WorldPoint,
+    photon: &Photon<S, H>,
+) -> f64 {
+    let (heading, toward) = (photon.heading(), scene.camera.toward(p));
+    let most = phases.iter().map(|phase| heading.spread(phase, toward)).fold(0.0, f64::max);
     most / warp::uniform_sphere_pdf()
 }
 

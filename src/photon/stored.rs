@@ -1,45 +1,100 @@
 //! Stored photons.
 
+use std::fmt::Debug;
+
 use glam::DVec3;
 
-use crate::math::{Rgb, WorldPoint};
+use crate::math::{Rgb, Spectrum, WorldPoint, warp};
+use crate::medium::Phase;
 
-/// A stored photon without its place, which the tree holds: 16 bytes, 28 with the place.
+/// A stored photon without its place: 16 bytes in colour and with its heading, 4 without either.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Photon {
-    power: [f32; 3],
-    direction: [i16; 2],
+pub struct Photon<S: Spectrum = Rgb, H = Octahedral> {
+    power: S::Stored,
+    heading: H,
 }
 
-impl Photon {
+impl<S: Spectrum, H: Heading> Photon<S, H> {
     /// A photon of `power` (W on surfaces, W m in media, or a unit of the map's of it) that flew
     /// along the unit `direction`.
-    pub fn new(power: Rgb, direction: DVec3) -> Self {
-        Self { power: power.as_vec3().to_array(), direction: encode(direction) }
+    pub fn new(power: S, direction: DVec3) -> Self {
+        Self { power: S::pack(power.short()), heading: H::of(direction) }
     }
 
     /// Its power in the unit it was made with: on a surface power; in a medium power times length,
     /// the power over the rate of deposits there.
-    pub fn power(&self) -> Rgb {
-        Rgb::from(self.power.map(f64::from))
+    pub fn power(&self) -> S {
+        S::long(S::unpack(self.power))
     }
 
-    /// The unit direction of its flight, to about 3e-5 rad.
-    pub fn direction(&self) -> DVec3 {
-        decode(self.direction)
+    /// Where it flew, as far as that is known.
+    pub const fn heading(&self) -> H {
+        self.heading
     }
 }
 
-/// A photon with its place: 28 bytes.
+impl<S: Spectrum> Photon<S> {
+    /// The unit direction of its flight, to about 3e-5 rad.
+    pub fn direction(&self) -> DVec3 {
+        decode(self.heading.0)
+    }
+}
+
+/// What is kept of the direction that a photon flew along.
+pub trait Heading: Copy + Debug + Send + Sync + 'static {
+    /// Whether it is kept.
+    const KNOWN: bool;
+
+    /// Of the unit `direction`.
+    fn of(direction: DVec3) -> Self;
+
+    /// The share, 1/sr, of the photon's light that `phase` scatters into the unit direction
+    /// `toward`.
+    fn spread(self, phase: &Phase, toward: DVec3) -> f64;
+}
+
+/// A direction in 4 bytes, to about 3e-5 rad.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Octahedral([i16; 2]);
+
+impl Heading for Octahedral {
+    const KNOWN: bool = true;
+
+    fn of(direction: DVec3) -> Self {
+        Self(encode(direction))
+    }
+
+    fn spread(self, phase: &Phase, toward: DVec3) -> f64 {
+        phase.eval(decode(self.0).dot(toward))
+    }
+}
+
+/// No direction, in no bytes: enough where all that scatters does so to all sides alike.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unknown;
+
+impl Heading for Unknown {
+    const KNOWN: bool = false;
+
+    fn of(_: DVec3) -> Self {
+        Self
+    }
+
+    fn spread(self, _: &Phase, _: DVec3) -> f64 {
+        warp::uniform_sphere_pdf()
+    }
+}
+
+/// A photon with its place: 28 bytes in colour and with its heading, 16 without either.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed {
+pub struct Placed<S: Spectrum = Rgb, H = Octahedral> {
     /// Metres from the map's origin.
     pub place: [f32; 3],
     /// The photon.
-    pub photon: Photon,
+    pub photon: Photon<S, H>,
 }
 
-impl Placed {
+impl<S: Spectrum, H: Heading> Placed<S, H> {
     /// Its place in the world, `origin` being the map's.
     pub fn at(&self, origin: WorldPoint) -> WorldPoint {
         origin + DVec3::from(self.place.map(f64::from))

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::math::{Rgb, WorldPoint};
+use crate::math::{Rgb, Spectrum, WorldPoint};
 
 use super::kernel::DiskKernel;
 use super::{PhotonMap, Placed};
@@ -10,23 +10,29 @@ use super::{PhotonMap, Placed};
 /// Photons on surfaces, each spread over a disk of its own radius: the sample-point estimator of
 /// Breiman, Meisel and Purcell 1977, "Variable Kernel Estimates of Multivariate Densities". It
 /// keeps each photon's power, whatever the radius, where a search for the nearest would not.
-#[derive(Debug, Default)]
-pub struct SurfaceMap {
+#[derive(Debug)]
+pub struct SurfaceMap<S: Spectrum = Rgb> {
     /// Photons of about one radius each, since a tree is searched within one.
-    classes: Vec<Class>,
+    classes: Vec<Class<S>>,
 }
 
 #[derive(Debug)]
-struct Class {
+struct Class<S: Spectrum> {
     kernel: DiskKernel,
     radius: f64,
-    photons: PhotonMap,
+    photons: PhotonMap<S>,
 }
 
-impl SurfaceMap {
+impl<S: Spectrum> Default for SurfaceMap<S> {
+    fn default() -> Self {
+        Self { classes: Vec::new() }
+    }
+}
+
+impl<S: Spectrum> SurfaceMap<S> {
     /// The map of `photons`, relative to `origin`, with their radii in metres: those of one octave
     /// all have its mean.
-    pub(super) fn new(origin: WorldPoint, photons: &[Placed], radii: &[f32]) -> Self {
+    pub(super) fn new(origin: WorldPoint, photons: &[Placed<S>], radii: &[f32]) -> Self {
         let mut sorted: Vec<(i32, u32)> =
             radii.iter().zip(0..).map(|(r, index)| (r.log2().round() as i32, index)).collect();
         sorted.sort_unstable();
@@ -48,8 +54,8 @@ impl SurfaceMap {
 
     /// Irradiance at `p` on the side of the unit `normal`, in the photons' unit of power a m², from
     /// those nearby that arrived on that side (Jensen 1996). `gathered` counts them.
-    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, gathered: &mut u64) -> Rgb {
-        let (mut sum, mut count) = (Rgb::ZERO, 0);
+    pub fn irradiance(&self, p: WorldPoint, normal: DVec3, gathered: &mut u64) -> S {
+        let (mut sum, mut count) = (S::ZERO, 0);
         for Class { kernel, radius, photons } in &self.classes {
             photons.within(p, *radius, |photon, distance2| {
                 if photon.direction().dot(normal) < 0.0 {

@@ -4,12 +4,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::light::Focus;
-use crate::math::WorldPoint;
+use crate::math::{Spectrum, WorldPoint};
 
-use super::Placed;
 use super::lattice::Track;
 use super::path::{Deposits, Paths};
 use super::visible::Visible;
+use super::{Heading, Placed};
 
 /// Paths that are asked, of all emitters together.
 const PATHS: u64 = 4096;
@@ -23,7 +23,7 @@ const CHUNK: u64 = 16;
 /// Shares the photons of `paths` out among the emitters: half by power, half by the light that
 /// comes from each to what the camera sees, but for what pass 2 samples directly. By power alone a
 /// moon that shines on all the land would take nearly every photon from the headlamps in view.
-pub(super) fn share_out(paths: &mut Paths<'_>, visible: &Visible) {
+pub(super) fn share_out<S: Spectrum, H: Heading>(paths: &mut Paths<'_>, visible: &Visible) {
     let count = paths.emitters.len();
     if count < 2 {
         return;
@@ -35,7 +35,7 @@ pub(super) fn share_out(paths: &mut Paths<'_>, visible: &Visible) {
     let arriving: Vec<[f64; 2]> = (0..count)
         .map(|index| {
             paths.emitters.choose_by(|other| if other == index { 1.0 } else { 0.0 });
-            arriving(paths, each, &seen)
+            arriving::<S, H>(paths, each, &seen)
         })
         .collect();
     paths.keep = keep;
@@ -50,10 +50,10 @@ pub(super) fn share_out(paths: &mut Paths<'_>, visible: &Visible) {
 }
 
 /// What comes to the media and to the surfaces that are seen, of this many paths, in any unit.
-fn arriving(paths: &Paths<'_>, count: u64, seen: &Seen) -> [f64; 2] {
+fn arriving<S: Spectrum, H: Heading>(paths: &Paths<'_>, count: u64, seen: &Seen) -> [f64; 2] {
     let chunk = |chunk: u64| {
         let Deposits { tracks, surface, .. } =
-            paths.trace(chunk * CHUNK..count.min((chunk + 1) * CHUNK));
+            paths.trace::<S, H>(chunk * CHUNK..count.min((chunk + 1) * CHUNK));
         let media: f64 = tracks.iter().map(|track| seen.in_media(track)).sum();
         let surfaces: f64 = surface.iter().map(|photon| seen.on_surfaces(photon)).sum();
         [media, surfaces]
@@ -77,9 +77,9 @@ impl Seen {
     }
 
     /// How much of a flight's light the camera may see: power times length in each ball.
-    fn in_media(&self, track: &Track) -> f64 {
+    fn in_media<S: Spectrum>(&self, track: &Track<S>) -> f64 {
         let (start, end) = (track.start(), track.end());
-        let power: f64 = track.power().iter().copied().map(f64::from).sum();
+        let power = S::long(track.power()).element_sum();
         let length = |ball: &Focus| {
             ball.weight * chord(start - (ball.center - self.origin), end - start, ball.radius)
         };
@@ -87,7 +87,7 @@ impl Seen {
     }
 
     /// How much of a photon's light the camera may see on surfaces: its power in each ball.
-    fn on_surfaces(&self, photon: &Placed) -> f64 {
+    fn on_surfaces<S: Spectrum>(&self, photon: &Placed<S>) -> f64 {
         let p = photon.at(self.origin);
         let holds = |ball: &&Focus| (p - ball.center).length() <= ball.radius;
         let weight: f64 = self.surfaces.iter().filter(holds).map(|ball| ball.weight).sum();

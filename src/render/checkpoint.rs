@@ -12,6 +12,7 @@ use serde_json::{Map, Value};
 
 use crate::error::{Error, Result};
 use crate::image::Accumulator;
+use crate::math::Spectrum;
 use crate::photon::DirectLattice;
 use crate::work::Work;
 
@@ -111,7 +112,7 @@ impl Checkpoints {
     ///
     /// # Errors
     /// Where they are not the lattices of the render that left it.
-    pub(super) fn recall(&self, lattices: &[DirectLattice]) -> Result<()> {
+    pub(super) fn recall<S: Spectrum>(&self, lattices: &[DirectLattice<S>]) -> Result<()> {
         let mut left = self.lock();
         let Some(moment) = left.as_mut() else { return Ok(()) };
         let fits = moment.lattices.len() == lattices.len()
@@ -160,11 +161,11 @@ impl<'a> Keeping<'a> {
 
     /// Keeps it. Where that fails the earlier file stays, `progress` is told, and it is not tried
     /// again: the render goes on.
-    pub(super) fn keep(
+    pub(super) fn keep<S: Spectrum>(
         &mut self,
         work: &Work,
         plate: &Plate,
-        lattices: &[DirectLattice],
+        lattices: &[DirectLattice<S>],
         progress: &dyn Progress,
     ) {
         let Some(checkpoints) = self.checkpoints.filter(|_| self.problem.is_none()) else { return };

@@ -12,6 +12,7 @@ use super::plate::Plate;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::image::Accumulator;
+use crate::math::Spectrum;
 use crate::photon::DirectLattice;
 use crate::work::Work;
 
@@ -48,14 +49,14 @@ impl Head {
 }
 
 /// Writes the state of a render of `key` to `path`, whole or not at all.
-pub(super) fn write(
+pub(super) fn write<S: Spectrum>(
     path: &Path,
     key: &Map<String, Value>,
     work: &Work,
     plate: &Plate,
-    lattices: &[DirectLattice],
+    lattices: &[DirectLattice<S>],
 ) -> Result<()> {
-    let counts = |lattice: &DirectLattice| {
+    let counts = |lattice: &DirectLattice<S>| {
         let known = (0..lattice.cells()).filter(|&cell| lattice.known(cell).is_some()).count();
         [lattice.cells() as u64, known as u64]
     };

@@ -4,13 +4,13 @@ use serde::Serialize;
 
 use super::expose::{self, Direction, Sheet, State};
 use super::march::Marcher;
-use super::{Control, finest_step, guide};
+use super::{Control, finest_step, guide, specialised};
 use crate::director::Budget;
 use crate::error::Result;
 use crate::image::{Accumulator, Window};
-use crate::math::Stage;
+use crate::math::{Spectrum, Stage};
 use crate::medium::Medium;
-use crate::photon::{self, PhotonMaps, PhotonMemory};
+use crate::photon::{self, Heading, PhotonMaps, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 use crate::work::Work;
@@ -73,8 +73,16 @@ pub struct Memory {
 /// # Errors
 /// As [`render`](super::render()).
 pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Costs> {
+    specialised!(Needs::of(scene, settings), estimate(scene, settings, program))
+}
+
+fn estimate<S: Spectrum, H: Heading>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    program: u64,
+) -> Result<Costs> {
     let needs = Needs::of(scene, settings);
-    let (photons, mut work) = look(scene, settings)?;
+    let (photons, mut work) = look::<S, H>(scene, settings)?;
 
     let [width, height] = scene.film.size.map(f64::from);
     let all = width * height * f64::from(settings.rays);
@@ -94,7 +102,7 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
         };
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
         let radiance =
-            |ray, budget: &Budget, state: &mut State| marcher.radiance(ray, budget, state);
+            |ray, budget: &Budget, state: &mut State<S>| marcher.radiance(ray, budget, state);
         let fixed = |_, _| Direction::fixed(budget);
         expose::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
     };
@@ -114,12 +122,23 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
 /// # Errors
 /// As [`costs`].
 pub fn memory_needed(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Memory> {
-    let (photons, work) = look(scene, settings)?;
-    Ok(memory(scene, settings, photon::memory(&work, &photons), program + WORKING))
+    let photons = specialised!(Needs::of(scene, settings), photon_memory(scene, settings))?;
+    Ok(memory(scene, settings, photons, program + WORKING))
+}
+
+fn photon_memory<S: Spectrum, H: Heading>(
+    scene: &Scene,
+    settings: &RenderSettings,
+) -> Result<PhotonMemory> {
+    let (photons, work) = look::<S, H>(scene, settings)?;
+    Ok(photon::memory(&work, &photons))
 }
 
 /// The maps that a few of the photons leave, and the work that all are.
-fn look(scene: &Scene, settings: &RenderSettings) -> Result<(PhotonMaps, Work)> {
+fn look<S: Spectrum, H: Heading>(
+    scene: &Scene,
+    settings: &RenderSettings,
+) -> Result<(PhotonMaps<S, H>, Work)> {
     let (shooting, paths) = guide::look(scene, settings);
     let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
     Ok((photons, scaled(&shot, settings.photons as f64 / paths.max(1) as f64)))

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::director::Budget;
 use crate::image::{Accumulator, Film, FilmPixel, Sample, Window};
-use crate::math::{Ray, Rgb, Stage, Stream, World, luminance};
+use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
 use crate::medium::Profile;
 use crate::photon::DirectLattice;
 use crate::scene::lighting::Draws;
@@ -51,16 +51,16 @@ impl Direction {
 
 /// What an estimator needs at hand for one ray: random numbers, counters, memory to reuse.
 #[derive(Debug)]
-pub struct State {
+pub struct State<S> {
     /// Random numbers of this ray, the work done so far and what is needed.
     pub draws: Draws,
     /// Memory for the march.
-    pub profile: Profile,
+    pub profile: Profile<S>,
     /// What light that varies little within a pixel counts along this ray: 0 where another ray of
     /// the pixel stands in for it.
     pub shared: f64,
     /// What has been found so and not yet been told, W/(m² sr).
-    pub stands_in: Rgb,
+    pub stands_in: S,
     /// Time that finding it took.
     pub gathering: Duration,
 }
@@ -100,16 +100,16 @@ pub struct Exposed {
 /// Owen-scrambled Sobol sequence (Burley 2020) over a box filter; the samples of a pixel depend on
 /// nothing but the seed, the pixel and their number. `lattices` are what `estimate` fills on its
 /// way; they are kept with the picture where `control` keeps it.
-pub fn expose(
+pub fn expose<S: Spectrum>(
     sheet: Sheet,
     camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
     direct: impl Fn(u32, u32) -> Direction + Sync,
-    estimate: impl Fn(Ray<World>, &Budget, &mut State) -> Sample + Sync,
-    lattices: &[DirectLattice],
+    estimate: impl Fn(Ray<World>, &Budget, &mut State<S>) -> Sample + Sync,
+    lattices: &[DirectLattice<S>],
     control: &Control<'_>,
 ) -> Exposed {
     let Sheet { size, window, seed, stage, needs } = sheet;
-    let pixel = |x: u32, y: u32, samples: &mut Accumulator, end: u32, run: &mut Run<'_>| {
+    let pixel = |x: u32, y: u32, samples: &mut Accumulator, end: u32, run: &mut Run<'_, S>| {
         let budget = direct(x, y).budget;
         let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let begin = samples.given() as u32;
@@ -127,6 +127,7 @@ pub fn expose(
             state.draws.even = Some(even);
             let ray = camera(f64::from(x) + u, f64::from(y) + v, [a, b]);
             state.draws.work.rays += 1;
+            state.draws.work.colored_paths += u64::from(S::CHANNELS > 1);
             state.shared = shared(sample, &budget);
             run.spent.gathers += u64::from(state.shared > 1.0);
             let dropped = samples.dropped();
@@ -157,7 +158,7 @@ pub fn expose(
         let halt = Halt::new(control, keeping.due());
         let tile = |tile: &mut Tile| {
             let draws = Draws::new(Stream::new(seed, stage, 0, 0), needs);
-            let (profile, stands_in) = (Profile::default(), Rgb::ZERO);
+            let (profile, stands_in) = (Profile::default(), S::ZERO);
             let gathering = Duration::ZERO;
             let state = State { draws, profile, shared: 1.0, stands_in, gathering };
             let mut run = Run { state, halt: &halt, spent: Spent::default() };
@@ -205,8 +206,8 @@ pub fn expose(
 }
 
 /// One thread's way through a tile.
-struct Run<'a> {
-    state: State,
+struct Run<'a, S> {
+    state: State<S>,
     halt: &'a Halt<'a>,
     spent: Spent,
 }

@@ -8,15 +8,15 @@ use crate::director::{
 };
 use crate::error::Result;
 use crate::image::{Film, Image, Window};
-use crate::math::Stage;
-use crate::photon::{self, Shooting};
+use crate::math::{Spectrum, Stage};
+use crate::photon::{self, Heading, Shooting};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, Importance, RenderSettings, Scene};
 use crate::work::Work;
 
 use super::expose::{Direction, Sheet, expose};
 use super::march::Marcher;
-use super::{Control, Stages};
+use super::{Control, Directed, Stages, specialised};
 
 /// Photon paths of a look at few of them, at most.
 const PATHS: u64 = 1 << 14;
@@ -126,7 +126,7 @@ pub fn maps(
     }
     if looks {
         let start = Instant::now();
-        let (pilot, work) = pilot(scene, settings)?;
+        let (pilot, work) = specialised!(needs, pilot(scene, settings))?;
         maps.pilot_work = work;
         let coarse = [pilot.width(), pilot.height()].map(|side| side as u32);
         maps.uncertainty = resampled(&uncertainty(&pilot), coarse, size);
@@ -143,14 +143,17 @@ pub fn maps(
 }
 
 /// A coarse look at the picture: few photons in wide gathers, and rays for few pixels.
-fn pilot(scene: &Scene, settings: &RenderSettings) -> Result<(Film, Work)> {
+fn pilot<S: Spectrum, H: Heading>(
+    scene: &Scene,
+    settings: &RenderSettings,
+) -> Result<(Film, Work)> {
     let shooting = Shooting {
         photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
         seed: settings.seed ^ PILOT_SEED,
         levels: 0,
         ..shooting(scene, settings)
     };
-    let (photons, mut work) = photon::shoot(scene, &shooting, &|_| ())?;
+    let (photons, mut work) = photon::shoot::<S, H>(scene, &shooting, &|_| ())?;
     let voxel = scene.media.detail();
     let asked = &settings.directing;
     let step = voxel.map_or(0.0, |voxel| voxel * asked.coarsest_step);
@@ -198,6 +201,12 @@ pub(super) fn look(scene: &Scene, settings: &RenderSettings) -> (Shooting, u64) 
 }
 
 impl Maps {
+    /// What they took, without the coarse look at scattered light.
+    pub(super) fn director(&self) -> Option<Directed> {
+        let spared = self.spared;
+        (!self.xs.is_empty()).then(|| Directed { work: self.work.less(&spared), spared })
+    }
+
     /// How photons are shot: with the levels that the widest gathers need.
     pub(super) fn shooting(&self, scene: &Scene, settings: &RenderSettings) -> Shooting {
         let asked = &settings.directing;

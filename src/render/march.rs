@@ -7,9 +7,9 @@ use smallvec::SmallVec;
 use crate::director::Budget;
 use crate::image::Sample;
 use crate::light::Light;
-use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
+use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint, luminance};
 use crate::medium::{Phase, Place, Profile};
-use crate::photon::PhotonMaps;
+use crate::photon::{Heading, PhotonMaps};
 use crate::scene::plan::Needs;
 use crate::scene::{Scene, lighting};
 use crate::surface::{SurfaceHit, TransportMode};
@@ -37,13 +37,13 @@ const FEWEST_LOOKUPS: u32 = 2;
 const MOST_BEYOND: f64 = 4.0;
 
 /// Phase functions with their weights.
-type Scatterers<'a> = SmallVec<[(&'a Phase, Rgb); 1]>;
+type Scatterers<'a, S> = SmallVec<[(&'a Phase, S); 1]>;
 
 /// Marches camera rays through a scene lit by its photon maps.
 #[derive(Debug)]
-pub struct Marcher<'a> {
+pub struct Marcher<'a, S: Spectrum, H: Heading> {
     scene: &'a Scene,
-    maps: &'a PhotonMaps,
+    maps: &'a PhotonMaps<S, H>,
     needs: Needs,
     /// Grid lookups of [`scatterers`](Self::scatterers).
     lookups: u64,
@@ -55,9 +55,9 @@ pub struct Marcher<'a> {
     all_kept: bool,
 }
 
-impl<'a> Marcher<'a> {
+impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
     /// Marches through `scene` for what `needs` say.
-    pub fn new(scene: &'a Scene, maps: &'a PhotonMaps, needs: Needs) -> Self {
+    pub fn new(scene: &'a Scene, maps: &'a PhotonMaps<S, H>, needs: Needs) -> Self {
         let media = &scene.media;
         let lookups = media.scattering_grids();
         // One medium's share of the extinction does not depend on the density.
@@ -81,7 +81,7 @@ impl<'a> Marcher<'a> {
 
     /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
     /// followed to the first diffuse surface.
-    pub fn radiance(&self, mut ray: Ray<World>, budget: &Budget, state: &mut State) -> Sample {
+    pub fn radiance(&self, mut ray: Ray<World>, budget: &Budget, state: &mut State<S>) -> Sample {
         let mut sample = Sample {
             radiance: Rgb::ZERO,
             shared: Rgb::ZERO,
@@ -89,43 +89,44 @@ impl<'a> Marcher<'a> {
             depth: f64::INFINITY,
             transmittance: 1.0,
         };
-        let (mut throughput, mut inside) = (Rgb::ONE, 0);
+        let (mut radiance, mut shared) = (S::ZERO, S::ZERO);
+        let (mut throughput, mut inside) = (S::ONE, 0);
         for depth in 0..MAX_SPECULAR {
             let hit = lighting::first_surface(self.scene, &ray, &mut state.draws);
-            let mut transmittance = Rgb::ONE;
+            let mut transmittance = S::ONE;
             if inside == 0 && self.needs.media {
                 let (light, through) =
                     self.through_media(&ray, hit.as_ref(), depth == 0, budget, state);
-                sample.radiance += throughput * light;
-                sample.shared += throughput * std::mem::take(&mut state.stands_in);
+                radiance += throughput * light;
+                shared += throughput * std::mem::take(&mut state.stands_in);
                 transmittance = through;
             }
             if depth == 0 {
-                sample.transmittance = luminance(transmittance);
+                sample.transmittance = luminance(transmittance.rgb());
                 sample.depth = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
                 sample.alpha = if hit.is_some() { 1.0 } else { 1.0 - sample.transmittance };
             }
             throughput *= transmittance;
             let Some(hit) = hit else {
                 let sky = lighting::environment(self.scene, &ray, &mut state.draws);
-                sample.radiance += throughput * sky;
+                radiance += throughput * S::of(sky);
                 break;
             };
-            sample.radiance += throughput * lighting::emitted(self.scene, &ray, &hit);
+            radiance += throughput * S::of(lighting::emitted(self.scene, &ray, &hit));
             if !hit.material.is_specular() {
-                sample.radiance += throughput * self.reflected(&ray, &hit, state);
-                sample.shared += throughput * std::mem::take(&mut state.stands_in);
+                radiance += throughput * self.reflected(&ray, &hit, state);
+                shared += throughput * std::mem::take(&mut state.stands_in);
                 break;
             }
             let u = std::array::from_fn(|_| state.draws.rng.uniform());
             let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
             let Some(scattered) = scattered else { break };
-            throughput *= scattered.weight;
+            throughput *= S::of(scattered.weight);
             state.draws.work.specular_bounces += 1;
             inside = (inside + i32::from(scattered.crossing)).max(0);
             ray = hit.leave(scattered.direction);
         }
-        sample
+        Sample { radiance: radiance.rgb(), shared: shared.rgb(), ..sample }
     }
 
     /// Light from the media in front of `hit`, and their transmittance.
@@ -135,14 +136,14 @@ impl<'a> Marcher<'a> {
         hit: Option<&SurfaceHit<'_>>,
         from_eye: bool,
         budget: &Budget,
-        state: &mut State,
-    ) -> (Rgb, Rgb) {
+        state: &mut State<S>,
+    ) -> (S, S) {
         let end = hit.map_or(f64::INFINITY, |h| h.t);
         let jitter = state.draws.rng.uniform();
         let mut profile = std::mem::take(&mut state.profile);
         profile.trace(&self.scene.media, ray, Span::new(0.0, end), budget.step, jitter);
         profile.count(&mut state.draws.work);
-        let mut light = if self.needs.emission { profile.emitted() } else { Rgb::ZERO };
+        let mut light = if self.needs.emission { profile.emitted() } else { S::ZERO };
         if self.needs.scattering {
             light += self.scattered(ray, hit, from_eye, &profile, budget.radius, state);
         }
@@ -158,14 +159,14 @@ impl<'a> Marcher<'a> {
         ray: &Ray<World>,
         hit: Option<&SurfaceHit<'_>>,
         from_eye: bool,
-        profile: &Profile,
+        profile: &Profile<S>,
         radius: f64,
-        state: &mut State,
-    ) -> Rgb {
+        state: &mut State<S>,
+    ) -> S {
         let holds = from_eye || self.isotropic;
         let keeps_direct = holds && !self.maps.direct.is_empty();
         let keeps_flights = holds && !self.maps.lattices.is_empty();
-        let mut light = Rgb::ZERO;
+        let mut light = S::ZERO;
         if !(keeps_direct && self.all_kept) {
             let kept = if keeps_direct { &self.kept[..] } else { &[] };
             light += self.direct(ray, profile, kept, state);
@@ -177,8 +178,9 @@ impl<'a> Marcher<'a> {
             let start = Instant::now();
             let indirect = self.indirect(ray, hit, profile, radius, state);
             state.gathering += start.elapsed();
-            state.stands_in += state.shared * indirect;
-            light += state.shared * indirect;
+            let stands_in = indirect * state.shared;
+            state.stands_in += stands_in;
+            light += stands_in;
         }
         light
     }
@@ -188,21 +190,27 @@ impl<'a> Marcher<'a> {
     /// heuristic over both (Veach 1997, section 9.2.2).
     ///
     /// Lights for which `kept` is true are left out; those beyond its end are not.
-    fn direct(&self, ray: &Ray<World>, profile: &Profile, kept: &[bool], state: &mut State) -> Rgb {
+    fn direct(
+        &self,
+        ray: &Ray<World>,
+        profile: &Profile<S>,
+        kept: &[bool],
+        state: &mut State<S>,
+    ) -> S {
         let is_kept = |light: usize| kept.get(light).is_some_and(|&kept| kept);
         let (lights, toward) = (&self.scene.lights, -ray.direction);
         let lamps = Lamps::beside(lights, ray, profile.extent());
         let places = if lamps.are_all() { PLACES_BESIDE } else { PLACES };
         // How many places, in effect, share in the light found at one: those spread by opacity,
         // and those beside lamps in the proportion of the densities.
-        let count = |place: &Place, light: usize, choice: f64| {
+        let count = |place: &Place<S>, light: usize, choice: f64| {
             if is_kept(light) {
                 return f64::INFINITY;
             }
             let beside = f64::from(PLACES_BESIDE) * lamps.pdf(light, place.t);
             f64::from(places) + beside / (choice * place.pdf)
         };
-        let mut sum = Rgb::ZERO;
+        let mut sum = S::ZERO;
         for index in 0..places {
             let u = stratum(index, places, state);
             let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
@@ -255,13 +263,13 @@ impl<'a> Marcher<'a> {
     fn kept_along(
         &self,
         ray: &Ray<World>,
-        profile: &Profile,
+        profile: &Profile<S>,
         radius: f64,
-        state: &mut State,
-    ) -> Rgb {
+        state: &mut State<S>,
+    ) -> S {
         let level = self.maps.level(radius);
         let lookups = (LOOKUPS >> level).max(FEWEST_LOOKUPS);
-        let mut sum = Rgb::ZERO;
+        let mut sum = S::ZERO;
         for index in 0..lookups {
             let u = stratum(index, lookups, state);
             let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
@@ -271,12 +279,12 @@ impl<'a> Marcher<'a> {
             state.draws.work.grid_lookups += self.lookups;
             if media.len() == 1 {
                 let light = self.kept_at(0, p, level, state);
-                sum += place.weight * media.get(0).albedo.at(p) * light;
+                sum += place.weight * S::of(media.get(0).albedo.at(p)) * light;
                 continue;
             }
             let sigma_t = media.sigma_t_at(p);
             for (medium, sigma_s) in media.mixture_at(p) {
-                let share = Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO);
+                let share = share_of::<S>(sigma_s, sigma_t);
                 sum += place.weight * share * self.kept_at(medium, p, level, state);
             }
         }
@@ -284,10 +292,10 @@ impl<'a> Marcher<'a> {
     }
 
     /// Light kept on the lattices of a medium at `p`.
-    fn kept_at(&self, medium: usize, p: WorldPoint, level: usize, state: &mut State) -> Rgb {
-        let indirect = self.maps.lattices.get(medium).map_or(Rgb::ZERO, |l| l.at(p, level));
+    fn kept_at(&self, medium: usize, p: WorldPoint, level: usize, state: &mut State<S>) -> S {
+        let indirect = self.maps.lattices.get(medium).map_or(S::ZERO, |l| l.at(p, level));
         let direct = self.maps.direct.get(medium);
-        indirect + direct.map_or(Rgb::ZERO, |d| d.at(self.scene, p, &mut state.draws))
+        indirect + direct.map_or(S::ZERO, |d| d.at(self.scene, p, &mut state.draws))
     }
 
     /// Light of the photons along `ray`.
@@ -295,12 +303,12 @@ impl<'a> Marcher<'a> {
         &self,
         ray: &Ray<World>,
         hit: Option<&SurfaceHit<'_>>,
-        profile: &Profile,
+        profile: &Profile<S>,
         radius: f64,
-        state: &mut State,
-    ) -> Rgb {
+        state: &mut State<S>,
+    ) -> S {
         if self.maps.volume[0].is_empty() || profile.pieces().is_empty() {
-            return Rgb::ZERO;
+            return S::ZERO;
         }
         // Where the ray meets a surface at a slant, the disk round its end lies partly behind the
         // surface; photons in front of it beyond the end stand in for those.
@@ -324,35 +332,30 @@ impl<'a> Marcher<'a> {
             }
             scatterers
         };
-        work.directed_gathers += u64::from(self.needs.directions);
-        let light = if self.needs.directions {
-            self.maps.along::<true, _>(ray, span, radius, &mut work.gathered, respond)
-        } else {
-            self.maps.along::<false, _>(ray, span, radius, &mut work.gathered, respond)
-        };
+        work.directed_gathers += u64::from(H::KNOWN);
+        let light = self.maps.along(ray, span, radius, &mut work.gathered, respond);
         work.grid_lookups += (work.gathered - before) * self.lookups;
         light
     }
 
     /// Those of `phases`, one a medium, that scatter at `p`, each weighed by its share of the
     /// extinction there.
-    fn scatterers<'p>(&self, p: WorldPoint, phases: &'p [Phase]) -> Scatterers<'p> {
+    fn scatterers<'p>(&self, p: WorldPoint, phases: &'p [Phase]) -> Scatterers<'p, S> {
         let media = &self.scene.media;
         if media.len() == 1 {
             let medium = media.get(0);
             let albedo = medium.albedo.at(p);
-            return (albedo != Rgb::ZERO).then_some((&phases[0], albedo)).into_iter().collect();
+            let albedo = S::of(albedo);
+            return (albedo != S::ZERO).then_some((&phases[0], albedo)).into_iter().collect();
         }
         let sigma_t = media.sigma_t_at(p);
-        let share =
-            |sigma_s: Rgb| Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO);
         let mixture = media.mixture_at(p);
-        mixture.iter().map(|(m, sigma_s)| (&phases[*m], share(*sigma_s))).collect()
+        mixture.iter().map(|(m, sigma_s)| (&phases[*m], share_of(*sigma_s, sigma_t))).collect()
     }
 
     /// Light that a diffuse surface reflects along `ray` back to its origin.
-    fn reflected(&self, ray: &Ray<World>, hit: &SurfaceHit<'_>, state: &mut State) -> Rgb {
-        let direct = lighting::on_surface(
+    fn reflected(&self, ray: &Ray<World>, hit: &SurfaceHit<'_>, state: &mut State<S>) -> S {
+        let direct: S = lighting::on_surface(
             self.scene,
             &self.scene.media,
             ray.direction,
@@ -368,13 +371,18 @@ impl<'a> Marcher<'a> {
         let irradiance = self.maps.irradiance(hit.point, facing, &mut state.draws.work.gathered);
         state.gathering += start.elapsed();
         let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
-        let indirect = state.shared * reflectance * irradiance;
+        let indirect = S::of(reflectance) * state.shared * irradiance;
         state.stands_in += indirect;
         direct + indirect
     }
 }
 
+/// The share of `sigma_t` that `sigma_s` is; 0 where there is no extinction.
+fn share_of<S: Spectrum>(sigma_s: Rgb, sigma_t: Rgb) -> S {
+    S::of(Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO))
+}
+
 /// A number for the stratum `index` of `count` of the unit interval.
-fn stratum(index: u32, count: u32, state: &mut State) -> f64 {
+fn stratum<S>(index: u32, count: u32, state: &mut State<S>) -> f64 {
     (f64::from(index) + state.draws.rng.uniform()) / f64::from(count)
 }

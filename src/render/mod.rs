@@ -18,6 +18,20 @@ mod reckoning;
 mod reference;
 mod rendered;
 
+/// Calls a function that is generic over the channels of light and the heading of photons in media
+/// for what is needed: chosen here, once, and not asked about in any loop.
+macro_rules! specialised {
+    ($needs:expr, $f:ident($($argument:expr),* $(,)?)) => {
+        match ($needs.colors, $needs.directions) {
+            (true, true) => $f::<crate::math::Rgb, crate::photon::Octahedral>($($argument),*),
+            (true, false) => $f::<crate::math::Rgb, crate::photon::Unknown>($($argument),*),
+            (false, true) => $f::<f64, crate::photon::Octahedral>($($argument),*),
+            (false, false) => $f::<f64, crate::photon::Unknown>($($argument),*),
+        }
+    };
+}
+use specialised;
+
 pub use checkpoint::Checkpoints;
 pub use control::{Control, Stop};
 pub use costs::{Costs, Memory, costs, memory_needed, memory_without_photons};
@@ -31,13 +45,13 @@ use std::time::Instant;
 use crate::director::{Budget, KeptSight};
 use crate::error::Result;
 use crate::image::Window;
-use crate::math::Stage;
-use crate::photon;
+use crate::math::{Rgb, Spectrum, Stage};
+use crate::photon::{self, Heading};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::work::Work;
 
-use expose::{Direction, Exposed, Sheet};
+use expose::{Direction, Exposed, Sheet, State};
 
 /// Renders `scene` with a photon map and a march, directed as `settings` say: the same picture on
 /// any number of threads of the rayon pool it is called in, and however often it was cut short and
@@ -65,7 +79,6 @@ pub fn render_next<'a>(
     control: impl Into<Control<'a>>,
 ) -> Result<Rendered> {
     let control = control.into();
-    let progress = control.progress;
     let mut stages = Stages::default();
     let needs = Needs::of(scene, settings);
     let mut maps = Maps::default();
@@ -75,12 +88,27 @@ pub fn render_next<'a>(
     if matches!(settings.director, Director::Fixed | Director::Variance) {
         maps.xs.clear(); // made for nothing, where everything is asked for
     }
+    let (director, sight) = (maps.director().filter(|_| needs.maps), maps.sight.take());
+    let rendered = specialised!(needs, picture(scene, settings, &maps, &control, stages))?;
+    Ok(Rendered { director, sight, ..rendered })
+}
+
+/// The picture that `maps` direct, after the stages that made those.
+fn picture<S: Spectrum, H: Heading>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    maps: &Maps,
+    control: &Control<'_>,
+    mut stages: Stages,
+) -> Result<Rendered> {
+    let (needs, progress) = (Needs::of(scene, settings), control.progress);
     let mut work = maps.work;
     work += maps.pilot_work;
+    work.unseen_voxels = scene.unseen.map_or(0, |unseen| unseen.held());
     let start = Instant::now();
     let shooting = maps.shooting(scene, settings);
     progress.stage("photons", shooting.photons);
-    let (photons, shot) = photon::shoot(scene, &shooting, &|n| progress.advance(n))?;
+    let (photons, shot) = photon::shoot::<S, H>(scene, &shooting, &|n| progress.advance(n))?;
     progress.finish();
     work += shot;
     stages.done("photons", start);
@@ -106,15 +134,10 @@ pub fn render_next<'a>(
         },
         |ray, budget, state| marcher.radiance(ray, budget, state),
         &photons.direct,
-        &control,
+        control,
     );
     stages.done("march", start);
-    Ok(Rendered {
-        director: Some(Directed { work: maps.work.less(&maps.spared), spared: maps.spared })
-            .filter(|_| needs.maps),
-        sight: maps.sight,
-        ..rendered(exposed, work, stages, Some(photons.volume_radius))
-    })
+    Ok(rendered(exposed, work, stages, Some(photons.volume_radius)))
 }
 
 /// Renders `scene` without bias by null-collision path tracing with next-event estimation: the
@@ -124,6 +147,19 @@ pub fn render_reference<'a>(
     settings: &RenderSettings,
     control: impl Into<Control<'a>>,
 ) -> Rendered {
+    let control = control.into();
+    if Needs::of(scene, settings).colors {
+        traced::<Rgb>(scene, settings, &control)
+    } else {
+        traced::<f64>(scene, settings, &control)
+    }
+}
+
+fn traced<S: Spectrum>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    control: &Control<'_>,
+) -> Rendered {
     let mut stages = Stages::default();
     let start = Instant::now();
     let tracer = reference::PathTracer::new(scene, settings.max_scatter);
@@ -132,9 +168,9 @@ pub fn render_reference<'a>(
         sheet(scene, settings, Stage::Reference),
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| Direction::fixed(budget),
-        |ray, _, state| tracer.radiance(ray, &mut state.draws),
+        |ray, _, state: &mut State<S>| tracer.radiance::<S>(ray, &mut state.draws),
         &[],
-        &control.into(),
+        control,
     );
     stages.done("reference", start);
     rendered(exposed, Work::default(), stages, None)

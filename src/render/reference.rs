@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use crate::image::Sample;
 use crate::light::LightSample;
-use crate::math::{Ray, Rgb, Span, World, WorldPoint, luminance};
+use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint, luminance};
 use crate::photon::MAX_EVENTS;
 use crate::scene::Scene;
 use crate::scene::lighting::{self, Draws};
@@ -30,10 +30,10 @@ pub struct PathTracer<'a> {
 }
 
 /// A path on its way.
-struct Path {
+struct Path<S> {
     ray: Ray<World>,
-    throughput: Rgb,
-    radiance: Rgb,
+    throughput: S,
+    radiance: S,
     /// Order of volume scattering so far.
     scattered: u32,
     /// Density with which the last scattering chose the direction, and its place, unless light
@@ -50,13 +50,14 @@ impl<'a> PathTracer<'a> {
     }
 
     /// An estimate of the light that arrives along `ray` (unit direction) at its origin.
-    pub fn radiance(&self, ray: Ray<World>, draws: &mut Draws) -> Sample {
+    pub fn radiance<S: Spectrum>(&self, ray: Ray<World>, draws: &mut Draws) -> Sample {
         let first = lighting::first_surface(self.scene, &ray, draws).map(|h| h.t);
-        let transmittance = self.transmittance(&ray, first.unwrap_or(f64::INFINITY), draws);
+        let end = first.unwrap_or(f64::INFINITY);
+        let transmittance = luminance(self.transmittance::<S>(&ray, end, draws).rgb());
         let mut path = Path {
             ray,
-            throughput: Rgb::ONE,
-            radiance: Rgb::ZERO,
+            throughput: S::ONE,
+            radiance: S::ZERO,
             scattered: 0,
             scatter_pdf: None,
             inside: 0,
@@ -67,21 +68,21 @@ impl<'a> PathTracer<'a> {
         });
         draws.work.capped_paths += u64::from(!ended);
         Sample {
-            radiance: path.radiance,
+            radiance: path.radiance.rgb(),
             shared: Rgb::ZERO,
-            alpha: if first.is_some() { 1.0 } else { 1.0 - luminance(transmittance) },
+            alpha: if first.is_some() { 1.0 } else { 1.0 - transmittance },
             depth: first.unwrap_or(f64::INFINITY),
-            transmittance: luminance(transmittance),
+            transmittance,
         }
     }
 
-    fn transmittance(&self, ray: &Ray<World>, end: f64, draws: &mut Draws) -> Rgb {
+    fn transmittance<S: Spectrum>(&self, ray: &Ray<World>, end: f64, draws: &mut Draws) -> S {
         let span = Span::new(0.0, end);
         self.scene.media.ratio_tracking(ray, span, &mut draws.rng, &mut draws.work)
     }
 
     /// Flies to the next scattering or surface and through it; whether the path goes on.
-    fn step(&self, path: &mut Path, draws: &mut Draws) -> bool {
+    fn step<S: Spectrum>(&self, path: &mut Path<S>, draws: &mut Draws) -> bool {
         let hit = lighting::first_surface(self.scene, &path.ray, draws);
         let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
         if path.inside == 0 {
@@ -100,7 +101,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// Adds the light of what the path's ray found: an emitter or the surroundings.
-    fn find(&self, path: &mut Path, hit: Option<&SurfaceHit<'_>>) {
+    fn find<S: Spectrum>(&self, path: &mut Path<S>, hit: Option<&SurfaceHit<'_>>) {
         let at = hit.map(lighting::emitter);
         for (index, light) in self.scene.lights.lights.iter().enumerate() {
             let shines = hit.map_or(light.is_infinite(), |h| h.light == Some(index as u32));
@@ -115,16 +116,17 @@ impl<'a> PathTracer<'a> {
                 let choice = self.scene.lights.pick_probability(from, index);
                 pdf / (pdf + choice * light.pdf(path.ray.direction, at))
             });
-            path.radiance += path.throughput * radiance * weight;
+            path.radiance += path.throughput * S::of(radiance) * weight;
         }
     }
 
     /// Flies through the media as far as `end`.
-    fn fly(&self, path: &mut Path, end: f64, draws: &mut Draws) -> Flight {
+    fn fly<S: Spectrum>(&self, path: &mut Path<S>, end: f64, draws: &mut Draws) -> Flight {
         let media = &self.scene.media;
         let lamps = self.lamps(&path.ray, end);
         if path.scattered < self.max_scatter {
-            path.radiance += path.throughput * self.beside_lamps(&path.ray, &lamps, draws);
+            let light: S = self.beside_lamps(&path.ray, &lamps, draws);
+            path.radiance += path.throughput * light;
         }
         let mut flights =
             media.flights(&path.ray, Span::new(0.0, end), path.throughput, &mut draws.rng);
@@ -135,7 +137,8 @@ impl<'a> PathTracer<'a> {
             let flown = Span::new(at, next.map_or(end, |c| c.t));
             for medium in media.iter().filter(|m| m.emission.is_some()) {
                 draws.work.emission_lookups += 1;
-                path.radiance += path.throughput * medium.emission_apart(&path.ray, flown);
+                let emission = medium.emission_apart(&path.ray, flown);
+                path.radiance += path.throughput * S::of(emission);
             }
             let Some(c) = next else { return Flight::Through };
             draws.work.collisions += 1;
@@ -143,11 +146,11 @@ impl<'a> PathTracer<'a> {
             let p = path.ray.at(c.t);
             let medium = media.get(c.medium);
             draws.work.grid_lookups += u64::from(!medium.albedo.is_constant());
-            let emission = medium.emission_of(c.density, p);
+            let emission = S::of(medium.emission_of(c.density, p));
             path.radiance += path.throughput * emission / c.majorant;
-            let scattering = path.throughput * media.sigma_s(&c, p);
-            let null = Rgb::splat(c.majorant) - medium.sigma_t * c.density;
-            let null = path.throughput * null.max(Rgb::ZERO);
+            let scattering = path.throughput * S::of(media.sigma_s(&c, p));
+            let null = S::splat(c.majorant) - S::of(medium.sigma_t) * c.density;
+            let null = path.throughput * null.not_negative();
             let rate = path.throughput.element_sum() * c.majorant;
             let (p_scatter, p_null) = (scattering.element_sum() / rate, null.element_sum() / rate);
             let u = draws.rng.uniform();
@@ -158,16 +161,16 @@ impl<'a> PathTracer<'a> {
                     return Flight::Ended;
                 }
                 let incoming = path.ray.direction;
-                let flux = self.flux(&path.ray, c.t, &lamps, draws);
+                let flux = self.flux::<S>(&path.ray, c.t, &lamps, draws);
                 let lit = |index: usize, choice: f64, light: &LightSample| {
                     let value = medium.phase.eval(incoming.dot(light.direction));
                     let beside = lamps.pdf(index, c.t);
                     let weight =
                         if beside > 0.0 { choice * flux / (choice * flux + beside) } else { 1.0 };
-                    (Rgb::splat(value * weight), value)
+                    (S::splat(value * weight), value)
                 };
-                path.radiance +=
-                    path.throughput * self.next_event(p, |d| Ray::new(p, d), lit, draws);
+                let light = self.next_event(p, |d| Ray::new(p, d), lit, draws);
+                path.radiance += path.throughput * light;
                 let (direction, pdf) = medium.phase.sample(incoming, draws.rng.uniform2());
                 path.scatter_pdf = Some((pdf, p));
                 path.ray = Ray::new(p, direction);
@@ -192,22 +195,22 @@ impl<'a> PathTracer<'a> {
 
     /// About the density of collisions at the distance `t` along `ray`, 1/m, which weighs the two
     /// ways of finding the light of `lamps`.
-    fn flux(&self, ray: &Ray<World>, t: f64, lamps: &Lamps, draws: &mut Draws) -> f64 {
+    fn flux<S: Spectrum>(&self, ray: &Ray<World>, t: f64, lamps: &Lamps, draws: &mut Draws) -> f64 {
         if lamps.is_empty() {
             return 0.0;
         }
         let media = &self.scene.media;
         let span = Span::new(0.0, t);
-        let transmittance = media.transmittance_counted(ray, span, &mut draws.work);
+        let transmittance: S = media.transmittance_counted(ray, span, &mut draws.work);
         draws.work.grid_lookups += media.density_grids();
-        (transmittance * media.sigma_t_at(ray.at(t))).element_sum() / 3.0
+        (transmittance * S::of(media.sigma_t_at(ray.at(t)))).element_sum() / 3.0
     }
 
     /// Light of `lamps` that is scattered once along `ray` to its origin, found at places dense
     /// near them.
-    fn beside_lamps(&self, ray: &Ray<World>, lamps: &Lamps, draws: &mut Draws) -> Rgb {
+    fn beside_lamps<S: Spectrum>(&self, ray: &Ray<World>, lamps: &Lamps, draws: &mut Draws) -> S {
         let (media, lights) = (&self.scene.media, &self.scene.lights);
-        let mut sum = Rgb::ZERO;
+        let mut sum = S::ZERO;
         for (index, distances) in lamps.pick(draws.rng.uniform()) {
             let t = distances.sample(draws.rng.uniform());
             let p = ray.at(t);
@@ -216,20 +219,20 @@ impl<'a> PathTracer<'a> {
             };
             let direction = light.direction;
             let scattering = |(medium, sigma_s): &(usize, Rgb)| {
-                *sigma_s * media.get(*medium).phase.eval(ray.direction.dot(direction))
+                S::of(*sigma_s) * media.get(*medium).phase.eval(ray.direction.dot(direction))
             };
-            let scattering: Rgb = media.mixture_at(p).iter().map(scattering).sum();
+            let scattering: S = media.mixture_at(p).iter().map(scattering).sum();
             draws.work.grid_lookups += media.scattering_grids();
             let shadow = Ray::new(p, direction);
-            if scattering == Rgb::ZERO || !lighting::is_visible(self.scene, &shadow, &light, draws)
-            {
+            if scattering == S::ZERO || !lighting::is_visible(self.scene, &shadow, &light, draws) {
                 continue;
             }
-            let through = self.transmittance(ray, t, draws)
-                * self.transmittance(&shadow, light.distance, draws);
-            let flux = self.flux(ray, t, lamps, draws);
+            let through: S = self.transmittance(ray, t, draws);
+            let through = through * self.transmittance::<S>(&shadow, light.distance, draws);
+            let flux = self.flux::<S>(ray, t, lamps, draws);
             let at_collisions = lights.pick_probability(p, *index) * flux;
-            sum += light.radiance * through * scattering / (at_collisions + lamps.pdf(*index, t));
+            sum += S::of(light.radiance) * through * scattering
+                / (at_collisions + lamps.pdf(*index, t));
         }
         sum
     }
@@ -237,28 +240,33 @@ impl<'a> PathTracer<'a> {
     /// Direct light at `at` from a sampled light; `scatter` gives, for the light's index, the
     /// probability of picking it and its sample, the share that goes on along the path and the
     /// density with which scattering would have chosen the direction.
-    fn next_event(
+    fn next_event<S: Spectrum>(
         &self,
         at: WorldPoint,
         leave: impl Fn(DVec3) -> Ray<World>,
-        scatter: impl Fn(usize, f64, &LightSample) -> (Rgb, f64),
+        scatter: impl Fn(usize, f64, &LightSample) -> (S, f64),
         draws: &mut Draws,
-    ) -> Rgb {
+    ) -> S {
         let anywhere = |_, draws: &mut Draws| draws.rng.uniform2();
         lighting::each_light(self.scene, at, draws, anywhere, |index, light, choice, draws| {
             let (own, (share, scatter_pdf)) = (choice * light.pdf, scatter(index, choice, light));
             let ray = leave(light.direction);
-            if share == Rgb::ZERO || !lighting::is_visible(self.scene, &ray, light, draws) {
-                return Rgb::ZERO;
+            if share == S::ZERO || !lighting::is_visible(self.scene, &ray, light, draws) {
+                return S::ZERO;
             }
-            let transmittance = self.transmittance(&ray, light.distance, draws);
+            let transmittance: S = self.transmittance(&ray, light.distance, draws);
             let pdf = if light.delta { own } else { own + scatter_pdf };
-            light.radiance * transmittance * share / pdf
+            S::of(light.radiance) * transmittance * share / pdf
         })
     }
 
     /// Scatters the path at a surface; whether it goes on.
-    fn bounce(&self, path: &mut Path, hit: &SurfaceHit<'_>, draws: &mut Draws) -> bool {
+    fn bounce<S: Spectrum>(
+        &self,
+        path: &mut Path<S>,
+        hit: &SurfaceHit<'_>,
+        draws: &mut Draws,
+    ) -> bool {
         let incoming = path.ray.direction;
         if !hit.material.is_specular() {
             let lit = |_, _, light: &LightSample| {
@@ -266,24 +274,24 @@ impl<'a> PathTracer<'a> {
                 let share =
                     hit.material.eval(incoming, light.direction, hit, TransportMode::Radiance)
                         * cosine;
-                (share, hit.material.pdf(incoming, light.direction, hit))
+                (S::of(share), hit.material.pdf(incoming, light.direction, hit))
             };
-            path.radiance +=
-                path.throughput * self.next_event(hit.point, |d| hit.leave(d), lit, draws);
+            let light = self.next_event(hit.point, |d| hit.leave(d), lit, draws);
+            path.radiance += path.throughput * light;
         }
         let u = std::array::from_fn(|_| draws.rng.uniform());
         let scattered = hit.material.scatter(incoming, hit, u, TransportMode::Radiance);
         let Some(scattered) = scattered else { return false };
-        path.throughput *= scattered.weight;
+        path.throughput *= S::of(scattered.weight);
         path.scatter_pdf = (!scattered.specular).then_some((scattered.pdf, hit.point));
         path.inside = (path.inside + i32::from(scattered.crossing)).max(0);
         path.ray = hit.leave(scattered.direction);
-        path.throughput != Rgb::ZERO
+        path.throughput != S::ZERO
     }
 }
 
 /// Russian roulette on the throughput.
-fn survives(path: &mut Path, draws: &mut Draws) -> bool {
+fn survives<S: Spectrum>(path: &mut Path<S>, draws: &mut Draws) -> bool {
     let survival = path.throughput.max_element().min(1.0);
     if draws.rng.uniform() >= survival {
         return false;

@@ -167,10 +167,14 @@ fn scene(volume: Volume, look: &Look, options: &LoadOptions) -> Result<Scene> {
         surfaces: Arc::new(Surfaces::new(Vec::new())),
         lights: Arc::new(Lights { lights: lights(&look.pose).map_err(place)? }),
         film,
-        render: RenderSettings::default().overridden(&options.overrides),
+        render: RenderSettings {
+            planning: options.planning,
+            ..RenderSettings::default().overridden(&options.overrides)
+        },
         path: path.to_path_buf(),
         hash: sources.hash("")?,
         still: Sources::default().hash(&format!("{camera:?} {:?}", film.size))?,
+        unseen: None,
         warnings,
         notes: look.notes.clone(),
     })

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::light::{EmitterHit, Light, LightSample};
-use crate::math::{Ray, Rgb, Span, Stream, World, WorldPoint};
+use crate::math::{Ray, Rgb, Span, Spectrum, Stream, World, WorldPoint};
 use crate::medium::{Media, Phase};
 use crate::surface::{SurfaceHit, TransportMode};
 use crate::work::Work;
@@ -39,7 +39,7 @@ impl Draws {
 }
 
 /// A phase function at a place with its weight there.
-pub type Scatterer<'a> = (&'a Phase, Rgb);
+pub type Scatterer<'a, S = Rgb> = (&'a Phase, S);
 
 /// Radiance that the surface at `hit` emits back along `ray`, W/(m² sr).
 pub fn emitted(scene: &Scene, ray: &Ray<World>, hit: &SurfaceHit<'_>) -> Rgb {
@@ -78,23 +78,23 @@ pub fn environment(scene: &Scene, ray: &Ray<World>, draws: &mut Draws) -> Rgb {
 /// Sums `contribution` over samples of the lights picked for `at`: it is given the light's index,
 /// the sample, and the probability of picking the light. `place` gives the numbers that choose a
 /// place on a light.
-pub fn each_light(
+pub fn each_light<S: Spectrum>(
     scene: &Scene,
     at: WorldPoint,
     draws: &mut Draws,
     place: impl Fn(usize, &mut Draws) -> [f64; 2],
-    mut contribution: impl FnMut(usize, &LightSample, f64, &mut Draws) -> Rgb,
-) -> Rgb {
+    mut contribution: impl FnMut(usize, &LightSample, f64, &mut Draws) -> S,
+) -> S {
     let u = draws.rng.uniform();
     let mut of = |index: usize, probability: f64, draws: &mut Draws| {
         let sample = scene.lights.lights[index].sample(at, place(index, draws));
         let light = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO);
-        light.map_or(Rgb::ZERO, |light| contribution(index, &light, probability, draws))
+        light.map_or(S::ZERO, |light| contribution(index, &light, probability, draws))
     };
     if !draws.needs.light_choice {
-        return if scene.lights.lights.is_empty() { Rgb::ZERO } else { of(0, 1.0, draws) };
+        return if scene.lights.lights.is_empty() { S::ZERO } else { of(0, 1.0, draws) };
     }
-    let mut sum = Rgb::ZERO;
+    let mut sum = S::ZERO;
     for (index, probability) in scene.lights.pick(at, u) {
         draws.work.light_choices += u64::from(probability < 1.0);
         sum += of(index, probability, draws);
@@ -119,14 +119,14 @@ pub fn is_visible(scene: &Scene, ray: &Ray<World>, light: &LightSample, draws: &
 /// Light that a ray can find by chance is sampled by the light and by the phase function in turn
 /// where that is not isotropic, weighed by the balance heuristic for one sample (Veach 1997,
 /// section 9.2.4).
-pub fn in_medium(
+pub fn in_medium<S: Spectrum>(
     scene: &Scene,
     p: WorldPoint,
     toward: DVec3,
-    scatterers: &[Scatterer<'_>],
+    scatterers: &[Scatterer<'_, S>],
     count: impl Fn(usize, f64) -> f64,
     draws: &mut Draws,
-) -> Rgb {
+) -> S {
     // The phase function is symmetric, so light towards the eye is sampled from the eye.
     let rival = match scatterers {
         [(phase, _)] if !phase.is_isotropic() && scene.lights.has_extended() => Some(*phase),
@@ -135,11 +135,11 @@ pub fn in_medium(
     if let Some(phase) = rival.filter(|_| draws.rng.uniform() >= 0.5) {
         let (direction, pdf) = phase.sample(-toward, draws.rng.uniform2());
         if pdf <= 0.0 {
-            return Rgb::ZERO;
+            return S::ZERO;
         }
         let ray = Ray::new(p, direction);
         let share = |index, choice, own| 2.0 / (choice * own + pdf) / count(index, choice);
-        return found(scene, &ray, share, draws) * scatterers[0].1 * pdf;
+        return found::<S>(scene, &ray, share, draws) * scatterers[0].1 * pdf;
     }
     let anywhere = |_, draws: &mut Draws| draws.rng.uniform2();
     each_light(scene, p, draws, anywhere, |index, light, choice, draws| {
@@ -155,38 +155,38 @@ pub fn in_medium(
 
 /// Light of one sample, not divided by its density, that is scattered at `p` in a medium into the
 /// unit direction `toward`, per unit of the scatterers' weights.
-pub fn scattered(
+pub fn scattered<S: Spectrum>(
     scene: &Scene,
     p: WorldPoint,
     toward: DVec3,
-    scatterers: &[Scatterer<'_>],
+    scatterers: &[Scatterer<'_, S>],
     light: &LightSample,
     draws: &mut Draws,
-) -> Rgb {
+) -> S {
     let cosine = -light.direction.dot(toward);
-    let spread: Rgb = scatterers.iter().map(|(phase, weight)| *weight * phase.eval(cosine)).sum();
+    let spread: S = scatterers.iter().map(|(phase, weight)| *weight * phase.eval(cosine)).sum();
     let ray = Ray::new(p, light.direction);
-    if spread == Rgb::ZERO || !is_visible(scene, &ray, light, draws) {
-        return Rgb::ZERO;
+    if spread == S::ZERO || !is_visible(scene, &ray, light, draws) {
+        return S::ZERO;
     }
     let span = Span::new(0.0, light.distance);
-    let transmittance = scene.media.transmittance_counted(&ray, span, &mut draws.work);
-    light.radiance * spread * transmittance
+    let transmittance: S = scene.media.transmittance_counted(&ray, span, &mut draws.work);
+    S::of(light.radiance) * spread * transmittance
 }
 
 /// Radiance of lights that `ray` finds by chance, each times `share` of its index, the probability
 /// of picking it and the density with which its sampling would have found it.
-fn found(
+fn found<S: Spectrum>(
     scene: &Scene,
     ray: &Ray<World>,
     share: impl Fn(usize, f64, f64) -> f64,
     draws: &mut Draws,
-) -> Rgb {
+) -> S {
     draws.work.shadow_rays += 1;
     let hit = scene.surfaces.intersect(ray, Span::AHEAD);
     let at = hit.as_ref().map(emitter);
     let lights = &scene.lights;
-    let mut radiance = Rgb::ZERO;
+    let mut radiance = S::ZERO;
     for (index, light) in lights.lights.iter().enumerate() {
         let shines = match &hit {
             Some(hit) => hit.light == Some(index as u32),
@@ -196,28 +196,29 @@ fn found(
             let seen = light.radiance_from(ray.direction, at);
             if seen != Rgb::ZERO {
                 let choice = lights.pick_probability(ray.origin, index);
-                radiance += seen * share(index, choice, light.pdf(ray.direction, at));
+                radiance += S::of(seen) * share(index, choice, light.pdf(ray.direction, at));
             }
         }
     }
-    if radiance == Rgb::ZERO {
+    if radiance == S::ZERO {
         return radiance;
     }
     let end = hit.map_or(f64::INFINITY, |h| h.t);
-    radiance * scene.media.transmittance_counted(ray, Span::new(0.0, end), &mut draws.work)
+    let span = Span::new(0.0, end);
+    radiance * scene.media.transmittance_counted::<S>(ray, span, &mut draws.work)
 }
 
 /// Direct light that the diffuse surface at `hit` reflects back along the unit `incoming`, seen
 /// through `media` (those of the scene, or none), W/(m² sr). An environment is found by sampling it
 /// and the surface in turn, weighed by the balance heuristic for one sample, other lights by
 /// sampling them.
-pub fn on_surface(
+pub fn on_surface<S: Spectrum>(
     scene: &Scene,
     media: &Media,
     incoming: DVec3,
     hit: &SurfaceHit<'_>,
     draws: &mut Draws,
-) -> Rgb {
+) -> S {
     let material = hit.material;
     let reflected = |direction: DVec3| {
         material.eval(incoming, direction, hit, TransportMode::Radiance)
@@ -242,7 +243,7 @@ pub fn on_surface(
         }
         let u = std::array::from_fn(|_| draws.rng.uniform());
         let scattered = material.scatter(incoming, hit, u, TransportMode::Radiance);
-        let Some(scattered) = scattered else { return Rgb::ZERO };
+        let Some(scattered) = scattered else { return S::ZERO };
         let direction = scattered.direction;
         let found = LightSample { direction, radiance: sky.radiance(direction), ..*light };
         let other = picked * kind.pdf(direction, None);
@@ -252,21 +253,22 @@ pub fn on_surface(
 }
 
 /// `share` of a sampled light's radiance, as far as it arrives at `hit`.
-fn arriving(
+fn arriving<S: Spectrum>(
     scene: &Scene,
     media: &Media,
     hit: &SurfaceHit<'_>,
     light: &LightSample,
     share: Rgb,
     draws: &mut Draws,
-) -> Rgb {
+) -> S {
     let ray = hit.leave(light.direction);
-    if share == Rgb::ZERO || !is_visible(scene, &ray, light, draws) {
-        return Rgb::ZERO;
+    let share = S::of(share);
+    if share == S::ZERO || !is_visible(scene, &ray, light, draws) {
+        return S::ZERO;
     }
     if media.is_empty() || !draws.needs.media {
-        return light.radiance * share;
+        return S::of(light.radiance) * share;
     }
     let span = Span::new(0.0, light.distance);
-    light.radiance * share * media.transmittance_counted(&ray, span, &mut draws.work)
+    S::of(light.radiance) * share * media.transmittance_counted::<S>(&ray, span, &mut draws.work)
 }

@@ -60,8 +60,26 @@ pub struct Scene {
     /// Hash, in hexadecimal, of what is seen without media: camera, film size, surfaces and lights
     /// with the content of their files.
     pub still: String,
+    /// Voxels out of the camera's sight, where nothing else asks for voxels.
+    pub unseen: Option<Unseen>,
     /// What was mended or is likely not meant, one line each.
     pub warnings: Vec<String>,
     /// What was chosen where the file says nothing, one line each.
     pub notes: Vec<String>,
+}
+
+/// Voxels out of the camera's sight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unseen {
+    /// Active ones in leaves of the files that lie wholly out of sight.
+    pub voxels: u64,
+    /// Whether they were left out.
+    pub left_out: bool,
+}
+
+impl Unseen {
+    /// How many are held.
+    pub const fn held(&self) -> u64 {
+        if self.left_out { 0 } else { self.voxels }
+    }
 }

@@ -7,7 +7,7 @@ use super::document::{self, Named};
 use super::load::{self, Stills};
 use super::{LoadOptions, Scene, file};
 use crate::error::{Error, Result};
-use crate::medium::{Emission, Medium};
+use crate::medium::{Density, Emission, Medium};
 use crate::sequence::Pattern;
 
 /// A scene file that names sequences of files, or a sequence of bare VDB files. What does not
@@ -105,7 +105,11 @@ fn is_clear(medium: &Medium) -> bool {
         Some(Emission::Grid { grid, .. }) => grid.max_value() > 0.0,
         Some(Emission::Density(_) | Emission::Blackbody { .. }) | None => false,
     };
-    medium.density.maximum() <= 0.0 && !glows
+    let left_out = match &medium.density {
+        Density::Voxel(grid) => grid.unwanted(),
+        Density::Homogeneous(_) => 0,
+    };
+    medium.density.maximum() <= 0.0 && left_out == 0 && !glows
 }
 
 /// The scene file `path` with what its frames share.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::glass::Glass;
 use super::{SurfaceHit, Texture, diffuse, mirror};
-use crate::math::Rgb;
+use crate::math::{Rgb, is_grey};
 
 /// A material. Directions are unit vectors; `incoming` runs toward the surface, as the ray that met
 /// it does, and `outgoing` away from it.
@@ -93,6 +93,16 @@ impl Material {
         match self {
             Self::Diffuse { .. } => diffuse::pdf(incoming, outgoing, hit),
             Self::Mirror { .. } | Self::Glass(_) | Self::Black => 0.0,
+        }
+    }
+
+    /// Whether it treats all channels alike.
+    pub fn is_grey(&self) -> bool {
+        match self {
+            Self::Diffuse { reflectance } => reflectance.is_grey(),
+            Self::Mirror { reflectance } => is_grey(*reflectance),
+            Self::Glass(glass) => is_grey(glass.tint),
+            Self::Black => true,
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use crate::image::Image;
-use crate::math::Rgb;
+use crate::math::{Rgb, is_grey};
 
 /// A reflectance, the same everywhere or looked up in an image.
 #[derive(Debug, Clone)]
@@ -17,6 +17,14 @@ pub enum Texture {
 }
 
 impl Texture {
+    /// Whether it has no colour anywhere.
+    pub fn is_grey(&self) -> bool {
+        match self {
+            Self::Constant(color) => is_grey(*color),
+            Self::Image(image) => image.pixels().iter().all(|[r, g, b]| r == g && g == b),
+        }
+    }
+
     /// The value at `uv`; v counts upward and (0, 0) is the lower left corner of an image.
     pub fn at(&self, uv: DVec2) -> Rgb {
         match self {

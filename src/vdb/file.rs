@@ -6,7 +6,7 @@ use bytesize::ByteSize;
 use glam::{DAffine3, DVec3};
 
 use crate::error::{Error, Result};
-use crate::math::{Index, Transform};
+use crate::math::{Aabb, Index, Transform, WorldPoint};
 
 use super::check::Checked;
 use super::ffi::bridge;
@@ -18,6 +18,16 @@ use super::voxel::Voxel;
 /// Bytes that a leaf of single numbers takes while it is read: as OpenVDB has it, as it comes over the
 /// bridge, and with its neighbours' first values.
 const LEAF: u64 = 4 * (512 + 512 + 729) + 1024;
+
+/// Which parts of a grid are wanted.
+#[derive(Clone, Copy)]
+pub struct Wanted<'w> {
+    /// Asked of the corners, in the world of the file, of the boxes into which leaves of voxels
+    /// reach.
+    pub is_wanted: &'w dyn Fn(&[WorldPoint; 8]) -> bool,
+    /// Whether other parts are left out, and not only counted.
+    pub leaves_out: bool,
+}
 
 /// How to take the numbers of a scalar grid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -192,6 +202,19 @@ impl VdbFile {
     /// Where it holds no scalars, has a frustum transform, is a level set while
     /// [`ReadAs::Density`] is asked for, or the file is damaged.
     pub fn read_scalar(&self, index: usize, read_as: ReadAs) -> Result<Grid<f32>> {
+        self.read_scalar_where(index, read_as, None)
+    }
+
+    /// As [`read_scalar`](Self::read_scalar), knowing which leaves of voxels are `wanted`.
+    ///
+    /// # Errors
+    /// As [`read_scalar`](Self::read_scalar).
+    pub fn read_scalar_where(
+        &self,
+        index: usize,
+        read_as: ReadAs,
+        wanted: Option<Wanted<'_>>,
+    ) -> Result<Grid<f32>> {
         let info = self.info(index)?;
         let level_set = info.is_level_set();
         if level_set && read_as == ReadAs::Density {
@@ -201,7 +224,8 @@ impl VdbFile {
                  level_set = \"fog\" turns it into a fog volume",
             ));
         }
-        self.read(index, level_set && read_as == ReadAs::LevelSetAsFog, read_as != ReadAs::Raw)
+        let fog = level_set && read_as == ReadAs::LevelSetAsFog;
+        self.read(index, fog, read_as != ReadAs::Raw, wanted)
     }
 
     /// Reads the grid of three-vectors number `index` of [`grids`](Self::grids), as it is.
@@ -209,10 +233,16 @@ impl VdbFile {
     /// # Errors
     /// Where it holds no three-vectors, has a frustum transform, or the file is damaged.
     pub fn read_vector(&self, index: usize) -> Result<Grid<[f32; 3]>> {
-        self.read(index, false, false)
+        self.read(index, false, false, None)
     }
 
-    fn read<V: Voxel>(&self, index: usize, fog: bool, density: bool) -> Result<Grid<V>> {
+    fn read<V: Voxel>(
+        &self,
+        index: usize,
+        fog: bool,
+        density: bool,
+        wanted: Option<Wanted<'_>>,
+    ) -> Result<Grid<V>> {
         let info = self.info(index)?;
         if let Some(problem) = info.unreadable() {
             return Err(self.grid_error(info, problem));
@@ -227,7 +257,11 @@ impl VdbFile {
         if density {
             source.make_density();
         }
-        Ok(Grid::new(&source, transform, statistics))
+        let unwanted = wanted.map_or(0, |Wanted { is_wanted, leaves_out }| {
+            let world = |cells: &Aabb<Index>| cells.corners().map(|p| transform.point_to_world(p));
+            source.keep(&|cells| is_wanted(&world(cells)), leaves_out)
+        });
+        Ok(Grid::new(&source, transform, statistics, unwanted))
     }
 
     /// What OpenVDB's own `BoxSampler` gives at points of a grid's index space, as the yardstick of

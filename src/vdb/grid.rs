@@ -33,14 +33,17 @@ pub struct Grid<V> {
     bounds: Aabb<Index>,
     range: [f32; 2],
     occupied: f64,
+    unwanted: u64,
 }
 
 impl<V: Voxel> Grid<V> {
-    /// Builds the grid; statistics are given because they are counted before repairs.
+    /// Builds the grid; statistics are given because they are counted before repairs and before so
+    /// many active voxels were unwanted.
     pub(super) fn new(
         source: &Source<V>,
         transform: Transform<Index>,
         statistics: Statistics,
+        unwanted: u64,
     ) -> Self {
         let tree = build(source);
         let mut cells = (IVec3::MAX, IVec3::MIN);
@@ -57,7 +60,7 @@ impl<V: Voxel> Grid<V> {
         } else {
             Aabb::new(Point::from_xyz(cells.0.as_dvec3()), Point::from_xyz(cells.1.as_dvec3()))
         };
-        Self { tree, transform, statistics, cells, bounds, range, occupied }
+        Self { tree, transform, statistics, cells, bounds, range, occupied, unwanted }
     }
 
     pub(super) fn tree(&self) -> &Tree<V> {
@@ -107,6 +110,12 @@ impl<V: Voxel> Grid<V> {
     /// Active voxels in the file, those in tiles among them.
     pub fn active_voxels(&self) -> u64 {
         self.statistics.active
+    }
+
+    /// Active voxels of the file in leaves that were not wanted, and are background here where those
+    /// were left out.
+    pub const fn unwanted(&self) -> u64 {
+        self.unwanted
     }
 
     /// What was counted while reading, before bad values were taken as 0.

@@ -21,7 +21,7 @@ mod voxel;
 mod walk;
 mod write;
 
-pub use file::{GridInfo, ReadAs, VdbFile};
+pub use file::{GridInfo, ReadAs, VdbFile, Wanted};
 pub use grid::{Grid, VoxelBox};
 pub use statistics::{BadValues, Statistics};
 pub use voxel::Voxel;

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::IVec3;
 
+use crate::math::{Aabb, Index, Point};
+
 use super::ffi::bridge;
 use super::tree::{BRICK, Child, LOWER, LowerNode, REACH, UPPER, UpperNode, slot, uniform};
 use super::voxel::Voxel;
@@ -74,12 +76,41 @@ impl<V: Voxel> Source<V> {
         }
     }
 
+    /// How many active voxels those leaves have of which `wanted` is false of the box into which
+    /// their voxels reach; with `leaves_out` those are dropped, and the background is in their
+    /// place.
+    pub(super) fn keep(&mut self, wanted: &dyn Fn(&Aabb<Index>) -> bool, leaves_out: bool) -> u64 {
+        // Between voxels values are trilinear: each reaches as far as its neighbours.
+        let reaches = |origin: &IVec3| {
+            let corner = |p: IVec3| Point::from_xyz(p.as_dvec3());
+            Aabb::new(corner(*origin - 1), corner(*origin + (1 << BRICK)))
+        };
+        let kept: Vec<bool> = self.origins.iter().map(|at| wanted(&reaches(at))).collect();
+        let mut unwanted = 0;
+        for (mask, _) in self.masks.iter().zip(&kept).filter(|(_, kept)| !**kept) {
+            unwanted += mask.iter().map(|bits| u64::from(bits.count_ones())).sum::<u64>();
+        }
+        if leaves_out && unwanted > 0 {
+            retain(&mut self.origins, &kept);
+            retain(&mut self.leaves, &kept);
+            retain(&mut self.masks, &kept);
+        }
+        unwanted
+    }
+
     /// Takes every NaN, infinite and negative number as 0.
     pub(super) fn make_density(&mut self) {
         self.background = self.background.as_density();
         self.leaves.iter_mut().flatten().for_each(|v| *v = v.as_density());
         self.tiles.iter_mut().for_each(|t| t.value = t.value.as_density());
     }
+}
+
+/// Keeps the items of which `kept` is true.
+fn retain<T>(items: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    items.retain(|_| kept.next().is_some_and(|kept| *kept));
+    items.shrink_to_fit();
 }
 
 fn leaf<V: Voxel>(numbers: &[f32]) -> Leaf<V> {

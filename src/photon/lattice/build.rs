@@ -1,9 +1,9 @@
 //! From flights to a lattice.
 
-use glam::{DVec3, IVec3, Vec4};
+use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
-use crate::math::{Aabb, World, WorldPoint, warp};
+use crate::math::{Aabb, Spectrum, World, WorldPoint, warp};
 use crate::medium::Phase;
 use crate::scene::Camera;
 
@@ -18,10 +18,10 @@ use super::walk::{Line, Steps};
 const STRAIGHT: f64 = 0.1;
 
 /// A lattice that still takes flights.
-pub struct Builder<'a> {
+pub struct Builder<'a, S: Spectrum> {
     cells: Cells,
-    /// Three channels and nothing, 8³ cells a brick, z fastest.
-    sums: Vec<Vec4>,
+    /// 8³ cells a brick, z fastest.
+    sums: Vec<S::Short>,
     /// The maps' origin, in cells from the lattice's corner.
     origin: DVec3,
     spread: Spread<'a>,
@@ -35,18 +35,18 @@ struct Spread<'a> {
 }
 
 /// The bricks that one thread fills.
-struct Layer<'a> {
+struct Layer<'a, S: Spectrum> {
     index: usize,
     /// Number of the first.
     first: usize,
-    sums: &'a mut [Vec4],
+    sums: &'a mut [S::Short],
 }
 
-impl<'a> Builder<'a> {
+impl<'a, S: Spectrum> Builder<'a, S> {
     /// An empty lattice over `cells` for light scattered by `phase` toward `camera`. Flights are
     /// given relative to `origin`.
     pub fn new(cells: Cells, origin: WorldPoint, phase: &'a Phase, camera: &'a Camera) -> Self {
-        let sums = vec![Vec4::ZERO; cells.bricks() * VOLUME];
+        let sums = vec![S::Short::default(); cells.bricks() * VOLUME];
         let origin = cells.local(origin);
         Self { cells, sums, origin, spread: Spread { phase, camera } }
     }
@@ -59,14 +59,14 @@ impl<'a> Builder<'a> {
 
     /// Adds flights. Each layer of bricks is filled by one thread, in the order of the flights, so
     /// that the sums are the same on any number of threads.
-    pub fn add(&mut self, tracks: &[&[Track]]) {
+    pub fn add(&mut self, tracks: &[&[Track<S>]]) {
         let mut layers = Vec::with_capacity(self.cells.layers.len());
         let mut rest = &mut self.sums[..];
         for (index, bounds) in self.cells.layers.windows(2).enumerate() {
             let (sums, others) = rest.split_at_mut((bounds[1] - bounds[0]) as usize * VOLUME);
             rest = others;
             if !sums.is_empty() {
-                layers.push(Layer { index, first: bounds[0] as usize, sums });
+                layers.push(Layer::<S> { index, first: bounds[0] as usize, sums });
             }
         }
         let (cells, origin, spread) = (&self.cells, self.origin, self.spread);
@@ -79,11 +79,11 @@ impl<'a> Builder<'a> {
 
     /// The finished lattice, with this many levels of wider cells. Powers were given in units of
     /// `unit` W.
-    pub fn finish(self, wider: u32, unit: f64) -> Lattice {
+    pub fn finish(self, wider: u32, unit: f64) -> Lattice<S> {
         let Self { cells, sums, .. } = self;
         // Lengths were counted in cells.
         let scale = unit / cells.edge.powi(2);
-        let mut means = Means { cells, values: sums };
+        let mut means = Means::<S> { cells, values: sums };
         let mut levels = Vec::new();
         for _ in 0..wider {
             let next = means.wider();
@@ -95,9 +95,9 @@ impl<'a> Builder<'a> {
     }
 }
 
-impl Layer<'_> {
+impl<S: Spectrum> Layer<'_, S> {
     /// Adds what lies of a flight in this layer.
-    fn add(&mut self, track: &Track, cells: &Cells, origin: DVec3, spread: Spread<'_>) {
+    fn add(&mut self, track: &Track<S>, cells: &Cells, origin: DVec3, spread: Spread<'_>) {
         let start = origin + track.start() / cells.edge;
         let end = origin + track.end() / cells.edge;
         let line = Line::new(start, end - start);
@@ -114,8 +114,7 @@ impl Layer<'_> {
             return;
         }
         let direction = line.direction / length;
-        let [r, g, b] = track.power();
-        let power = Vec4::new(r, g, b, 0.0) * length as f32;
+        let power = track.power() * length as f32;
         for (brick, from, to) in Steps::new(&line, from, to, low, high, BRICK) {
             let Some(number) = cells.brick(brick) else { continue };
             let first = (number - self.first) * VOLUME;
@@ -207,7 +206,7 @@ mod tests {
                     let cell = cells.local(p).floor().as_ivec3();
                     let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { continue };
                     let share = phase.eval((end - start).normalize().dot(camera.toward(p)));
-                    let power = DVec3::from(track.power().map(f64::from));
+                    let power = track.power().as_dvec3();
                     right[brick * VOLUME + cell_index(cell & ((1 << BRICK) - 1))] +=
                         power * share * track.length() / f64::from(POINTS) / cells.edge.powi(3);
                 }

@@ -1,11 +1,12 @@
 //! Direct light on a lattice, found where it is first asked for.
 
+use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use glam::{IVec3, Vec3A};
+use glam::IVec3;
 
 use crate::light::Light;
-use crate::math::{Aabb, Rgb, Stage, Stream, World, WorldPoint};
+use crate::math::{Aabb, Rgb, Spectrum, Stage, Stream, World, WorldPoint};
 use crate::scene::Scene;
 use crate::scene::lighting::{self, Draws};
 
@@ -21,17 +22,18 @@ const UNKNOWN: u32 = u32::MAX;
 /// Light that comes straight from lights and is scattered toward the camera by one medium, kept at
 /// the centres of cubic cells: what a place costs is paid once, not for each ray that comes by.
 #[derive(Debug)]
-pub struct DirectLattice {
+pub struct DirectLattice<S = Rgb> {
     cells: Cells,
     medium: usize,
     seed: u64,
     /// Indices of the lights whose light is kept.
     lights: Vec<usize>,
-    /// Bits of three numbers a cell.
-    values: Vec<[AtomicU32; 3]>,
+    /// Bits of one number a channel, cell by cell.
+    values: Vec<AtomicU32>,
+    channels: PhantomData<S>,
 }
 
-impl DirectLattice {
+impl<S: Spectrum> DirectLattice<S> {
     /// A lattice for the medium of this index in `scene`, of which the camera sees `visible`
     /// places. Nothing where cells would be too thick or too many.
     pub fn new(scene: &Scene, medium: usize, visible: &[WorldPoint], seed: u64) -> Option<Self> {
@@ -42,9 +44,9 @@ impl DirectLattice {
         let kept = |light: &Light| is_kept(light, &near);
         let lights = &scene.lights.lights;
         let lights = (0..lights.len()).filter(|&index| kept(&lights[index])).collect();
-        let unknown = || std::array::from_fn(|_| AtomicU32::new(UNKNOWN));
-        let values = (0..cells.bricks() * VOLUME).map(|_| unknown()).collect();
-        Some(Self { cells, medium, seed, lights, values })
+        let numbers = cells.bricks() * VOLUME * S::CHANNELS;
+        let values = (0..numbers).map(|_| AtomicU32::new(UNKNOWN)).collect();
+        Some(Self { cells, medium, seed, lights, values, channels: PhantomData })
     }
 
     /// Edge of a cell, in metres.
@@ -59,75 +61,83 @@ impl DirectLattice {
 
     /// Bytes in memory.
     pub const fn memory_bytes(&self) -> usize {
-        self.values.len() * size_of::<[AtomicU32; 3]>()
+        self.values.len() * size_of::<AtomicU32>()
     }
 
     /// How many cells there are.
     pub const fn cells(&self) -> usize {
-        self.values.len()
+        self.values.len() / S::CHANNELS
+    }
+
+    fn channels_of(&self, cell: usize) -> &[AtomicU32] {
+        &self.values[cell * S::CHANNELS..][..S::CHANNELS]
     }
 
     /// The bits of what is known of a cell, for storing; nothing where it has not been asked for.
     pub fn known(&self, cell: usize) -> Option<[u32; 3]> {
-        let value = self.values[cell].each_ref().map(|v| v.load(Ordering::Acquire));
-        (value[0] != UNKNOWN).then_some(value)
+        let channels = self.channels_of(cell);
+        let known = channels[0].load(Ordering::Acquire);
+        let channel = |c: usize| channels.get(c).map_or(known, |v| v.load(Ordering::Relaxed));
+        (known != UNKNOWN).then(|| [known, channel(1), channel(2)])
     }
 
     /// Takes back what [`known`](Self::known) told of a cell of the same lattice; no work is counted
     /// for it again.
-    pub fn recall(&self, cell: usize, [r, g, b]: [u32; 3]) {
-        let [red, green, blue] = &self.values[cell];
-        green.store(g, Ordering::Relaxed);
-        blue.store(b, Ordering::Relaxed);
-        red.store(r, Ordering::Release);
+    pub fn recall(&self, cell: usize, value: [u32; 3]) {
+        // The first channel last: it says that the others are there.
+        for (channel, bits) in self.channels_of(cell).iter().zip(value).rev() {
+            channel.store(bits, Ordering::Release);
+        }
     }
 
     /// The light scattered at `p` per unit of sigma_s, W/(m² sr): trilinear between the centres of
     /// the cells, 0 where there are none. `draws` counts the work, each cell's once.
-    pub fn at(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> Rgb {
+    pub fn at(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> S {
         let local = self.cells.local(p) - 0.5;
         let low = local.floor();
         let first = low.as_ivec3();
         let corner = |x, y, z| self.cell(scene, first + IVec3::new(x, y, z), draws);
-        trilinear(corner, (local - low).as_vec3()).as_dvec3()
+        S::long(trilinear(corner, (local - low).as_vec3()))
     }
 
     /// The value of a cell. Threads that ask for it at once find the same.
-    fn cell(&self, scene: &Scene, cell: IVec3, draws: &mut Draws) -> Vec3A {
-        let Some(brick) = self.cells.brick_anywhere(cell >> BRICK) else { return Vec3A::ZERO };
+    fn cell(&self, scene: &Scene, cell: IVec3, draws: &mut Draws) -> S::Short {
+        let Some(brick) = self.cells.brick_anywhere(cell >> BRICK) else {
+            return S::Short::default();
+        };
         let within = cell & ((1 << BRICK) - 1);
         let index = brick * VOLUME + cell_index(within);
-        let [r, g, b] = &self.values[index];
-        let known = r.load(Ordering::Acquire);
-        if known != UNKNOWN {
-            let rest = [g, b].map(|v| f32::from_bits(v.load(Ordering::Relaxed)));
-            return Vec3A::new(f32::from_bits(known), rest[0], rest[1]);
+        let channels = self.channels_of(index);
+        if channels[0].load(Ordering::Acquire) != UNKNOWN {
+            return S::from_channels(|c| f32::from_bits(channels[c].load(Ordering::Relaxed)));
         }
         let stream = Stream::new(self.seed, Stage::March, index as u64, u64::MAX);
         let mut own = Draws::new(stream, draws.needs);
-        let light = self.light(scene, cell, &mut own).as_vec3a();
-        let light = if light.is_finite() { light } else { Vec3A::ZERO };
-        g.store(light.y.to_bits(), Ordering::Relaxed);
-        b.store(light.z.to_bits(), Ordering::Relaxed);
-        let bits = light.x.to_bits();
-        if r.compare_exchange(UNKNOWN, bits, Ordering::AcqRel, Ordering::Relaxed).is_ok() {
+        let light = self.light(scene, cell, &mut own).short();
+        let light = if S::long(light).is_finite() { light } else { S::Short::default() };
+        let bits = |channel| S::short_channel(light, channel).to_bits();
+        for channel in 1..S::CHANNELS {
+            channels[channel].store(bits(channel), Ordering::Relaxed);
+        }
+        let (first, bits) = (&channels[0], bits(0));
+        if first.compare_exchange(UNKNOWN, bits, Ordering::AcqRel, Ordering::Relaxed).is_ok() {
             draws.work += own.work;
         }
         light
     }
 
     /// Direct light at the centre of a cell.
-    fn light(&self, scene: &Scene, cell: IVec3, draws: &mut Draws) -> Rgb {
+    fn light(&self, scene: &Scene, cell: IVec3, draws: &mut Draws) -> S {
         let p = self.cells.world(cell.as_dvec3() + 0.5);
         let toward = scene.camera.toward(p);
         let phase = &scene.media.get(self.medium).phase;
-        let mut sum = Rgb::ZERO;
+        let mut sum = S::ZERO;
         for &index in &self.lights {
             let light = &scene.lights.lights[index];
             // Cells side by side sample different parts of a light.
             let sample = light.sample(p, spread(cell, self.seed));
             if let Some(light) = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO) {
-                let scatterers = [(phase, Rgb::ONE)];
+                let scatterers = [(phase, S::ONE)];
                 let pdf = light.pdf;
                 sum += lighting::scattered(scene, p, toward, &scatterers, &light, draws) / pdf;
             }

@@ -1,7 +1,9 @@
 //! Cells with their values, before bricks share their borders.
 
-use glam::{IVec3, Vec4};
+use glam::IVec3;
 use rayon::prelude::*;
+
+use crate::math::Spectrum;
 
 use super::cells::{Brick, Level, SIDE};
 use super::shape::{BRICK, Cells, VOLUME, cell_index};
@@ -9,14 +11,14 @@ use super::shape::{BRICK, Cells, VOLUME, cell_index};
 /// Cells of a brick along an edge.
 const EDGE: i32 = 1 << BRICK;
 
-/// Cells with the mean of the light in each: three channels and nothing, 8³ a brick.
-pub(super) struct Means {
+/// Cells with the mean of the light in each, 8³ a brick.
+pub(super) struct Means<S: Spectrum> {
     pub cells: Cells,
-    pub values: Vec<Vec4>,
+    pub values: Vec<S::Short>,
 }
 
-impl Means {
-    fn value(&self, brick: usize, within: IVec3) -> Vec4 {
+impl<S: Spectrum> Means<S> {
+    fn value(&self, brick: usize, within: IVec3) -> S::Short {
         self.values[brick * VOLUME + cell_index(within)]
     }
 
@@ -30,9 +32,9 @@ impl Means {
     /// The same light on cells twice as wide: means of those cells that are held.
     pub fn wider(&self) -> Self {
         let cells = self.cells.wider();
-        let mut values = vec![Vec4::ZERO; cells.bricks() * VOLUME];
+        let mut values = vec![S::Short::default(); cells.bricks() * VOLUME];
         let places = Self { cells, values: Vec::new() };
-        let fill = |(at, values): (IVec3, &mut [Vec4])| {
+        let fill = |(at, values): (IVec3, &mut [S::Short])| {
             for (index, value) in (0..).zip(values) {
                 let within = IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & (EDGE - 1);
                 let first = ((at << BRICK) + within) * 2;
@@ -42,7 +44,7 @@ impl Means {
                     let by = IVec3::new(i & 1, i >> 1 & 1, i >> 2);
                     self.value(brick, (first & (EDGE - 1)) + by)
                 };
-                *value = (0..8).map(corner).sum::<Vec4>() / 8.0;
+                *value = (0..8).map(corner).sum::<S::Short>() / 8.0;
             }
         };
         places.places().into_par_iter().zip(values.par_chunks_mut(VOLUME)).for_each(fill);
@@ -50,8 +52,8 @@ impl Means {
     }
 
     /// Bricks that hold their neighbours' first values as well.
-    pub fn level(self) -> Level {
-        let brick = |at: &IVec3| -> Brick {
+    pub fn level(self) -> Level<S> {
+        let brick = |at: &IVec3| -> Brick<S> {
             let own = self.cells.brick(*at).expect("only bricks that are held are listed");
             std::array::from_fn(|index| {
                 let (x, y, z) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
@@ -60,7 +62,7 @@ impl Means {
                     Some(brick) => self.value(brick, within & (EDGE - 1)),
                     None => self.value(own, within.min(IVec3::splat(EDGE - 1))),
                 };
-                value.truncate().to_array()
+                S::pack(value)
             })
         };
         let bricks = self.places().par_iter().map(brick).collect();

@@ -2,23 +2,23 @@
 
 use glam::DVec3;
 
-use crate::math::{Rgb, WorldPoint};
+use crate::math::{Rgb, Spectrum, WorldPoint};
 
-/// A stretch along which a photon flew with one power: 36 bytes.
+/// A stretch along which a photon flew with one power: 36 bytes in colour, 28 without.
 #[derive(Debug, Clone, Copy)]
-pub struct Track {
+pub struct Track<S: Spectrum = Rgb> {
     /// Metres from the maps' origin.
     from: [f32; 3],
     to: [f32; 3],
-    power: [f32; 3],
+    power: S::Stored,
 }
 
-impl Track {
+impl<S: Spectrum> Track<S> {
     /// The stretch from `from` to `to` flown with `power`, in any unit; places are kept relative to
     /// `origin`.
-    pub fn new(origin: WorldPoint, from: WorldPoint, to: WorldPoint, power: Rgb) -> Self {
+    pub fn new(origin: WorldPoint, from: WorldPoint, to: WorldPoint, power: S) -> Self {
         let local = |p: WorldPoint| (p - origin).as_vec3().to_array();
-        Self { from: local(from), to: local(to), power: power.as_vec3().to_array() }
+        Self { from: local(from), to: local(to), power: S::pack(power.short()) }
     }
 
     /// Its start, in metres from the maps' origin.
@@ -37,7 +37,7 @@ impl Track {
     }
 
     /// The photon's power.
-    pub const fn power(&self) -> [f32; 3] {
-        self.power
+    pub fn power(&self) -> S::Short {
+        S::unpack(self.power)
     }
 }

@@ -1,5 +1,6 @@
 //! Cameras: where a place on the film looks.
 
+mod frustum;
 mod latlong;
 mod orthographic;
 mod perspective;
@@ -8,6 +9,7 @@ use glam::DVec3;
 
 use crate::math::{Ray, World, WorldPoint};
 
+pub use frustum::Frustum;
 pub use latlong::LatLong;
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;

@@ -12,7 +12,7 @@ pub struct Perspective {
     size: [f64; 2],
     /// Width of a pixel on the image plane at distance 1.
     pixel: f64,
-    lens_radius: f64,
+    pub(super) lens_radius: f64,
     focus: f64,
 }
 

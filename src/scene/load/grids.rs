@@ -7,11 +7,11 @@ use glam::DAffine3;
 
 use super::{Context, at};
 use crate::error::Result;
-use crate::math::Rgb;
+use crate::math::{Rgb, WorldPoint};
 use crate::medium::Albedo;
 use crate::scene::file::GridReference;
 use crate::scene::reader::Place;
-use crate::vdb::{Grid, ReadAs, VdbFile, Voxel};
+use crate::vdb::{Grid, ReadAs, VdbFile, Voxel, Wanted};
 
 /// VDB files, each opened once.
 #[derive(Debug, Default)]
@@ -80,10 +80,17 @@ fn scalar(
     placement: &DAffine3,
     context: &mut Context,
 ) -> Result<Grid<f32>> {
+    let sight = context.sight;
     let (file, index) = find(reference, context)?;
-    let grid = at(&reference.at, file.read_scalar(index, read_as))?;
+    let place = |p: WorldPoint| WorldPoint::from_xyz(placement.transform_point3(p.xyz));
+    let is_wanted = |corners: &[WorldPoint; 8]| {
+        sight.is_none_or(|sight| !sight.frustum.misses(&corners.map(place)))
+    };
+    let wanted = sight.map(|sight| Wanted { is_wanted: &is_wanted, leaves_out: sight.leaves_out });
+    let grid = at(&reference.at, file.read_scalar_where(index, read_as, wanted))?;
     let label = file.grids()[index].label();
     context.warnings.extend(bad_values(&reference.file.path, &label, &grid, "taken as 0"));
+    context.unseen += grid.unwanted();
     placed(grid, placement, &reference.at)
 }
 

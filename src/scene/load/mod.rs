@@ -9,14 +9,16 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::camera::Camera;
+use super::camera::{Camera, Frustum};
 use super::document;
-use super::file::{self, DensitySection, LightKind, RegionSection, SceneFile};
+use super::file::{self, AlbedoSection, DensitySection, LightKind, RegionSection, SceneFile};
 use super::hash::Sources;
 use super::reader::Place;
-use super::{Overrides, Scene, Sequence, bare};
+use super::settings::Planning;
+use super::{Overrides, RenderSettings, Scene, Sequence, Unseen, bare};
 use crate::error::{Error, Result};
 use crate::light::Lights;
+use crate::math::Rgb;
 use crate::medium::Media;
 use crate::sequence::Pattern;
 use crate::surface::Surfaces;
@@ -35,6 +37,8 @@ pub struct LoadOptions {
     pub frame: Option<i64>,
     /// Bytes that reading a grid may take; no limit where none is given.
     pub memory: Option<u64>,
+    /// Whether what the scene does not need is left out.
+    pub planning: Planning,
 }
 
 /// What loading gathers on its way.
@@ -46,6 +50,18 @@ pub(super) struct Context {
     pub(super) sources: Sources,
     /// One line each.
     pub(super) warnings: Vec<String>,
+    /// Where the camera looks, if nothing else asks for voxels.
+    sight: Option<Sight>,
+    /// Active voxels elsewhere.
+    unseen: u64,
+}
+
+/// Where alone voxels are asked for.
+#[derive(Debug, Clone, Copy)]
+struct Sight {
+    frustum: Frustum,
+    /// Whether other voxels are left out, and not only counted.
+    leaves_out: bool,
 }
 
 /// What of a scene stays as it is where only its volumes change.
@@ -124,7 +140,11 @@ pub(super) fn build(
 ) -> Result<Scene> {
     let Stills { camera, surfaces, lights, sources, warnings, hash: still } = stills;
     let grids = Grids::within(options.memory);
-    let mut context = Context { grids, sources, warnings };
+    let film = file.film.overridden(&options.overrides);
+    let leaves_out = options.planning == Planning::Needed;
+    let frustum = camera.frustum(film.size).filter(|_| is_only_seen(file, &surfaces));
+    let sight = frustum.map(|frustum| Sight { frustum, leaves_out });
+    let mut context = Context { grids, sources, warnings, sight, unseen: 0 };
     let media = file
         .media
         .iter()
@@ -138,14 +158,24 @@ pub(super) fn build(
         media: Media::new(media),
         surfaces,
         lights,
-        film: file.film.overridden(&options.overrides),
-        render: file.render.overridden(&options.overrides),
+        film,
+        render: RenderSettings {
+            planning: options.planning,
+            ..file.render.overridden(&options.overrides)
+        },
         path: path.to_path_buf(),
         hash: context.sources.hash(text)?,
         still,
+        unseen: sight.map(|_| Unseen { voxels: context.unseen, left_out: leaves_out }),
         warnings: context.warnings,
         notes: Vec::new(),
     })
+}
+
+/// Whether nothing but camera rays asks for voxels of the media: no light is scattered by them, and
+/// none crosses them to a surface.
+fn is_only_seen(file: &SceneFile, surfaces: &Surfaces) -> bool {
+    surfaces.is_empty() && file.media.iter().all(|m| m.albedo == AlbedoSection::Constant(Rgb::ZERO))
 }
 
 /// Refuses to turn level sets into fog in a scene, which says that itself.

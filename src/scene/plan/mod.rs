@@ -10,7 +10,9 @@
 //! | no grid: regions | grid lookups, for closed forms | `grid_lookups` |
 //! | albedo 0, no light, `max_scatter` 0 | volume photons and gathers | `gathers`, `volume_photons` |
 //! | no emission | emission along rays | `emission_lookups` |
-//! | isotropic phase functions | directions of gathered photons | `directed_gathers` |
+//! | isotropic phase functions | directions of photons in media | `directed_gathers` |
+//! | nothing coloured | two channels of three | `colored_paths` |
+//! | nothing but absorption, no surface | voxels out of sight | `unseen_voxels` |
 //! | no surface | search, surface photons | `intersections`, `surface_photons` |
 //! | no diffuse surface | surface photons | `surface_photons` |
 //! | no mirror or glass | recursion | `specular_bounces` |
@@ -118,6 +120,10 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
     } else {
         "no surface is diffuse"
     };
+    let unseen = scene.unseen.filter(|_| grids > 0).map_or("no grid is named".into(), |unseen| {
+        let voxels = count(unseen.voxels as usize, "voxel");
+        format!("only the camera asks for voxels, and {voxels} lie out of its sight")
+    });
     let row = |stage, name, needed, counter, yes: String, no: &str| Item {
         stage,
         name,
@@ -133,6 +139,14 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
             GRID_LOOKUPS,
             format!("{} in use", count(grids, "grid")),
             "no grid is named: closed forms",
+        ),
+        row(
+            "load",
+            "voxels out of sight",
+            scene.unseen.is_none_or(|unseen| !unseen.left_out) && grids > 0,
+            "unseen_voxels",
+            "light may pass anywhere".into(),
+            &unseen,
         ),
         row(
             "load",
@@ -172,7 +186,8 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
             needs.void,
             "photons_missed",
             String::new(),
-            "those that miss all media and surfaces are not shot",
+            "lights aim at spheres round what can be reached; draws that miss it all the same are \
+             rejected before they fly",
         ),
         row(
             "march",
@@ -189,6 +204,14 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
             "gathers",
             format!("media that scatter: {scattering} of {media}"),
             no_scattering,
+        ),
+        row(
+            "all",
+            "colours",
+            needs.colors,
+            "colored_paths",
+            "a light, medium or surface is coloured".into(),
+            "all is grey: one channel stands for three",
         ),
         row(
             "march",

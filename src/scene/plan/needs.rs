@@ -26,6 +26,8 @@ pub struct Needs {
     pub volume_photons: bool,
     /// Photons are kept on surfaces.
     pub surface_photons: bool,
+    /// Light is traced in three channels.
+    pub colors: bool,
     /// Gathers in media ask where photons came from.
     pub directions: bool,
     /// Photons are shot that can reach neither a medium nor a surface.
@@ -48,6 +50,7 @@ impl Needs {
         emission: true,
         volume_photons: true,
         surface_photons: true,
+        colors: true,
         directions: true,
         void: true,
         specular: true,
@@ -83,6 +86,9 @@ impl Needs {
             // Light that is scattered once straight from a lamp is sampled, not mapped.
             volume_photons: scattering && (orders > 1 || glows || reflects),
             surface_photons: lit && materials().any(receives),
+            colors: !(media().all(Medium::is_grey)
+                && lights.iter().all(Light::is_grey)
+                && materials().all(Material::is_grey)),
             directions: scattering && media().any(|m| scatters(m) && !m.phase.is_isotropic()),
             void: false,
             specular: materials().any(Material::is_specular),

@@ -1,0 +1,226 @@
+//! How many channels light is traced in: three, or one where all three are equal.
+
+use std::fmt::Debug;
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub};
+
+use glam::{BVec3, Vec3A};
+
+use super::Rgb;
+
+/// Light or a coefficient per channel: [`Rgb`], or one number that stands for three equal ones.
+/// Code that is generic over it does for one channel what it does for each of three, so that a grey
+/// scene gives the same numbers either way.
+pub trait Spectrum:
+    Copy
+    + Debug
+    + Default
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Neg<Output = Self>
+    + Mul<Output = Self>
+    + MulAssign
+    + Mul<f64, Output = Self>
+    + MulAssign<f64>
+    + Div<f64, Output = Self>
+    + DivAssign<f64>
+    + Sum
+{
+    /// How many channels there are.
+    const CHANNELS: usize;
+    /// 0 in all.
+    const ZERO: Self;
+    /// 1 in all.
+    const ONE: Self;
+
+    /// The same in 32 bits, as bulk data is stored.
+    type Stored: Copy + Debug + Default + PartialEq + Send + Sync;
+    /// The same in 32 bits, to reckon with.
+    type Short: Copy
+        + Debug
+        + Default
+        + Send
+        + Sync
+        + Add<Output = Self::Short>
+        + AddAssign
+        + Sum
+        + Mul<f32, Output = Self::Short>
+        + Div<f32, Output = Self::Short>;
+
+    /// The channels of `color`, which are all the same where there is but one.
+    fn of(color: Rgb) -> Self;
+    /// As a colour.
+    fn rgb(self) -> Rgb;
+    /// One of the channels.
+    fn channel(self, index: usize) -> f64;
+    /// Each channel through `f`.
+    #[must_use]
+    fn each(self, f: impl Fn(f64) -> f64) -> Self;
+    /// In 32 bits, to reckon with.
+    fn short(self) -> Self::Short;
+    /// From 32 bits.
+    fn long(short: Self::Short) -> Self;
+    /// For storing.
+    fn pack(short: Self::Short) -> Self::Stored;
+    /// As it was stored.
+    fn unpack(stored: Self::Stored) -> Self::Short;
+    /// From one number a channel, which `f` gives.
+    fn from_channels(f: impl Fn(usize) -> f32) -> Self::Short;
+    /// One channel of a short one.
+    fn short_channel(short: Self::Short, index: usize) -> f32;
+    /// The sum over the three channels of the colour.
+    fn element_sum(self) -> f64;
+    /// The largest channel.
+    fn max_element(self) -> f64;
+    /// Which channels of the colour are above 0.
+    fn lit(self) -> BVec3;
+
+    /// The same in all channels.
+    fn splat(value: f64) -> Self {
+        Self::ONE * value
+    }
+
+    /// e to the power of each channel.
+    #[must_use]
+    fn exp(self) -> Self {
+        self.each(f64::exp)
+    }
+
+    /// No channel below 0.
+    #[must_use]
+    fn not_negative(self) -> Self {
+        self.each(|value| value.max(0.0))
+    }
+
+    /// Whether all channels are finite.
+    fn is_finite(self) -> bool {
+        self.rgb().is_finite()
+    }
+}
+
+impl Spectrum for Rgb {
+    const CHANNELS: usize = 3;
+    const ZERO: Self = Self::ZERO;
+    const ONE: Self = Self::ONE;
+
+    type Stored = [f32; 3];
+    type Short = Vec3A;
+
+    fn of(color: Rgb) -> Self {
+        color
+    }
+
+    fn rgb(self) -> Rgb {
+        self
+    }
+
+    fn channel(self, index: usize) -> f64 {
+        self[index]
+    }
+
+    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+        Self::new(f(self.x), f(self.y), f(self.z))
+    }
+
+    fn short(self) -> Vec3A {
+        self.as_vec3a()
+    }
+
+    fn long(short: Vec3A) -> Self {
+        short.as_dvec3()
+    }
+
+    fn pack(short: Vec3A) -> [f32; 3] {
+        short.to_array()
+    }
+
+    fn unpack(stored: [f32; 3]) -> Vec3A {
+        Vec3A::from(stored)
+    }
+
+    fn from_channels(f: impl Fn(usize) -> f32) -> Vec3A {
+        Vec3A::new(f(0), f(1), f(2))
+    }
+
+    fn short_channel(short: Vec3A, index: usize) -> f32 {
+        short[index]
+    }
+
+    fn element_sum(self) -> f64 {
+        Self::element_sum(self)
+    }
+
+    fn max_element(self) -> f64 {
+        Self::max_element(self)
+    }
+
+    fn lit(self) -> BVec3 {
+        self.cmpgt(Self::ZERO)
+    }
+}
+
+impl Spectrum for f64 {
+    const CHANNELS: usize = 1;
+    const ZERO: Self = 0.0;
+    const ONE: Self = 1.0;
+
+    type Stored = f32;
+    type Short = f32;
+
+    fn of(color: Rgb) -> Self {
+        color.x
+    }
+
+    fn rgb(self) -> Rgb {
+        Rgb::splat(self)
+    }
+
+    fn channel(self, _: usize) -> f64 {
+        self
+    }
+
+    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+        f(self)
+    }
+
+    fn short(self) -> f32 {
+        self as f32
+    }
+
+    fn long(short: f32) -> Self {
+        Self::from(short)
+    }
+
+    fn pack(short: f32) -> f32 {
+        short
+    }
+
+    fn unpack(stored: f32) -> f32 {
+        stored
+    }
+
+    fn from_channels(f: impl Fn(usize) -> f32) -> f32 {
+        f(0)
+    }
+
+    fn short_channel(short: f32, _: usize) -> f32 {
+        short
+    }
+
+    fn element_sum(self) -> f64 {
+        self + self + self // rounded as for three
+    }
+
+    fn max_element(self) -> f64 {
+        self
+    }
+
+    fn lit(self) -> BVec3 {
+        BVec3::splat(self > 0.0)
+    }
+}
