@@ -6,7 +6,7 @@ use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint};
 use crate::medium::Phase;
 
 use super::kernel::DiskKernel;
-use super::{BeamMap, DirectLattice, Heading, Lattice, Octahedral, SurfaceMap};
+use super::{BeamMap, DirectLattice, Heading, Lattice, Octahedral, Scattering, SurfaceMap};
 
 /// How many times fewer photons each level of the volume photons has.
 pub(super) const THINNING: usize = 8;
@@ -27,8 +27,8 @@ pub struct PhotonMaps<S: Spectrum = Rgb, H: Heading = Octahedral> {
     /// For each medium the light that comes straight from lights and is scattered toward the
     /// camera; empty where it is not kept.
     pub direct: Vec<DirectLattice<S>>,
-    /// For each medium the phase function by which it scatters the photons' light.
-    pub phases: Vec<Phase>,
+    /// How each medium scatters the light of volume photons.
+    pub scatterings: Vec<Scattering>,
     /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
     /// its own.
     pub volume_radius: f64,
@@ -49,7 +49,7 @@ impl<S: Spectrum, H: Heading> PhotonMaps<S, H> {
             volume: vec![BeamMap::new(origin, &[], &[])],
             lattices: Vec::new(),
             direct: Vec::new(),
-            phases: Vec::new(),
+            scatterings: Vec::new(),
             volume_radius: radius,
             surface: SurfaceMap::default(),
             volume_unit: 1.0,

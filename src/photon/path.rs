@@ -7,11 +7,10 @@
 
 use std::ops::Range;
 
-use crate::light::aim_from;
 use crate::math::{Aabb, Ray, Span, Spectrum, Stage, Stream, World, WorldPoint};
 use crate::medium::Collision;
 use crate::scene::Scene;
-use crate::surface::{SurfaceHit, TransportMode};
+use crate::surface::TransportMode;
 use crate::work::Work;
 
 use super::emitters::Emitters;
@@ -21,9 +20,6 @@ use super::{Heading, Photon, Placed, Shooting};
 
 /// Scatterings and reflections after which a path is ended and counted as capped.
 pub const MAX_EVENTS: u32 = 100_000;
-
-/// Photons that one is split into at most.
-const MOST_COPIES: f64 = 64.0;
 
 /// Change of power, as a share of it, that is rounding.
 const SAME: f64 = 1e-12;
@@ -43,7 +39,7 @@ pub(super) struct Paths<'a> {
     /// Where flights are kept, for lattices; nothing where there are none.
     pub tracked: Option<Aabb<World>>,
     /// Power, summed over channels, that photons should have: heavier ones are split where a
-    /// surface reflects them, lighter ones gambled with.
+    /// surface reflects them, lighter ones gambled with; much heavier ones are split in media.
     pub window: Option<f64>,
     /// What stored powers are counted in.
     pub units: Units,
@@ -101,17 +97,17 @@ impl<S: Spectrum, H: Heading> Deposits<S, H> {
 }
 
 /// A photon on its way.
-struct Flying<S> {
-    ray: Ray<World>,
-    power: S,
+pub(super) struct Flying<S> {
+    pub ray: Ray<World>,
+    pub power: S,
     /// Order of volume scattering so far.
-    scattered: u32,
+    pub scattered: u32,
     /// Whether pass 2 finds this light by itself, by sampling the light directly.
-    direct: bool,
+    pub direct: bool,
     /// Whether pass 2 finds this light in media even where lattices keep light.
-    sampled: bool,
+    pub sampled: bool,
     /// How many solids of glass the photon is inside of; media do not fill them.
-    inside: i32,
+    pub inside: i32,
 }
 
 impl Paths<'_> {
@@ -196,7 +192,7 @@ impl Paths<'_> {
         }
         let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
         if photon.inside == 0 && self.shooting.needs.media {
-            match self.fly(photon, end, rng, out) {
+            match self.fly(photon, end, rng, more, out) {
                 Flight::Through => (),
                 Flight::Scattered => return true,
                 Flight::Absorbed => return false,
@@ -228,54 +224,14 @@ impl Paths<'_> {
         true
     }
 
-    /// Reflects a photon at a surface that is not specular: aimed at what should be reached, and
-    /// as several photons where one would be heavier than the window (splitting and roulette of
-    /// Spanier and Gelbard 1969, section 3.4; weight windows of Vorba and Křivánek 2016,
-    /// "Adjoint-Driven Russian Roulette and Splitting").
-    fn reflect<S: Spectrum>(
-        &self,
-        photon: &Flying<S>,
-        hit: &SurfaceHit<'_>,
-        window: f64,
-        rng: &mut Stream,
-        more: &mut Vec<Flying<S>>,
-    ) {
-        let incoming = photon.ray.direction;
-        let side = if incoming.dot(hit.shading_normal) > 0.0 { -1.0 } else { 1.0 };
-        let normal = hit.shading_normal * side;
-        let draw = |u: [f64; 2]| {
-            let (direction, pdf) = aim_from(hit.point, normal, self.emitters.reach(), u)?;
-            let f = hit.material.eval(incoming, direction, hit, TransportMode::Importance);
-            let power = photon.power * S::of(f) * (direction.dot(normal) / pdf);
-            (power.element_sum() > 0.0).then_some((direction, power))
-        };
-        // One draw tells how heavy they are; it takes no part, so that their number knows nothing
-        // of those that do.
-        let weighed = draw(rng.uniform2()).map_or(0.0, |(_, power)| power.element_sum());
-        let count = (weighed / window).ceil().clamp(1.0, MOST_COPIES) as u32;
-        for index in 0..count {
-            let [u, v] = rng.uniform2();
-            let drawn = draw([(f64::from(index) + u) / f64::from(count), v]);
-            let Some((direction, power)) = drawn else { continue };
-            let mut power = power / f64::from(count);
-            let survival = power.element_sum() / window;
-            if survival < 1.0 {
-                if rng.uniform() >= survival {
-                    continue;
-                }
-                power /= survival;
-            }
-            let ray = hit.leave(direction);
-            more.push(Flying { ray, power, direct: false, sampled: false, ..*photon });
-        }
-    }
-
-    /// Flies through the media as far as `end`, leaving photons behind.
+    /// Flies through the media as far as `end`, leaving photons behind. `more` takes photons that
+    /// are split off.
     fn fly<S: Spectrum, H: Heading>(
         &self,
         photon: &mut Flying<S>,
         end: f64,
         rng: &mut Stream,
+        more: &mut Vec<Flying<S>>,
         out: &mut Deposits<S, H>,
     ) -> Flight {
         // A photon kept here is scattered once more towards the eye.
@@ -334,6 +290,7 @@ impl Paths<'_> {
                 }
                 photon.power = scattering / (c.majorant * p_scatter);
                 (photon.direct, photon.sampled) = (false, false);
+                self.split(photon, p, &medium.phase, rng, more);
                 let (direction, _) = medium.phase.sample(photon.ray.direction, rng.uniform2());
                 photon.ray = Ray::new(p, direction);
                 return Flight::Scattered;

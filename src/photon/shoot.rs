@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::light::Reach;
+use crate::light::{Focus, Reach};
 use crate::math::{Aabb, Spectrum, World, WorldPoint, warp};
 use crate::medium::{Medium, Phase};
 use crate::scene::Scene;
@@ -19,13 +19,16 @@ use super::radius::{self, Radii};
 use super::scout::Scouted;
 use super::visible::Visible;
 use super::zones::Zones;
-use super::{BeamMap, Heading, Photon, PhotonMaps, Placed, SurfaceMap, soft, worth};
+use super::{BeamMap, Heading, Photon, PhotonMaps, Placed, Scattering, SurfaceMap, soft, worth};
 
 /// Radius, in metres, that stands for everything.
 const ENDLESS: f64 = 1e15;
 
 /// Radii of the scene within which light on an infinite plane counts.
 const GROUND: f64 = 4.0;
+
+/// Radius of the halo round what is seen of a medium that the eye is inside of, in radii.
+const HALO: f64 = 4.0;
 
 /// Distance from a medium, in its smallest extents, within which the eye counts as inside.
 const NEAR: f64 = 0.02;
@@ -129,6 +132,11 @@ pub fn shoot<S: Spectrum, H: Heading>(
     if !lattices.is_empty() && !needs_beams(scene) {
         paths.keep = 0.0;
     }
+    let scatterings = if lattices.is_empty() {
+        soft::gathered(scene, shooting.photons, shooting.max_scatter.is_none())
+    } else {
+        phases.iter().copied().map(Scattering::by).collect()
+    };
     let count = shooting.traced.map_or(count, |traced| traced.min(count));
     let Deposits { volume, independent, surface, mut work, .. } =
         traced::<S, H>(&paths, count, &mut lattices, advance);
@@ -143,7 +151,8 @@ pub fn shoot<S: Spectrum, H: Heading>(
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
             let depth = visible.depth(scene).min(size);
-            let weight = |p: &Placed<S, H>| toward_camera(scene, &phases, p.at(origin), &p.photon);
+            let weight =
+                |p: &Placed<S, H>| toward_camera(scene, &scatterings, p.at(origin), &p.photon);
             Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
         }
     };
@@ -157,7 +166,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
         volume: thinned_maps(origin, &volume, &radii.each, shooting.levels),
         lattices,
         direct,
-        phases,
+        scatterings,
         volume_radius,
         surface,
         volume_unit: units.volume,
@@ -282,12 +291,13 @@ fn thinned_maps<S: Spectrum, H: Heading>(
 /// most peaked phase function.
 fn toward_camera<S: Spectrum, H: Heading>(
     scene: &Scene,
-    phases: &[Phase],
+    scatterings: &[Scattering],
     p: WorldPoint,
     photon: &Photon<S, H>,
 ) -> f64 {
     let (heading, toward) = (photon.heading(), scene.camera.toward(p));
-    let most = phases.iter().map(|phase| heading.spread(phase, toward)).fold(0.0, f64::max);
+    let phases = scatterings.iter().map(|scattering| &scattering.phase);
+    let most = phases.map(|phase| heading.spread(phase, toward)).fold(0.0, f64::max);
     most / warp::uniform_sphere_pdf()
 }
 
@@ -305,7 +315,13 @@ fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach>
     }
     let reach =
         Reach::with_ground(center, seen.clamp(1e-3 * all, all), all).map_err(Error::Usage)?;
-    Ok(reach.focused_on(visible.foci()))
+    let mut foci = visible.foci();
+    if !scene.media.iter().all(|medium| is_before(scene, medium)) {
+        // Light beside what is seen is a scattering away from it.
+        let halo = |focus: &Focus| Focus { radius: HALO * focus.radius, ..*focus };
+        foci.extend(foci.clone().iter().map(halo));
+    }
+    Ok(reach.focused_on(foci))
 }
 
 /// A box that stands for everything.

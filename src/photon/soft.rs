@@ -2,11 +2,13 @@
 //!
 //! A photon weighs the phase function at its own direction. Where that function is very peaked, as
 //! in fog of droplets, few photons that happen to fly at the eye carry nearly all of the light and
-//! show as bright spots. Their light is scattered by a function that is blurred a little, the less
-//! the more photons there are: what a gather radius is in space. Light that is found by sampling
-//! lights directly, and the photons' own flights, keep the function as it is.
+//! show as bright spots. Where rays gather photons, they bear the smoother part of a function that
+//! has two, and rays follow what its peak scatters. Elsewhere photons' light is scattered by a
+//! function that is blurred a little, the less the more photons there are: what a gather radius is
+//! in space. Light that is found by sampling lights directly, and the photons' own flights, keep the
+//! function as it is.
 
-use crate::medium::Phase;
+use crate::medium::{Medium, Phase};
 use crate::scene::Scene;
 
 /// How concentrated a phase function may be for [`USUAL`] photons: Henyey-Greenstein functions up
@@ -19,6 +21,9 @@ const USUAL: f64 = 1e6;
 /// How concentrated it may be for any number of photons.
 const LEAST: f64 = 5.0;
 
+/// How concentrated a lobe is that rays follow: Henyey-Greenstein lobes above g = .87 are.
+const PEAKED: f64 = 30.0;
+
 /// Halvings by which the blur is found.
 const HALVINGS: u32 = 40;
 
@@ -28,6 +33,39 @@ const HALVINGS: u32 = 40;
 pub(super) fn phases(scene: &Scene, photons: u64) -> Vec<Phase> {
     let most = (MOST * (photons as f64 / USUAL).powf(2.0 / 3.0)).max(LEAST);
     scene.media.iter().map(|medium| bearable(&medium.phase, most)).collect()
+}
+
+/// How a medium scatters the light of photons that rays gather.
+#[derive(Debug, Clone, Copy)]
+pub struct Scattering {
+    /// By this function.
+    pub phase: Phase,
+    /// The share of the light that it scatters.
+    pub share: f64,
+    /// By this the rest: a peak, whose light rays find that it deflects.
+    pub peak: Option<Phase>,
+}
+
+impl Scattering {
+    /// All by one function.
+    pub const fn by(phase: Phase) -> Self {
+        Self { phase, share: 1.0, peak: None }
+    }
+}
+
+/// How each medium of `scene` scatters this number of photons where rays gather them and, unless
+/// orders of scattering are counted, may follow peaks.
+pub(super) fn gathered(scene: &Scene, photons: u64, follows: bool) -> Vec<Scattering> {
+    let phases = phases(scene, photons);
+    let split = |(medium, blurred): (&Medium, Phase)| {
+        let split = medium.phase.split(PEAKED).filter(|_| follows);
+        split.map_or(Scattering::by(blurred), |split| Scattering {
+            phase: split.rest,
+            share: 1.0 - split.share,
+            peak: Some(split.peak),
+        })
+    };
+    scene.media.iter().zip(phases).map(split).collect()
 }
 
 fn bearable(phase: &Phase, most: f64) -> Phase {

@@ -5,20 +5,17 @@ use std::time::Instant;
 use smallvec::SmallVec;
 
 use crate::director::Budget;
-use crate::image::Sample;
 use crate::light::Light;
-use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint, luminance};
+use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint};
 use crate::medium::{Phase, Place, Profile};
 use crate::photon::{Heading, PhotonMaps};
 use crate::scene::plan::Needs;
 use crate::scene::{Scene, lighting};
 use crate::surface::{SurfaceHit, TransportMode};
 
+use super::deflect::Way;
 use super::expose::State;
 use super::lamps::Lamps;
-
-/// Mirrors and panes of glass that a camera ray follows at most.
-const MAX_SPECULAR: u32 = 64;
 
 /// Places along a ray, spread by opacity, at which direct light in media is evaluated.
 const PLACES: u32 = 4;
@@ -39,14 +36,25 @@ const MOST_BEYOND: f64 = 4.0;
 /// Phase functions with their weights.
 type Scatterers<'a, S> = SmallVec<[(&'a Phase, S); 1]>;
 
+/// What media do to a ray.
+pub(super) struct Crossed<S> {
+    /// Their light, W/(m² sr).
+    pub(super) light: S,
+    pub(super) transmittance: S,
+    /// A ray on which more of their light comes.
+    pub(super) deflected: Option<Way<S>>,
+}
+
 /// Marches camera rays through a scene lit by its photon maps.
 #[derive(Debug)]
 pub struct Marcher<'a, S: Spectrum, H: Heading> {
-    scene: &'a Scene,
-    maps: &'a PhotonMaps<S, H>,
-    needs: Needs,
-    /// Grid lookups of [`scatterers`](Self::scatterers).
-    lookups: u64,
+    pub(super) scene: &'a Scene,
+    pub(super) maps: &'a PhotonMaps<S, H>,
+    pub(super) needs: Needs,
+    /// Whether any phase function has a peak that rays follow.
+    pub(super) peaked: bool,
+    /// Grid lookups of [`shares`](Self::shares).
+    pub(super) lookups: u64,
     isotropic: bool,
     /// Phase function of each medium.
     phases: Vec<Phase>,
@@ -76,80 +84,33 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
         let kept: Vec<bool> = scene.lights.lights.iter().enumerate().map(is_kept).collect();
         let all_kept = kept.iter().all(|&kept| kept);
         let phases = media.iter().map(|m| m.phase).collect();
-        Self { scene, maps, needs, lookups, isotropic, phases, kept, all_kept }
+        let peaked = maps.scatterings.iter().any(|scattering| scattering.peak.is_some());
+        Self { scene, maps, needs, peaked, lookups, isotropic, phases, kept, all_kept }
     }
 
-    /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
-    /// followed to the first diffuse surface.
-    pub fn radiance(&self, mut ray: Ray<World>, budget: &Budget, state: &mut State<S>) -> Sample {
-        let mut sample = Sample {
-            radiance: Rgb::ZERO,
-            shared: Rgb::ZERO,
-            alpha: 0.0,
-            depth: f64::INFINITY,
-            transmittance: 1.0,
-        };
-        let (mut radiance, mut shared) = (S::ZERO, S::ZERO);
-        let (mut throughput, mut inside) = (S::ONE, 0);
-        for depth in 0..MAX_SPECULAR {
-            let hit = lighting::first_surface(self.scene, &ray, &mut state.draws);
-            let mut transmittance = S::ONE;
-            if inside == 0 && self.needs.media {
-                let (light, through) =
-                    self.through_media(&ray, hit.as_ref(), depth == 0, budget, state);
-                radiance += throughput * light;
-                shared += throughput * std::mem::take(&mut state.stands_in);
-                transmittance = through;
-            }
-            if depth == 0 {
-                sample.transmittance = luminance(transmittance.rgb());
-                sample.depth = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
-                sample.alpha = if hit.is_some() { 1.0 } else { 1.0 - sample.transmittance };
-            }
-            throughput *= transmittance;
-            let Some(hit) = hit else {
-                let sky = lighting::environment(self.scene, &ray, &mut state.draws);
-                radiance += throughput * S::of(sky);
-                break;
-            };
-            radiance += throughput * S::of(lighting::emitted(self.scene, &ray, &hit));
-            if !hit.material.is_specular() {
-                radiance += throughput * self.reflected(&ray, &hit, state);
-                shared += throughput * std::mem::take(&mut state.stands_in);
-                break;
-            }
-            let u = std::array::from_fn(|_| state.draws.rng.uniform());
-            let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
-            let Some(scattered) = scattered else { break };
-            throughput *= S::of(scattered.weight);
-            state.draws.work.specular_bounces += 1;
-            inside = (inside + i32::from(scattered.crossing)).max(0);
-            ray = hit.leave(scattered.direction);
-        }
-        Sample { radiance: radiance.rgb(), shared: shared.rgb(), ..sample }
-    }
-
-    /// Light from the media in front of `hit`, and their transmittance.
-    fn through_media(
+    /// What the media in front of `hit` do to a ray.
+    pub(super) fn through_media(
         &self,
         ray: &Ray<World>,
         hit: Option<&SurfaceHit<'_>>,
         from_eye: bool,
         budget: &Budget,
         state: &mut State<S>,
-    ) -> (S, S) {
+    ) -> Crossed<S> {
         let end = hit.map_or(f64::INFINITY, |h| h.t);
         let jitter = state.draws.rng.uniform();
         let mut profile = std::mem::take(&mut state.profile);
         profile.trace(&self.scene.media, ray, Span::new(0.0, end), budget.step, jitter);
         profile.count(&mut state.draws.work);
         let mut light = if self.needs.emission { profile.emitted() } else { S::ZERO };
+        let mut deflected = None;
         if self.needs.scattering {
             light += self.scattered(ray, hit, from_eye, &profile, budget.radius, state);
+            deflected = self.deflected(ray, &profile, state);
         }
         let transmittance = profile.transmittance();
         state.profile = profile;
-        (light, transmittance)
+        Crossed { light, transmittance, deflected }
     }
 
     /// Light that the media scatter along `ray` to its origin: what lattices keep, where it leads
@@ -215,7 +176,7 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
             let u = stratum(index, places, state);
             let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
             let p = ray.at(place.t);
-            let scatterers = self.scatterers(p, &self.phases);
+            let scatterers = self.scatterers(p);
             state.draws.work.grid_lookups += self.lookups;
             if !scatterers.is_empty() {
                 state.draws.work.gathers += 1;
@@ -237,8 +198,7 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
                 let t = distances.sample(stratum(index, PLACES_BESIDE, state));
                 let Some(place) = profile.place_at(t) else { continue };
                 let p = ray.at(t);
-                let (choice, scatterers) =
-                    (lights.pick_probability(p, *lamp), self.scatterers(p, &self.phases));
+                let (choice, scatterers) = (lights.pick_probability(p, *lamp), self.scatterers(p));
                 state.draws.work.grid_lookups += self.lookups;
                 let sample = lights.lights[*lamp].sample(p, state.draws.rng.uniform2());
                 if let Some(light) = sample.filter(|_| choice > 0.0 && !scatterers.is_empty()) {
@@ -326,11 +286,12 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
             let Some((transmittance, sigma_t)) = profile.at(t) else {
                 return Scatterers::new();
             };
-            let mut scatterers = self.scatterers(ray.at(t), &self.maps.phases);
-            for (_, share) in &mut scatterers {
-                *share *= transmittance * sigma_t;
-            }
-            scatterers
+            let here = transmittance * sigma_t;
+            let scatterer = |(medium, share): (usize, S)| {
+                let scattering = &self.maps.scatterings[medium];
+                (&scattering.phase, share * here * scattering.share)
+            };
+            self.shares(ray.at(t)).into_iter().map(scatterer).collect()
         };
         work.directed_gathers += u64::from(H::KNOWN);
         let light = self.maps.along(ray, span, radius, &mut work.gathered, respond);
@@ -338,23 +299,32 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
         light
     }
 
-    /// Those of `phases`, one a medium, that scatter at `p`, each weighed by its share of the
+    /// The phase functions of the media that scatter at `p`, each weighed by its share of the
     /// extinction there.
-    fn scatterers<'p>(&self, p: WorldPoint, phases: &'p [Phase]) -> Scatterers<'p, S> {
+    fn scatterers(&self, p: WorldPoint) -> Scatterers<'_, S> {
+        let scatterer = |(medium, share): (usize, S)| (&self.phases[medium], share);
+        self.shares(p).into_iter().map(scatterer).collect()
+    }
+
+    /// The media that scatter at `p`, each with the share of the extinction there that it scatters.
+    pub(super) fn shares(&self, p: WorldPoint) -> SmallVec<[(usize, S); 1]> {
         let media = &self.scene.media;
         if media.len() == 1 {
-            let medium = media.get(0);
-            let albedo = medium.albedo.at(p);
-            let albedo = S::of(albedo);
-            return (albedo != S::ZERO).then_some((&phases[0], albedo)).into_iter().collect();
+            let albedo = S::of(media.get(0).albedo.at(p));
+            return (albedo != S::ZERO).then_some((0, albedo)).into_iter().collect();
         }
         let sigma_t = media.sigma_t_at(p);
         let mixture = media.mixture_at(p);
-        mixture.iter().map(|(m, sigma_s)| (&phases[*m], share_of(*sigma_s, sigma_t))).collect()
+        mixture.iter().map(|(medium, sigma_s)| (*medium, share_of(*sigma_s, sigma_t))).collect()
     }
 
     /// Light that a diffuse surface reflects along `ray` back to its origin.
-    fn reflected(&self, ray: &Ray<World>, hit: &SurfaceHit<'_>, state: &mut State<S>) -> S {
+    pub(super) fn reflected(
+        &self,
+        ray: &Ray<World>,
+        hit: &SurfaceHit<'_>,
+        state: &mut State<S>,
+    ) -> S {
         let direct: S = lighting::on_surface(
             self.scene,
             &self.scene.media,

@@ -1,7 +1,7 @@
 //! Water droplets: fog, mist and cloud.
 
 use super::draine::Draine;
-use super::{Deflection, HenyeyGreenstein, split};
+use super::{Deflection, HenyeyGreenstein, Phase, Split, split};
 
 /// The fit to Mie scattering by water droplets of Jendersie and d'Eon 2023, "An Approximate Mie
 /// Scattering Function for Fog and Cloud Rendering": a Henyey-Greenstein lobe for the forward
@@ -42,6 +42,12 @@ impl Fog {
 
     pub(super) const fn softened(self, keep: f64) -> Self {
         Self { peak: self.peak.softened(keep), body: self.body.softened(keep), ..self }
+    }
+
+    /// The forward peak, and the body without it.
+    pub(super) const fn split(self) -> Split {
+        let rest = Phase::Fog(Self { body_weight: 1.0, ..self });
+        Split { share: 1.0 - self.body_weight, peak: Phase::HenyeyGreenstein(self.peak), rest }
     }
 
     pub(super) fn eval(self, cos_theta: f64) -> f64 {

@@ -113,6 +113,19 @@ impl Phase {
         }
     }
 
+    /// The function as its peak and the rest, where it has a lobe of a
+    /// [`concentration`](Self::concentration) above `most` beside another that is smoother.
+    pub fn split(&self, most: f64) -> Option<Split> {
+        let split = match self {
+            Self::TwoLobe(p) => p.split(),
+            Self::Fog(p) => p.split(),
+            Self::Isotropic(_) | Self::HenyeyGreenstein(_) | Self::Rayleigh(_) => return None,
+        };
+        let parted = split.share > 0.0 && split.share < 1.0;
+        let peaked = split.peak.concentration() > most && split.rest.concentration() <= most;
+        (parted && peaked).then_some(split)
+    }
+
     /// By how much the variance of light scattered one way exceeds that of isotropic scattering,
     /// where it comes from all sides alike: the mean of (4 pi p)² over the sphere.
     pub fn concentration(&self) -> f64 {
@@ -143,6 +156,18 @@ impl Phase {
             Self::Rayleigh(_) | Self::Fog(_) => false,
         }
     }
+}
+
+/// A phase function parted in two: `share` of the light is scattered by one, what is left by the
+/// other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Split {
+    /// Share of the light that the peak scatters.
+    pub share: f64,
+    /// The more concentrated part, normalised.
+    pub peak: Phase,
+    /// The other, normalised.
+    pub rest: Phase,
 }
 
 /// An angle between the directions before and after scattering. Kept as distance from both ends,

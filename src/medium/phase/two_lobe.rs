@@ -1,6 +1,6 @@
 //! Two Henyey-Greenstein lobes, usually one forward and one backward.
 
-use super::{Deflection, HenyeyGreenstein, split};
+use super::{Deflection, HenyeyGreenstein, Phase, Split, split};
 
 /// A mixture of two Henyey-Greenstein functions (Irvine 1965, "Multiple Scattering by Large
 /// Particles").
@@ -35,6 +35,17 @@ impl TwoLobe {
 
     pub(super) const fn softened(self, keep: f64) -> Self {
         Self { first: self.first.softened(keep), second: self.second.softened(keep), ..self }
+    }
+
+    /// The lobe whose mean cosine is farther from 0, and the other.
+    pub(super) fn split(self) -> Split {
+        let far = |lobe: HenyeyGreenstein| lobe.mean_cosine().abs();
+        let (share, peak, rest) = if far(self.first) > far(self.second) {
+            (self.weight, self.first, self.second)
+        } else {
+            (1.0 - self.weight, self.second, self.first)
+        };
+        Split { share, peak: Phase::HenyeyGreenstein(peak), rest: Phase::HenyeyGreenstein(rest) }
     }
 
     pub(super) fn is_isotropic(self) -> bool {

@@ -1,0 +1,82 @@
+//! Photons that weigh much are split: most of them would miss what matters, and the few that do not
+//! would show.
+
+use crate::light::aim_from;
+use crate::math::{Ray, Spectrum, Stream, WorldPoint};
+use crate::medium::Phase;
+use crate::surface::{SurfaceHit, TransportMode};
+
+use super::path::{Flying, Paths};
+
+/// Photons that one is split into at most.
+const MOST_COPIES: f64 = 64.0;
+
+/// How many times as heavy as the window photons must be to be split where a medium scatters them.
+const HEAVY: f64 = 4.0;
+
+impl Paths<'_> {
+    /// Reflects a photon at a surface that is not specular: aimed at what should be reached, and
+    /// as several photons where one would be heavier than the window (splitting and roulette of
+    /// Spanier and Gelbard 1969, section 3.4; weight windows of Vorba and Křivánek 2016,
+    /// "Adjoint-Driven Russian Roulette and Splitting").
+    pub fn reflect<S: Spectrum>(
+        &self,
+        photon: &Flying<S>,
+        hit: &SurfaceHit<'_>,
+        window: f64,
+        rng: &mut Stream,
+        more: &mut Vec<Flying<S>>,
+    ) {
+        let incoming = photon.ray.direction;
+        let side = if incoming.dot(hit.shading_normal) > 0.0 { -1.0 } else { 1.0 };
+        let normal = hit.shading_normal * side;
+        let draw = |u: [f64; 2]| {
+            let (direction, pdf) = aim_from(hit.point, normal, self.emitters.reach(), u)?;
+            let f = hit.material.eval(incoming, direction, hit, TransportMode::Importance);
+            let power = photon.power * S::of(f) * (direction.dot(normal) / pdf);
+            (power.element_sum() > 0.0).then_some((direction, power))
+        };
+        // One draw tells how heavy they are; it takes no part, so that their number knows nothing
+        // of those that do.
+        let weighed = draw(rng.uniform2()).map_or(0.0, |(_, power)| power.element_sum());
+        let count = (weighed / window).ceil().clamp(1.0, MOST_COPIES) as u32;
+        for index in 0..count {
+            let [u, v] = rng.uniform2();
+            let drawn = draw([(f64::from(index) + u) / f64::from(count), v]);
+            let Some((direction, power)) = drawn else { continue };
+            let mut power = power / f64::from(count);
+            let survival = power.element_sum() / window;
+            if survival < 1.0 {
+                if rng.uniform() >= survival {
+                    continue;
+                }
+                power /= survival;
+            }
+            let ray = hit.leave(direction);
+            more.push(Flying { ray, power, direct: false, sampled: false, ..*photon });
+        }
+    }
+
+    /// Splits a photon that a medium scatters at `p`, where it is much heavier than the window.
+    /// `more` takes those that are split off.
+    pub fn split<S: Spectrum>(
+        &self,
+        photon: &mut Flying<S>,
+        p: WorldPoint,
+        phase: &Phase,
+        rng: &mut Stream,
+        more: &mut Vec<Flying<S>>,
+    ) {
+        let Some(window) = self.window else { return };
+        let heavy = photon.power.element_sum() / window;
+        if heavy < HEAVY {
+            return;
+        }
+        let count = heavy.ceil().min(MOST_COPIES) as u32;
+        photon.power = photon.power / f64::from(count);
+        for _ in 1..count {
+            let (direction, _) = phase.sample(photon.ray.direction, rng.uniform2());
+            more.push(Flying { ray: Ray::new(p, direction), ..*photon });
+        }
+    }
+}

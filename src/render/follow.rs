@@ -1,0 +1,102 @@
+//! Camera rays, followed to the first diffuse surface.
+
+use crate::director::Budget;
+use crate::image::Sample;
+use crate::math::{Ray, Spectrum, World, luminance};
+use crate::photon::Heading;
+use crate::scene::lighting;
+use crate::surface::TransportMode;
+
+use super::deflect::{Onward, Way};
+use super::expose::State;
+use super::march::Marcher;
+
+/// Mirrors and panes of glass that a camera ray follows at most.
+const MAX_SPECULAR: u32 = 64;
+
+/// What is found along a ray, W/(m² sr).
+pub(super) struct Found<S> {
+    pub(super) light: S,
+    /// What of it stands in for that of other rays.
+    shared: S,
+    /// Distance to the first surface, in metres.
+    depth: f64,
+    /// Of the media before it.
+    transmittance: f64,
+}
+
+impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
+    /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
+    /// followed to the first diffuse surface, as is what peaks of phase functions scatter.
+    pub fn radiance(&self, ray: Ray<World>, budget: &Budget, state: &mut State<S>) -> Sample {
+        let mut onward = Onward::new();
+        let eye = Way { ray, throughput: S::ONE, from_eye: true };
+        let seen = self.follow(eye, budget, &mut onward, state);
+        let deflected = self.follow_deflected(onward, budget, state);
+        Sample {
+            radiance: (seen.light + deflected).rgb(),
+            shared: (seen.shared + deflected).rgb(),
+            alpha: if seen.depth.is_finite() { 1.0 } else { 1.0 - seen.transmittance },
+            depth: seen.depth,
+            transmittance: seen.transmittance,
+        }
+    }
+
+    /// The light along `way`. Rays that peaks deflect on the way are put on `onward`.
+    ///
+    /// Lights that the eye does not see, straight or in mirrors, count nothing: they are sampled
+    /// where the ray was scattered.
+    pub(super) fn follow(
+        &self,
+        way: Way<S>,
+        budget: &Budget,
+        onward: &mut Onward<S>,
+        state: &mut State<S>,
+    ) -> Found<S> {
+        let Way { mut ray, mut throughput, from_eye } = way;
+        let mut found =
+            Found { light: S::ZERO, shared: S::ZERO, depth: f64::INFINITY, transmittance: 1.0 };
+        let mut inside = 0;
+        for depth in 0..MAX_SPECULAR {
+            let hit = lighting::first_surface(self.scene, &ray, &mut state.draws);
+            let mut transmittance = S::ONE;
+            if inside == 0 && self.needs.media {
+                let straight = from_eye && depth == 0;
+                let media = self.through_media(&ray, hit.as_ref(), straight, budget, state);
+                found.light += throughput * media.light;
+                found.shared += throughput * std::mem::take(&mut state.stands_in);
+                onward.extend(media.deflected.map(|way| way.times(throughput)));
+                transmittance = media.transmittance;
+            }
+            if depth == 0 {
+                found.transmittance = luminance(transmittance.rgb());
+                found.depth = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+            }
+            throughput *= transmittance;
+            let sees_lights = from_eye || depth > 0;
+            let Some(hit) = hit else {
+                if sees_lights {
+                    let sky = lighting::environment(self.scene, &ray, &mut state.draws);
+                    found.light += throughput * S::of(sky);
+                }
+                break;
+            };
+            if sees_lights {
+                found.light += throughput * S::of(lighting::emitted(self.scene, &ray, &hit));
+            }
+            if !hit.material.is_specular() {
+                found.light += throughput * self.reflected(&ray, &hit, state);
+                found.shared += throughput * std::mem::take(&mut state.stands_in);
+                break;
+            }
+            let u = std::array::from_fn(|_| state.draws.rng.uniform());
+            let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
+            let Some(scattered) = scattered else { break };
+            throughput *= S::of(scattered.weight);
+            state.draws.work.specular_bounces += 1;
+            inside = (inside + i32::from(scattered.crossing)).max(0);
+            ray = hit.leave(scattered.direction);
+        }
+        found
+    }
+}
