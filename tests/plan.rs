@@ -182,7 +182,7 @@ fn what_is_left_out_costs_nothing_and_changes_nothing() {
             "diffuse alone, beside a lamp",
             &[POINT, BALL, FLOOR],
             &["mirrors and glass", "choice of lights", "environment", "maps"],
-            true,
+            false,
         ),
     ];
     for (name, tables, expected, same_bytes) in rows {
@@ -242,8 +242,10 @@ fn no_photon_is_shot_past_the_fog() {
         let [planned, all] = both(&scene(&[light, FOG])).map(|r| r.work);
         assert_eq!(planned.photons_missed, 0);
         assert!(planned.photons_emitted > 0 && all.photons_missed > 0, "{all:?}");
-        assert_eq!(planned.photons_emitted, all.photons_emitted - all.photons_missed);
-        assert_eq!(planned.starts_rejected, all.starts_rejected + all.photons_missed);
+        assert!(planned.photons_emitted < all.photons_emitted);
+        // What aiming at spheres leaves to rejection.
+        assert_eq!(planned.photons_emitted + planned.starts_rejected, planned.photon_paths);
+        assert!(planned.starts_rejected > 0);
     }
 }
 
@@ -325,15 +327,16 @@ fn voxels_out_of_sight_are_left_out() {
     };
     let near = CAMERA.replace("fov = 32.0", "fov = 9.0").replace("0.5, 0.0]", "1.5, 0.0]");
     let [planned, all] = [Planning::Needed, Planning::Everything].map(|p| load(&near, 0.0, p));
-    let share = bytes(&planned) / bytes(&all);
-    assert!(share < 0.6, "{share} of the bytes are held");
     let pictures = [&planned, &all].map(|scene| render(scene, &scene.render, &Silent).unwrap());
     assert_same_bytes("smoke", &pictures);
     assert_eq!(pictures[0].work.unseen_voxels, 0);
-    assert!(pictures[1].work.unseen_voxels > 10_000);
+    let unseen = pictures[1].work.unseen_voxels;
+    assert!(unseen > 30_000, "{unseen} of 44,551 voxels");
+    let spared = bytes(&all) - bytes(&planned);
+    assert!(spared > 4.0 * unseen as f64, "{spared} bytes for {unseen} voxels");
     let plan = RenderPlan::of(&planned, &planned.render);
     let item = plan.items.iter().find(|i| i.name == "voxels out of sight").unwrap();
-    assert!(!item.needed && item.why.contains(&pictures[1].work.unseen_voxels.to_string()));
+    assert!(!item.needed && item.why.contains(&unseen.to_string()));
     // What scatters may be lit by way of any voxel.
     let lit = load(&near, 0.5, Planning::Needed);
     assert_eq!((lit.unseen, bytes(&lit)), (None, bytes(&all)));
