@@ -8,6 +8,7 @@ mod agx;
 mod exr_header;
 mod exr_read;
 mod exr_write;
+mod fill;
 mod film;
 mod palette;
 mod picture;

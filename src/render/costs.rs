@@ -109,7 +109,7 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
 }
 
 /// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`], without a look
-/// at its rays.
+/// at its rays. Its look at photons is no work of the picture, and not counted.
 ///
 /// # Errors
 /// As [`costs`].

@@ -5,6 +5,7 @@
 
 mod checkpoint;
 mod checkpoint_file;
+mod clock;
 mod control;
 mod costs;
 mod expose;
@@ -13,16 +14,19 @@ mod lamps;
 mod march;
 mod pace;
 mod plate;
+mod preview;
 mod progress;
 mod reckoning;
 mod reference;
 mod rendered;
 
 pub use checkpoint::Checkpoints;
+pub use clock::{Clock, Deadline};
 pub use control::{Control, Stop};
 pub use costs::{Costs, Memory, costs, memory_needed, memory_without_photons};
 pub use guide::{Extent, Maps, maps};
-pub use pace::photons_within;
+pub use pace::{photon_time, photons_within};
+pub use preview::preview;
 pub use progress::{Progress, Silent, Stages};
 pub use rendered::{Directed, Ended, Rendered};
 
