@@ -79,19 +79,15 @@ fn memory_is_as_foretold() {
     let folder = tempfile::tempdir().unwrap();
     let big = folder.path().join("big.vdb");
     make(&big, VOXELS);
-    let info = json(&fogbow(&["info"], &big, &["--json"]));
-    println!(
-        "{} MiB in the file, {}",
-        std::fs::metadata(&big).unwrap().len() >> 20,
-        info["grids"][0]
-    );
     println!("| scene | foretold, MiB | taken, MiB | foretold over taken |");
     println!("| --- | --- | --- | --- |");
     let small = ["--size", "128x128", "--rays", "4"];
+    let mut wrong = 0;
     for (scene, photons) in [
-        (big.clone(), "10000000"),
         (volume("volumes/smoke.toml"), "2000000"),
+        (volume("volumes/cloud.toml"), "500000"),
         (volume("../shared/volumes/cloud/singlecloud.vdb"), "1000000"),
+        (big, "10000000"),
     ] {
         if !scene.exists() {
             println!("{}: not there, left out", scene.display());
@@ -102,28 +98,53 @@ fn memory_is_as_foretold() {
         let name = scene.file_name().unwrap().to_string_lossy();
         let [a, b] = [foretold, taken].map(|bytes| bytes / f64::from(1 << 20));
         println!("| {name}, {photons} photons | {a:.0} | {b:.0} | {:.2} |", foretold / taken);
-        assert!(taken < MOST, "{taken} bytes");
-        assert!((foretold / taken - 1.0).abs() < OFF, "{foretold} foretold, {taken} taken");
+        wrong += usize::from(taken > MOST || (foretold / taken - 1.0).abs() > OFF);
     }
-    is_limited(folder.path(), &big);
+    assert_eq!(wrong, 0);
 }
 
-/// Asked for less memory than it takes, the big render gets fewer photons, or is refused with figures.
-fn is_limited(folder: &Path, big: &Path) {
-    let output = folder.join("limited.exr");
-    let more = ["--photons", "100000000", "--size", "128x128", "--rays", "4", "--json", "--quiet"];
-    for (memory, bytes) in [("4G", 4e9), ("3G", 3e9), ("1G", 1e9)] {
-        let limit = ["--memory", memory, "-o", output.to_str().unwrap()];
-        let run = fogbow(&["render"], big, &[&more[..], &limit].concat());
-        let message = String::from_utf8_lossy(&run.stderr);
-        println!("--memory {memory}: {} {}", run.status, message.trim());
-        if run.status.success() {
-            let taken = json(&run)["peak_memory"].as_f64().unwrap();
-            println!("  {:.0} MiB taken", taken / f64::from(1 << 20));
-            assert!(taken <= bytes, "{taken} bytes");
-        } else {
-            assert_eq!(run.status.code(), Some(1), "{message}");
-            assert!(message.contains("--memory allows") && message.contains("iB"), "{message}");
+/// Allowed less memory than it takes, a render has fewer photons or is refused with figures, by
+/// `--memory` as by a limit of the system.
+#[test]
+#[ignore = "200 million voxels: minutes, 4 GiB of memory, 1 GiB of disk"]
+fn limits_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let big = folder.path().join("big.vdb");
+    make(&big, VOXELS);
+    let output = folder.path().join("limited.exr");
+    let small = ["--size", "64x64", "--rays", "1", "--json", "--quiet"];
+    let end = ["-o", output.to_str().unwrap()];
+    for (scene, photons, memory) in [
+        (big.clone(), "100000", 6e9),
+        (big, "100000", 4e9),
+        (volume("volumes/cloud.toml"), "4000000", 5e8),
+    ] {
+        let bytes = format!("{memory}");
+        let settings = [&small[..], &["--photons", photons], &end].concat();
+        let asked = fogbow(&["render"], &scene, &[&settings[..], &["--memory", &bytes]].concat());
+        let limited = Command::new("prlimit")
+            .arg(format!("--as={bytes}"))
+            .arg(program())
+            .arg("render")
+            .arg(&scene)
+            .args(&settings)
+            .output();
+        for (how, run) in [("--memory", Some(asked)), ("prlimit --as", limited.ok())] {
+            let Some(run) = run else { continue };
+            let message = String::from_utf8_lossy(&run.stderr);
+            let name = scene.file_name().unwrap().to_string_lossy();
+            println!("{name}, {photons} photons, {how} {bytes}: {} {}", run.status, message.trim());
+            match run.status.code() {
+                Some(0) => {
+                    let taken = json(&run)["peak_memory"].as_f64().unwrap();
+                    println!("  {:.0} MiB taken", taken / f64::from(1 << 20));
+                    assert!(taken <= memory, "{taken} bytes");
+                }
+                code => {
+                    assert_eq!(code, Some(1), "{message}");
+                    assert!(message.contains("of memory") && message.contains("iB"), "{message}");
+                }
+            }
         }
     }
 }

@@ -128,7 +128,7 @@ fn look(scene: &Scene, settings: &RenderSettings) -> Result<(PhotonMaps, Work)> 
 /// About the memory that rendering `scene` under `settings` takes beside photons, in a program that
 /// takes `program` bytes before it loads the scene.
 pub fn memory_without_photons(scene: &Scene, settings: &RenderSettings, program: u64) -> Memory {
-    let none = PhotonMemory { held: 0, building: 0 };
+    let none = PhotonMemory { held: 0, building: 0, pieces: 0 };
     memory(scene, settings, none, program + WORKING)
 }
 
@@ -163,7 +163,7 @@ fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, progr
     let freed = reading.max(building - photons.held);
     let peak = [
         scene + reading,
-        scene + maps + building + left(reading),
+        scene + maps + (building + left(photons.pieces)).max(left(reading)),
         scene + maps + photons.held + film + left(freed),
         scene + writing + left(freed),
     ];

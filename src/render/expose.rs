@@ -158,6 +158,9 @@ pub fn expose(
     let mut ended = Ended::Complete;
     let mut passes = passes(left.most).peekable();
     while let Some(&Pass { end, every }) = passes.peek() {
+        // However short the time, there is to be something to see.
+        let untimed = Control { deadline: None, ..*control };
+        let control = if every == SPARSE[0] { &untimed } else { control };
         let halt = Halt::new(control, keeping.due());
         let tile = |tile: &mut Tile| {
             let draws = Draws::new(Stream::new(seed, stage, 0, 0), needs);

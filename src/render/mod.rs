@@ -30,6 +30,7 @@ pub use preview::preview;
 pub use progress::{Progress, Silent, Stages};
 pub use rendered::{Directed, Ended, Rendered};
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use crate::director::{Budget, KeptSight};
@@ -84,7 +85,15 @@ pub fn render_next<'a>(
     let start = Instant::now();
     let shooting = maps.shooting(scene, settings);
     progress.stage("photons", shooting.photons);
-    let (photons, shot) = photon::shoot(scene, &shooting, &|n| progress.advance(n))?;
+    let paths = AtomicU64::new(0);
+    let advance = |count: u64| {
+        progress.advance(count);
+        // Building the maps can take longer than the last paths, and as long as all of them.
+        if paths.fetch_add(count, Ordering::Relaxed) + count == shooting.photons {
+            progress.stage("photon map", 0);
+        }
+    };
+    let (photons, shot) = photon::shoot(scene, &shooting, &advance)?;
     progress.finish();
     work += shot;
     stages.done("photons", start);
