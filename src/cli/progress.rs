@@ -17,7 +17,11 @@ const PERIOD: Duration = Duration::from_millis(100);
 /// A stage that takes less is told only when it is over.
 const SHORT: Duration = Duration::from_secs(2);
 
-/// Where a stage has this much left, that is told before its first part is done, once it has run so long.
+/// The stage whose work takes equally long from the first on, so that what it has left is told before
+/// its first part is done. First rays are slower than the rest.
+const EVEN: &str = "photons";
+
+/// That is told where so much is left, once the stage has run so long.
 const LONG: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(5)];
 
 /// Parts of the work after each of which a line is printed.
@@ -98,7 +102,8 @@ impl Stage {
         }
         let part = (self.pace.share() * LINES) as u64;
         let Some(left) = left else { return };
-        let is_long = self.told.is_none() && left >= LONG[0] && worked >= LONG[1];
+        let is_even = self.name == EVEN && self.told.is_none();
+        let is_long = is_even && left >= LONG[0] && worked >= LONG[1];
         let is_further = part > self.told.unwrap_or(0) && worked >= SHORT;
         if (is_long || is_further) && part < LINES as u64 {
             self.told = Some(part);

@@ -30,7 +30,7 @@ const GROWTH: u32 = 4;
 
 /// Before all pixels get their first ray, one in so many along each side does: what is cut short
 /// early shows the whole film, if coarsely.
-const SPARSE: [u32; 2] = [8, 2];
+const SPARSE: [u32; 3] = [32, 8, 2];
 
 /// Rays of a pixel after which the clock is looked at.
 const LOOK: u32 = 16;
@@ -342,7 +342,7 @@ mod tests {
             passes(most).skip_while(sparse).map(|pass| pass.end).collect::<Vec<_>>()
         };
         assert_eq!(passes(0).count(), 0);
-        assert_eq!(passes(1).map(|pass| pass.every).collect::<Vec<_>>(), [8, 2, 1]);
+        assert_eq!(passes(1).map(|pass| pass.every).collect::<Vec<_>>(), [32, 8, 2, 1]);
         assert_eq!(full(1), [1]);
         assert_eq!(full(16), [1, 4, 16]);
         assert_eq!(full(40), [1, 4, 16, 40]);

@@ -1,16 +1,21 @@
 //! How long photons take, and how many a render has time for.
 
-use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use super::guide;
 use crate::error::Result;
-use crate::photon;
+use crate::photon::{self, Shooting};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 
 /// Fewer photons show nothing.
 const FEWEST: u64 = 1000;
+
+/// How many times fewer paths a second look takes.
+const FEWER: u64 = 8;
+
+/// Share of a look's time that its paths take at least, lest chance makes them look free.
+const LEAST: f64 = 0.02;
 
 /// As many of the photons that `settings` ask for as can be shot in about `time`, judged by a look
 /// at a few of them, whose work is not counted.
@@ -19,8 +24,8 @@ const FEWEST: u64 = 1000;
 /// As [`render`](super::render()).
 pub fn photons_within(scene: &Scene, settings: &RenderSettings, time: Duration) -> Result<u64> {
     let asked = settings.photons;
-    let Some(Pace { before, rate }) = Pace::of(scene, settings)? else { return Ok(asked) };
-    let left = time.saturating_sub(before).as_secs_f64();
+    let Some(Pace { fixed, rate }) = Pace::of(scene, settings)? else { return Ok(asked) };
+    let left = time.saturating_sub(fixed).as_secs_f64();
     Ok(((left * rate) as u64).clamp(FEWEST, asked))
 }
 
@@ -30,16 +35,17 @@ pub fn photons_within(scene: &Scene, settings: &RenderSettings, time: Duration) 
 /// # Errors
 /// As [`render`](super::render()).
 pub fn photon_time(scene: &Scene, settings: &RenderSettings) -> Result<Duration> {
-    let Some(Pace { before, rate }) = Pace::of(scene, settings)? else {
+    let Some(Pace { fixed, rate }) = Pace::of(scene, settings)? else {
         return Ok(Duration::ZERO);
     };
-    Ok(before.saturating_add(Duration::from_secs_f64(settings.photons as f64 / rate)))
+    let paths = Duration::try_from_secs_f64(settings.photons as f64 / rate);
+    Ok(fixed.saturating_add(paths.unwrap_or(Duration::MAX)))
 }
 
 /// How fast photons are shot.
 struct Pace {
-    /// Time before the first, the same for any number of them.
-    before: Duration,
+    /// Time before the first and after the last, the same for any number of them.
+    fixed: Duration,
     /// Paths a second.
     rate: f64,
 }
@@ -50,13 +56,17 @@ impl Pace {
         if settings.photons <= FEWEST || !Needs::of(scene, settings).photons() {
             return Ok(None);
         }
-        let (shooting, paths) = guide::look(scene, settings);
-        let (start, first) = (Instant::now(), OnceLock::new());
-        photon::shoot(scene, &shooting, &|_| {
-            first.get_or_init(Instant::now);
-        })?;
-        let first = first.into_inner().unwrap_or(start);
-        let rate = paths as f64 / first.elapsed().as_secs_f64().max(1e-9);
-        Ok(Some(Self { before: first - start, rate }))
+        let (shooting, many) = guide::look(scene, settings);
+        let seconds = |paths: u64| {
+            let start = Instant::now();
+            photon::shoot(scene, &Shooting { traced: Some(paths), ..shooting }, &|_| ())?;
+            Ok(start.elapsed().as_secs_f64())
+        };
+        let few = many / FEWER;
+        let (short, long): (f64, f64) = (seconds(few)?, seconds(many)?);
+        let each = (long - short) / (many - few) as f64;
+        let each = each.max(LEAST * long / many as f64).max(f64::MIN_POSITIVE);
+        let fixed = (long - each * many as f64).max(0.0);
+        Ok(Some(Self { fixed: Duration::from_secs_f64(fixed), rate: 1.0 / each }))
     }
 }
