@@ -219,7 +219,10 @@ fn table() {
     let sound = outcomes.iter().find(|o| o.name == "sound").unwrap().run.peak;
     let most = outcomes.iter().map(|o| o.run.peak).max().unwrap();
     let over = |o: &Outcome| o.run.peak.saturating_sub(sound) as f64 / o.size.max(1 << 16) as f64;
-    let ratio = outcomes.iter().map(over).fold(0.0, f64::max);
+    let ratio = |end: End| {
+        let ratios = outcomes.iter().filter(|o| o.run.end == end).map(over);
+        ratios.fold(0.0, f64::max)
+    };
     let count = |end| counts.get(&end).copied().unwrap_or(0);
     let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
     println!("| files tried | refused clearly | rendered | unclear | crashed | hung |");
@@ -235,9 +238,11 @@ fn table() {
     );
     println!(
         "peak memory: {:.0} MiB, of which {:.0} MiB a run takes on a tiny sound file; the rest is \
-         at most {ratio:.1} times the file (or 64 KiB)",
+         at most {:.1} times the file (or 64 KiB) where it is refused, {:.1} where it is rendered",
         mib(most),
-        mib(sound)
+        mib(sound),
+        ratio(End::Refused),
+        ratio(End::Rendered)
     );
     assert_eq!(count(End::Refused) + count(End::Rendered), outcomes.len());
 }

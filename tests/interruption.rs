@@ -3,6 +3,7 @@
 
 #![allow(clippy::print_stderr)] // how often a render was killed
 
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -130,21 +131,74 @@ fn an_interrupted_render_leaves_a_finished_picture_as_it_was() {
     assert!(!folder.path().join("out.partial.png").exists());
 }
 
-#[test]
-fn before_the_first_ray_a_signal_ends_it_and_nothing_is_written() {
-    let folder = TempDir::new().unwrap();
-    let many = ["--photons", "50000000", "--memory", "64G"]; // minutes of them
-    let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &many));
+/// Minutes of photons, which nothing else comes before.
+const PHOTONS: [&str; 4] = ["--photons", "50000000", "--memory", "1T"];
+
+/// Interrupts a render of smoke while its photons are shot; its last line and how long it took.
+fn early(folder: &Path, size: &str, more: &[&str]) -> (String, Duration) {
+    let mut child = start(with(folder, "smoke.toml", "out.exr", size, &[&PHOTONS, more].concat()));
     let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
-    let plan = messages.next().unwrap().unwrap();
-    assert!(plan.starts_with("plan: "), "{plan}");
+    assert!(messages.any(|line| line.unwrap().starts_with("plan: ")));
+    std::thread::sleep(Duration::from_millis(500));
     let sent = Instant::now();
     signal(&child, "-INT");
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    assert!(sent.elapsed() < Duration::from_secs(5));
-    let last = messages.last().unwrap().unwrap();
-    assert!(last.starts_with("error: interrupted before the first ray"), "{last}");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    let took = sent.elapsed();
+    (messages.last().unwrap().unwrap(), took)
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<_> = names.collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn before_the_first_ray_a_signal_leaves_a_first_look() {
+    let folder = TempDir::new().unwrap();
+    let (message, took) = early(folder.path(), "320x240", &[]);
+    assert!(took < Duration::from_secs(10), "{took:?}");
+    let look = "error: interrupted before the first ray: out.exr is a first look without photons";
+    assert_eq!(message, look);
+    assert_eq!(names(folder.path()), ["out.exr", "out.png"]);
+    let layers = read_layers(&folder.path().join("out.exr")).unwrap();
+    assert!(is_incomplete(&layers));
+    assert_eq!(layers.attributes["fogbow:preview"], "true");
+    // What got no ray shows what its neighbours do.
+    let [rays, r, g, b] = ["rays", "R", "G", "B"].map(|name| layers.get(name).unwrap());
+    let color = |pixel: usize| [r, g, b].map(|channel| channel[pixel].to_bits());
+    let (bare, shot): (Vec<_>, Vec<_>) = (0..r.len()).partition(|pixel| rays[*pixel] == 0.0);
+    let shot: BTreeSet<_> = shot.into_iter().map(color).collect();
+    assert!(shot.len() > 10 && bare.into_iter().all(|pixel| shot.contains(&color(pixel))));
+
+    // A second one takes its place, and both leave other pictures alone.
+    early(folder.path(), "32x24", &[]);
+    assert_eq!(names(folder.path()), ["out.exr", "out.png"]);
+    let few = ["--rays", "2", "--quiet"];
+    succeeds(render(folder.path(), "smoke.toml", "out.exr", "32x24", &few));
+    let finished = bytes(folder.path(), "out.exr");
+    let (message, _) = early(folder.path(), "32x24", &[]);
+    assert!(message.contains("out.partial.exr is a first look"), "{message}");
+    assert_eq!(bytes(folder.path(), "out.exr"), finished);
+}
+
+#[test]
+fn a_pause_is_no_part_of_the_time() {
+    let folder = TempDir::new().unwrap();
+    let more = [&ENDLESS[..], &["--time", "4s"]].concat();
+    let begin = Instant::now();
+    let mut child = start(render(folder.path(), "smoke.toml", "out.exr", "48x32", &more));
+    wait_for(&mut child, || folder.path().join("out.exr.checkpoint").exists());
+    signal(&child, "-STOP");
+    std::thread::sleep(Duration::from_secs(5));
+    signal(&child, "-CONT");
+    let output = child.wait_with_output().unwrap();
+    let (took, message) = (begin.elapsed(), String::from_utf8(output.stderr).unwrap());
+    assert!(output.status.success(), "{message}");
+    assert!(message.contains("warning: the time is over"), "{message}");
+    assert!((8.5..25.0).contains(&took.as_secs_f64()), "{took:?}");
 }
 
 /// Renders `arguments` undisturbed and, `rounds` times, killed at random moments and gone on with on

@@ -38,6 +38,8 @@ pub(super) fn program() -> u64 {
 
 /// Sees to it that rendering `scene` takes at most `asked` bytes, and asks for fewer photons where
 /// it must; then a sentence says so. Where nothing is asked it must fit what the machine has free.
+/// Where that is close a few photons are shot to see: their work is not counted, so that a picture
+/// does not tell how much memory was free.
 /// The program took `program` bytes before the scene was loaded.
 ///
 /// # Errors

@@ -8,6 +8,9 @@ use crate::image::{png_path_beside, read_attributes};
 /// Says in the header of a picture, only where it is not finished, that it is not.
 pub(super) const COMPLETE: &str = "fogbow:complete";
 
+/// Says in the header of a picture that it is a first look, without photons.
+pub(super) const PREVIEW: &str = "fogbow:preview";
+
 /// Where a picture goes that was interrupted: to its own place, unless a finished picture is there;
 /// then beside it, as `.partial.exr`.
 pub(super) fn place(output: &Output) -> Output {
@@ -15,6 +18,12 @@ pub(super) fn place(output: &Output) -> Output {
         return Output { exr: output.exr.clone(), png: output.png.clone() };
     }
     beside(output)
+}
+
+/// Where a first look goes: to its own place, or beside it; nowhere if other pictures are at both.
+pub(super) fn place_preview(output: &Output) -> Option<Output> {
+    let is_free = |place: &Output| !place.exr.exists() || says(&place.exr, PREVIEW, "true");
+    [output.clone(), beside(output)].into_iter().find(is_free)
 }
 
 /// Removes the unfinished picture that an interrupted render may have left beside the finished one.
@@ -34,6 +43,10 @@ fn beside(output: &Output) -> Output {
 }
 
 fn is_partial(exr: &Path) -> bool {
+    says(exr, COMPLETE, "false")
+}
+
+fn says(exr: &Path, attribute: &str, value: &str) -> bool {
     let attributes = read_attributes(exr).unwrap_or_default();
-    attributes.get(COMPLETE).is_some_and(|complete| complete == "false")
+    attributes.get(attribute).is_some_and(|known| known == value)
 }

@@ -1,5 +1,6 @@
 //! One picture: rendered, held, written.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::ThreadPool;
@@ -16,12 +17,17 @@ use super::partial;
 use super::progress::Console;
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
-use crate::image::{View, write_exr, write_png};
-use crate::render::{self, Checkpoints, Control, Ended, Progress, Rendered, Silent};
+use crate::image::{Packing, View, write_exr_packed, write_png};
+use crate::render::{
+    self, Checkpoints, Clock, Control, Deadline, Ended, Progress, Rendered, Silent,
+};
 use crate::scene::Scene;
 
 /// Seconds a pixel that writing takes, about.
 const WRITING: f64 = 1.5e-6;
+
+/// Time for a first look, where a render is interrupted before it has a picture.
+const PREVIEW: Duration = Duration::from_millis(400);
 
 /// Of the time that is left, photons are to take at most this share.
 const PHOTONS: f64 = 0.4;
@@ -41,8 +47,10 @@ pub(super) struct Job<'a> {
     pub(super) level_set_as_fog: bool,
     /// Whether progress and notes are left out.
     pub(super) quiet: bool,
-    /// When its time began.
-    pub(super) start: Instant,
+    /// The time.
+    pub(super) clock: &'a Arc<Clock>,
+    /// When that of the picture began.
+    pub(super) start: Duration,
     /// How long the scene took to load.
     pub(super) loading: Duration,
     /// Bytes in memory before the scene was loaded.
@@ -90,7 +98,9 @@ impl Job<'_> {
     ) -> Result<Told> {
         let asked = scene.render.photons;
         self.crop(scene)?;
+        let start = Instant::now();
         let thinned = pool.install(|| self.thin(scene))?;
+        let fitting = start.elapsed();
         console::warn(thinned.as_slice());
         warnings.extend(thinned);
         let checkpoints = self.checkpoints(scene, asked)?;
@@ -106,7 +116,7 @@ impl Job<'_> {
         let mut report = json!({
             "settings": settings,
             "complete": rendered.is_complete(),
-            "seconds": seconds(self.loading, &rendered, start.elapsed()),
+            "seconds": seconds([self.loading, fitting], &rendered, start.elapsed()),
             "work": rendered.work,
             "peak_memory": memory::peak(),
             "warnings": warnings,
@@ -150,7 +160,7 @@ impl Job<'_> {
         let (Some(deadline), None, false) = (self.deadline(scene), before, self.reference) else {
             return Ok(thinned);
         };
-        let left = deadline.saturating_duration_since(Instant::now()).mul_f64(PHOTONS);
+        let left = deadline.left().mul_f64(PHOTONS);
         let photons = scene.render.photons;
         scene.render.photons = render::photons_within(scene, &scene.render, left)?;
         Ok((scene.render.photons < photons)
@@ -177,14 +187,15 @@ impl Job<'_> {
     }
 
     /// When rendering must end for the files to be written in time.
-    fn deadline(&self, scene: &Scene) -> Option<Instant> {
+    fn deadline(&self, scene: &Scene) -> Option<Deadline<'_>> {
         let time = self.hold.time?;
         let pixels = scene.render.crop.map_or_else(
             || scene.film.size.map(f64::from).iter().product(),
             |crop| crop.pixels() as f64,
         );
         let writing = Duration::from_secs_f64(pixels * WRITING).min(time / 4);
-        self.start.checked_add(time - writing)
+        let at = self.start.checked_add(time - writing)?;
+        Some(Deadline { clock: self.clock, at })
     }
 
     fn checkpoints(&self, scene: &Scene, asked: u64) -> Result<Option<Checkpoints>> {
@@ -222,18 +233,53 @@ impl Job<'_> {
         kept: Option<KeptSight>,
         checkpoints: Option<&Checkpoints>,
     ) -> Result<Rendered> {
-        let console = Console::new();
+        let console = Console::new(self.clock.clone());
         let progress: &dyn Progress = if self.quiet { &Silent } else { &console };
         let stop = self.interrupt.stop();
         let deadline = self.deadline(scene);
         let control = Control { progress, stop: Some(stop), deadline, checkpoints };
-        pool.install(|| {
+        let work = || {
             if self.reference {
                 Ok(render::render_reference(scene, &scene.render, control))
             } else {
                 render::render_next(scene, &scene.render, kept, control)
             }
-        })
+        };
+        let threads = pool.current_num_threads();
+        self.interrupt.early(|| self.show_early(scene, threads, checkpoints), || pool.install(work))
+    }
+
+    /// Ends the program, interrupted before the first ray, with a first look at `scene` for a
+    /// picture. Returns where there is a better one by then.
+    fn show_early(&self, scene: &Scene, threads: usize, checkpoints: Option<&Checkpoints>) {
+        let early = "interrupted before the first ray";
+        if let Some(kept) = checkpoints.filter(|kept| kept.resumes()) {
+            let path = kept.path().display();
+            self.interrupt.end(&format!("{early}: {path} holds the state as before"));
+        }
+        let deadline = Deadline { clock: self.clock, at: self.clock.elapsed() + PREVIEW };
+        let control = Control { deadline: Some(deadline), ..Control::silent() };
+        // The threads of the render's own pool are busy.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let preview =
+            pool.map(|pool| pool.install(|| render::preview(scene, &scene.render, control)));
+        if !self.interrupt.is_early() {
+            self.interrupt.stop().ask();
+            return;
+        }
+        let output = partial::place_preview(self.output);
+        let (Ok(preview), Some(output)) = (preview, output) else {
+            self.interrupt
+                .end(&format!("{early}: there is no picture, and files are as they were"));
+        };
+        let settings = header::settings(scene, None, self.reference, scene.render.photons);
+        let mut named = header::attributes(&settings, &preview);
+        named.push((partial::PREVIEW.into(), "true".into()));
+        let exr = output.exr.display();
+        self.interrupt.end(&match write_files(&output, scene, &preview, &named) {
+            Ok(()) => format!("{early}: {exr} is a first look without photons"),
+            Err(error) => format!("{early}: {error}"),
+        });
     }
 
     /// A sentence where the time was over before all rays were shot.
@@ -247,8 +293,7 @@ impl Job<'_> {
         })
     }
 
-    /// Writes the PNG, then the EXR with settings and work counters in its header: once that is there,
-    /// the picture is finished. Then tidies up.
+    /// Writes the picture, with settings and work counters in its header, and tidies up.
     fn write(
         &self,
         scene: &Scene,
@@ -265,11 +310,7 @@ impl Job<'_> {
             let recipe = header::recipe(scene, self.reference, self.level_set_as_fog);
             named.push((header::RECIPE.into(), recipe));
         }
-        let attributes: Vec<(&str, String)> =
-            named.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-        let view = View { exposure: scene.film.exposure, transform: scene.film.view };
-        write_png(&output.png, &rendered.film.image(), &view)?;
-        write_exr(&output.exr, &rendered.film, &attributes)?;
+        write_files(&output, scene, rendered, &named)?;
         if rendered.is_complete() {
             partial::clear(self.output);
             checkpoints.map_or(Ok(()), Checkpoints::remove)?;
@@ -278,13 +319,34 @@ impl Job<'_> {
     }
 }
 
+/// Writes the PNG, then the EXR with `attributes`: once that is there, the picture is.
+fn write_files(
+    output: &Output,
+    scene: &Scene,
+    rendered: &Rendered,
+    attributes: &[(String, String)],
+) -> Result<()> {
+    let attributes: Vec<(&str, String)> =
+        attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+    let view = View { exposure: scene.film.exposure, transform: scene.film.view };
+    write_png(&output.png, &rendered.film.image(), &view)?;
+    let packing = match rendered.ended {
+        Ended::Stopped => Packing::Fast, // somebody waits
+        Ended::Complete | Ended::OutOfTime => Packing::Small,
+    };
+    write_exr_packed(&output.exr, &rendered.film, &attributes, packing)
+}
+
 /// How much of a picture that is not finished is there.
 fn share(rendered: &Rendered) -> String {
     let rays = rendered.film.layer("rays").unwrap_or_default();
     let share = format!("{:.1} % of its rays", rendered.percent());
     match rays.iter().filter(|rays| **rays == 0.0).count() {
         0 => share,
-        bare => format!("{share}, and {bare} of {} pixels have none yet", rays.len()),
+        bare => format!(
+            "{share}, and {bare} of {} pixels have none yet and show what is beside them",
+            rays.len()
+        ),
     }
 }
 
@@ -298,9 +360,15 @@ fn going_on(checkpoints: Option<&Checkpoints>, rendered: &Rendered) -> String {
     }
 }
 
-fn seconds(loading: Duration, rendered: &Rendered, writing: Duration) -> Map<String, Value> {
+/// Seconds of each stage. `fit` is what it took to see that memory and time suffice, with a look at
+/// photons where that is close.
+fn seconds(
+    [loading, fitting]: [Duration; 2],
+    rendered: &Rendered,
+    writing: Duration,
+) -> Map<String, Value> {
     let stages = rendered.timings.iter().map(|(name, time)| (*name, *time));
-    [("load", loading)]
+    [("load", loading), ("fit", fitting)]
         .into_iter()
         .chain(stages)
         .chain([("write", writing)])

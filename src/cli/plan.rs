@@ -1,6 +1,7 @@
 //! `fogbow plan`.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
@@ -12,6 +13,9 @@ use crate::error::Result;
 use crate::render::{self, Costs};
 use crate::scene::plan::{Item, RenderPlan};
 use crate::scene::{self, Scene};
+
+/// Photons that take longer are warned of.
+const LONG: Duration = Duration::from_secs(600);
 
 /// Arguments of `fogbow plan`.
 #[derive(Debug, clap::Args)]
@@ -39,7 +43,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (scene, pool, _) = load::scene(&args.scene, &args.settings, volumes, &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
-    let advice = scene::advice(&scene);
+    let slow = pool.install(|| slow(&scene))?;
+    let advice: Vec<_> = scene::advice(&scene).into_iter().chain(slow).collect();
     console::warn(&advice);
     let warnings = [scene.warnings.as_slice(), &advice].concat();
     let text = if args.run.json {
@@ -60,6 +65,20 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     console::result(&text);
     Ok(())
+}
+
+/// A sentence where photons take long.
+fn slow(scene: &Scene) -> Result<Option<String>> {
+    let photons = scene.render.photons;
+    let time = render::photon_time(scene, &scene.render)?;
+    Ok((time > LONG).then(|| {
+        let fewer = photons as f64 * LONG.as_secs_f64() / time.as_secs_f64();
+        format!(
+            "{photons} photons take about {:.1} h on this machine; {:.0} would take ten minutes",
+            time.as_secs_f64() / 3600.0,
+            fewer
+        )
+    }))
 }
 
 /// About how much of its work `item` takes.

@@ -3,16 +3,26 @@
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::console;
-use super::pace::{PERIOD, Pace};
-use crate::render::Progress;
+use super::pace::Pace;
+use crate::render::{Clock, Progress};
+
+/// How often it is looked how far a stage is.
+const PERIOD: Duration = Duration::from_millis(100);
 
 /// A stage that takes less is told only when it is over.
 const SHORT: Duration = Duration::from_secs(2);
+
+/// The stage whose work takes equally long from the first on, so that what it has left is told before
+/// its first part is done. First rays are slower than the rest.
+const EVEN: &str = "photons";
+
+/// That is told where so much is left, once the stage has run so long.
+const LONG: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(5)];
 
 /// Parts of the work after each of which a line is printed.
 const LINES: f64 = 10.0;
@@ -21,18 +31,17 @@ const LINES: f64 = 10.0;
 #[derive(Debug)]
 struct Stage {
     name: String,
-    start: Instant,
     pace: Pace,
     /// Nothing where lines are printed.
     bar: Option<ProgressBar>,
-    /// Parts of the work that lines have told of.
-    told: u64,
+    /// Parts of the work that lines have told of, once there has been one.
+    told: Option<u64>,
 }
 
 /// What is known, and shown from a thread of its own.
 #[derive(Debug)]
 struct Shown {
-    begin: Instant,
+    clock: Arc<Clock>,
     terminal: bool,
     done: AtomicU64,
     stage: Mutex<Option<Stage>>,
@@ -45,10 +54,10 @@ pub(super) struct Console {
 }
 
 impl Console {
-    /// Bars where stderr is a terminal, otherwise lines.
-    pub(super) fn new() -> Self {
+    /// Bars where stderr is a terminal, otherwise lines, with the time of `clock`.
+    pub(super) fn new(clock: Arc<Clock>) -> Self {
         let shown = Arc::new(Shown {
-            begin: Instant::now(),
+            clock,
             terminal: std::io::stderr().is_terminal(),
             done: AtomicU64::new(0),
             stage: Mutex::new(None),
@@ -75,7 +84,7 @@ impl Shown {
     /// Looks at clock and work, and shows them.
     fn look(&self) {
         if let Some(stage) = self.stage().as_mut() {
-            stage.pace.look(self.begin.elapsed(), self.done.load(Ordering::Relaxed));
+            stage.pace.look(self.clock.elapsed(), self.done.load(Ordering::Relaxed));
             stage.show(self.done.load(Ordering::Relaxed));
         }
     }
@@ -92,9 +101,12 @@ impl Stage {
             return;
         }
         let part = (self.pace.share() * LINES) as u64;
-        let Some(left) = left.filter(|_| part > self.told && worked >= SHORT) else { return };
-        if part < LINES as u64 {
-            self.told = part;
+        let Some(left) = left else { return };
+        let is_even = self.name == EVEN && self.told.is_none();
+        let is_long = is_even && left >= LONG[0] && worked >= LONG[1];
+        let is_further = part > self.told.unwrap_or(0) && worked >= SHORT;
+        if (is_long || is_further) && part < LINES as u64 {
+            self.told = Some(part);
             console::message(&format!(
                 "{}: {:.0} % after {:.1} s, about {:.1} s left",
                 self.name,
@@ -117,10 +129,9 @@ impl Progress for Console {
         self.shown.done.store(0, Ordering::Relaxed);
         *self.shown.stage() = Some(Stage {
             name: name.to_owned(),
-            start: Instant::now(),
-            pace: Pace::new(total, self.shown.begin.elapsed()),
+            pace: Pace::new(total, self.shown.clock.elapsed()),
             bar: self.shown.terminal.then(bar),
-            told: 0,
+            told: None,
         });
     }
 
@@ -140,12 +151,14 @@ impl Progress for Console {
 
     fn finish(&self) {
         let Some(mut stage) = self.shown.stage().take() else { return };
+        let done = self.shown.done.load(Ordering::Relaxed);
+        stage.pace.look(self.shown.clock.elapsed(), done);
         if let Some(bar) = stage.bar.take() {
-            bar.set_position(self.shown.done.load(Ordering::Relaxed));
-            bar.set_prefix(seconds(stage.start.elapsed()));
+            bar.set_position(done);
+            bar.set_prefix(seconds(stage.pace.worked()));
             bar.abandon();
         } else {
-            let took = stage.start.elapsed().as_secs_f64();
+            let took = stage.pace.worked().as_secs_f64();
             console::message(&format!("{}: {took:.2} s", stage.name));
         }
     }

@@ -1,6 +1,6 @@
 //! `fogbow render`.
 
-use std::time::Instant;
+use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
@@ -15,6 +15,7 @@ use super::picture::{Job, Told};
 use super::sequence;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
 use crate::error::Result;
+use crate::render::Clock;
 use crate::scene::plan::RenderPlan;
 use crate::scene::{self, Planning, Scene};
 
@@ -48,7 +49,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(frames) = &args.frames.frames {
         return sequence::run(args, frames);
     }
-    let (start, program) = (Instant::now(), limit::program());
+    let (clock, program) = (Clock::start(), limit::program());
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
     let level_set_as_fog = args.level_set.is_some();
@@ -68,7 +69,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         reference: args.reference,
         level_set_as_fog,
         quiet: args.run.quiet,
-        start,
+        clock: &clock,
+        start: Duration::ZERO,
         loading,
         program,
     };

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
 use serde_json::{Value, json};
 
@@ -21,6 +22,7 @@ use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::image::read_layers;
 use crate::medium::Medium;
+use crate::render::Clock;
 use crate::scene::{LoadOptions, Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
 
@@ -75,6 +77,7 @@ fn target(path: &Path) -> Pattern {
 struct Run<'a> {
     args: &'a Args,
     interrupt: &'a Interrupt,
+    clock: Arc<Clock>,
     /// Bytes in memory before anything was loaded.
     program: u64,
     /// Frames asked for.
@@ -96,6 +99,7 @@ impl<'a> Run<'a> {
         Self {
             args,
             interrupt,
+            clock: Clock::start(),
             program,
             frames,
             done: 0,
@@ -108,7 +112,7 @@ impl<'a> Run<'a> {
 
     /// Renders `frame`, unless there is nothing to render or its picture is there already.
     fn frame(&mut self, frame: Frame, output: &Output, pool: &rayon::ThreadPool) -> Result<()> {
-        let start = Instant::now();
+        let start = self.clock.elapsed();
         let Frame { number, scene, held, problem, loading } = frame;
         self.done += 1;
         let Some(mut scene) = scene else {
@@ -138,7 +142,7 @@ impl<'a> Run<'a> {
         let warnings = self.tell(&scene);
         let told = self.picture(&mut scene, output, pool, warnings, (start, loading))?;
         self.rendered.0 += 1;
-        self.rendered.1 += start.elapsed();
+        self.rendered.1 += self.clock.elapsed() - start;
         let state = if held.is_some() { "held" } else { "rendered" };
         let of_frame = json!({ "frame": number, "state": state, "held": held, "problem": problem });
         let report = merged(of_frame, told.report);
@@ -154,7 +158,7 @@ impl<'a> Run<'a> {
         output: &Output,
         pool: &rayon::ThreadPool,
         warnings: Vec<String>,
-        (start, loading): (Instant, Duration),
+        (start, loading): (Duration, Duration),
     ) -> Result<Told> {
         // The frame that is read meanwhile will be about as large as this one.
         let next: usize = scene.media.iter().flat_map(Medium::grid_bytes).sum();
@@ -165,6 +169,7 @@ impl<'a> Run<'a> {
             reference: self.args.reference,
             level_set_as_fog: self.args.level_set.is_some(),
             quiet: self.args.run.quiet,
+            clock: &self.clock,
             start,
             loading,
             program: self.program + next as u64,

@@ -12,7 +12,7 @@ use super::load::{self, Volumes};
 use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
-use crate::render::{Progress, Silent};
+use crate::render::{Clock, Progress, Silent};
 use crate::scene::MAX_RAYS;
 use crate::study::{Answer, CANDIDATES, Effect, Metric, Request, Study, write_report};
 
@@ -83,7 +83,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     request.check()?;
     let volumes = Volumes { frame: args.frame, ..Volumes::default() };
     let (scene, pool, _) = load::scene(&args.scene, &args.settings, volumes, &args.run)?;
-    let console = Console::new();
+    let console = Console::new(Clock::start());
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
     let results = pool.install(|| {
         let study = Study::new(&scene, &args.output, &request, args.resume)?;

@@ -11,7 +11,7 @@ use super::load::{self, Volumes};
 use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
-use crate::render::{Progress, Silent};
+use crate::render::{Clock, Progress, Silent};
 use crate::study::forced_choice::{
     PAGE, Pair, Server, Tally, check_scenes, read_answers, tally, write_trial,
 };
@@ -71,7 +71,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
 }
 
 fn make(args: &Args, folder: &Path) -> Result<()> {
-    let console = Console::new();
+    let console = Console::new(Clock::start());
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
     let mut loaded = Vec::new();
     // All are read before the first is rendered, which may take long.

@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-use super::{Accumulator, Image, Window};
+use super::{Accumulator, Image, Window, fill};
 use crate::math::Rgb;
 
 /// The depth, in metres, that stands for "nothing hit" in a stored Z layer: far behind everything,
@@ -104,6 +104,9 @@ const LAYERS: [&str; 12] = [
     "variance",
 ];
 
+/// How many of them, from the first on, show what is seen.
+const SEEN: usize = 6;
+
 /// Layers of f32, one value per pixel each, all of them finite. A film may be a part of a larger one:
 /// its pixels are then counted from its own corner.
 #[derive(Clone, Debug, PartialEq)]
@@ -178,6 +181,23 @@ impl Film {
         for (row, line) in pixels.chunks_exact(width).enumerate() {
             for (column, pixel) in line.iter().enumerate() {
                 self.set(x + column, y + row, pixel);
+            }
+        }
+    }
+
+    /// Gives each pixel for which `known` is false, row by row from the top, what is seen in the
+    /// nearest one for which it is true: `R`, `G`, `B`, `A`, `Z` and `transmittance`. Its other layers
+    /// stay; so does all where nothing is known.
+    ///
+    /// # Panics
+    /// Where there are not as many as pixels.
+    pub fn fill(&mut self, known: &[bool]) {
+        assert_eq!(known.len(), self.layers[0].len(), "one a pixel");
+        let Some(nearest) = fill::nearest(self.width(), known) else { return };
+        for layer in &mut self.layers[..SEEN] {
+            // What is known is its own nearest, and stays.
+            for (index, &from) in nearest.iter().enumerate() {
+                layer[index] = layer[from as usize];
             }
         }
     }

@@ -13,6 +13,8 @@ pub struct PhotonMemory {
     pub held: u64,
     /// The most while they are built.
     pub building: u64,
+    /// What came in pieces and was put together meanwhile.
+    pub pieces: u64,
 }
 
 /// About what the maps take for which `work` is expected. `look` are the maps of some of the paths,
@@ -32,5 +34,6 @@ pub fn memory<S: Spectrum, H: Heading>(work: &Work, look: &PhotonMaps<S, H>) -> 
     // Deposits in one piece, radii, boxes, the two hierarchies that become the last one, and spheres.
     let building =
         volume * (placed + 4 + 32 + 64 + 96 + 24 + sphere) + surface * (2 * lying + photon + 16);
-    PhotonMemory { held, building: lattices + building.max(flights + kept) }
+    let pieces = volume * placed + surface * lying;
+    PhotonMemory { held, building: lattices + building.max(flights + kept), pieces }
 }

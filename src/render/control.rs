@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::checkpoint::Checkpoints;
+use super::clock::Deadline;
 use super::{Progress, Silent};
 
 /// Asks a running render to end, from any thread.
@@ -50,7 +51,7 @@ pub struct Control<'a> {
     /// Ends the render when asked.
     pub stop: Option<&'a Stop>,
     /// When the picture must be there. What comes before the rays is not cut short.
-    pub deadline: Option<Instant>,
+    pub deadline: Option<Deadline<'a>>,
     /// Where the state is kept from time to time, and what is gone on from.
     pub checkpoints: Option<&'a Checkpoints>,
 }
@@ -80,7 +81,7 @@ impl Control<'_> {
 
     /// Whether the time is over.
     pub(super) fn is_late(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+        self.deadline.is_some_and(|deadline| deadline.is_over())
     }
 }
 
@@ -88,6 +89,7 @@ impl Control<'_> {
 #[derive(Debug)]
 pub(super) struct Halt<'a> {
     stop: Option<&'a Stop>,
+    deadline: Option<Deadline<'a>>,
     /// When the stretch ends.
     until: Option<Instant>,
     halted: AtomicBool,
@@ -96,8 +98,8 @@ pub(super) struct Halt<'a> {
 impl<'a> Halt<'a> {
     /// For a stretch of work that ends at `until`, or before where `control` says so.
     pub(super) fn new(control: &Control<'a>, until: Option<Instant>) -> Self {
-        let until = [until, control.deadline].into_iter().flatten().min();
-        Self { stop: control.stop, until, halted: AtomicBool::new(false) }
+        let Control { stop, deadline, .. } = *control;
+        Self { stop, deadline, until, halted: AtomicBool::new(false) }
     }
 
     /// Whether it has.
@@ -110,8 +112,11 @@ impl<'a> Halt<'a> {
         if self.halted.load(Ordering::Relaxed) {
             return true;
         }
-        let late = looks && self.until.is_some_and(|until| Instant::now() >= until);
-        let halts = late || self.stop.is_some_and(Stop::is_asked);
+        let is_over = || {
+            self.until.is_some_and(|until| Instant::now() >= until)
+                || self.deadline.is_some_and(|deadline| deadline.is_over())
+        };
+        let halts = (looks && is_over()) || self.stop.is_some_and(Stop::is_asked);
         if halts {
             self.halted.store(true, Ordering::Relaxed);
         }

@@ -117,7 +117,7 @@ fn estimate<S: Spectrum, H: Heading>(
 }
 
 /// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`], without a look
-/// at its rays.
+/// at its rays. Its look at photons is no work of the picture, and not counted.
 ///
 /// # Errors
 /// As [`costs`].
@@ -147,7 +147,7 @@ fn look<S: Spectrum, H: Heading>(
 /// About the memory that rendering `scene` under `settings` takes beside photons, in a program that
 /// takes `program` bytes before it loads the scene.
 pub fn memory_without_photons(scene: &Scene, settings: &RenderSettings, program: u64) -> Memory {
-    let none = PhotonMemory { held: 0, building: 0 };
+    let none = PhotonMemory { held: 0, building: 0, pieces: 0 };
     memory(scene, settings, none, program + WORKING)
 }
 
@@ -182,7 +182,7 @@ fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, progr
     let freed = reading.max(building - photons.held);
     let peak = [
         scene + reading,
-        scene + maps + building + left(reading),
+        scene + maps + (building + left(photons.pieces)).max(left(reading)),
         scene + maps + photons.held + film + left(freed),
         scene + writing + left(freed),
     ];

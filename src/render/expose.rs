@@ -28,6 +28,10 @@ use super::rendered::Ended;
 /// How many times as many rays a pixel has after a pass as before it.
 const GROWTH: u32 = 4;
 
+/// Before all pixels get their first ray, one in so many along each side does: what is cut short
+/// early shows the whole film, if coarsely.
+const SPARSE: [u32; 3] = [32, 8, 2];
+
 /// Rays of a pixel after which the clock is looked at.
 const LOOK: u32 = 16;
 
@@ -154,7 +158,10 @@ pub fn expose<S: Spectrum>(
     let mut keeping = Keeping::new(control.checkpoints);
     let mut ended = Ended::Complete;
     let mut passes = passes(left.most).peekable();
-    while let Some(&end) = passes.peek() {
+    while let Some(&Pass { end, every }) = passes.peek() {
+        // However short the time, there is to be something to see.
+        let untimed = Control { deadline: None, ..*control };
+        let control = if every == SPARSE[0] { &untimed } else { control };
         let halt = Halt::new(control, keeping.due());
         let tile = |tile: &mut Tile| {
             let draws = Draws::new(Stream::new(seed, stage, 0, 0), needs);
@@ -164,6 +171,9 @@ pub fn expose<S: Spectrum>(
             let mut run = Run { state, halt: &halt, spent: Spent::default() };
             let start = Instant::now();
             for (x, y, samples) in tile.pixels() {
+                if x % every != 0 || y % every != 0 {
+                    continue;
+                }
                 pixel(x, y, samples, end, &mut run);
             }
             let Run { state, mut spent, .. } = run;
@@ -174,7 +184,7 @@ pub fn expose<S: Spectrum>(
         let (done, took) = plate.tiles.par_iter_mut().map(tile).reduce(Default::default, sum);
         work += done;
         spent += took;
-        if units.learn(&spent) {
+        if every == 1 && units.learn(&spent) {
             let left = Left::of(&mut plate, &direct);
             let done = units.count(spent.rays, spent.gathers);
             control.progress.weigh(done, done + units.count(left.rays, left.gathers));
@@ -195,13 +205,15 @@ pub fn expose<S: Spectrum>(
     }
     control.progress.finish();
     let rays_left = if ended == Ended::Complete { 0 } else { Left::of(&mut plate, &direct).rays };
-    let film = plate.develop(size, |x, y, samples| {
+    let filled = (ended != Ended::Complete).then(|| has_rays(&mut plate, &direct));
+    let mut film = plate.develop(size, |x, y, samples| {
         let Direction { budget, saliency, xs } = direct(x, y);
         let Budget { radius, step, .. } = budget;
         let pixel = FilmPixel::from(samples);
         let radiance = pixel.radiance + unshared(samples, &budget);
         FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
     });
+    filled.iter().for_each(|known| film.fill(known));
     Exposed { film, work, ended, rays_left, unkept: keeping.problem() }
 }
 
@@ -219,10 +231,32 @@ fn sum(mut a: (Work, Spent), b: (Work, Spent)) -> (Work, Spent) {
     a
 }
 
-/// How many rays pixels have after each pass, up to `most`.
-fn passes(most: u32) -> impl Iterator<Item = u32> {
+/// Whether each pixel has got a ray, or is to get none, row by row from the top.
+fn has_rays(plate: &mut Plate, direct: &impl Fn(u32, u32) -> Direction) -> Vec<bool> {
+    let Window { left, top, width, .. } = plate.window;
+    let mut known = vec![false; plate.window.pixels() as usize];
+    for (x, y, samples) in plate.tiles.iter_mut().flat_map(Tile::pixels) {
+        let index = (y - top) as usize * width as usize + (x - left) as usize;
+        known[index] = samples.given() > 0 || direct(x, y).budget.rays == 0;
+    }
+    known
+}
+
+/// A way over the film.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Pass {
+    /// How many rays pixels have after it.
+    end: u32,
+    /// One pixel in so many along each side gets them.
+    every: u32,
+}
+
+/// The ways over a film whose pixels get up to `most` rays.
+fn passes(most: u32) -> impl Iterator<Item = Pass> {
+    let sparse = SPARSE.into_iter().map(|every| Pass { end: 1, every });
     let ends = successors(Some(1_u32), |end| end.checked_mul(GROWTH));
-    ends.take_while(move |end| *end < most).chain((most > 0).then_some(most))
+    let ends = ends.take_while(move |end| *end < most).chain([most]);
+    sparse.chain(ends.map(|end| Pass { end, every: 1 })).take_while(move |_| most > 0)
 }
 
 /// What light that varies little counts along a ray of a pixel, so that few rays, spread evenly,
@@ -304,10 +338,15 @@ mod tests {
 
     #[test]
     fn passes_grow_to_all_rays() {
+        let full = |most| {
+            let sparse = |pass: &Pass| pass.every > 1;
+            passes(most).skip_while(sparse).map(|pass| pass.end).collect::<Vec<_>>()
+        };
         assert_eq!(passes(0).count(), 0);
-        assert_eq!(passes(1).collect::<Vec<_>>(), [1]);
-        assert_eq!(passes(16).collect::<Vec<_>>(), [1, 4, 16]);
-        assert_eq!(passes(40).collect::<Vec<_>>(), [1, 4, 16, 40]);
-        assert_eq!(passes(u32::MAX).last(), Some(u32::MAX));
+        assert_eq!(passes(1).map(|pass| pass.every).collect::<Vec<_>>(), [32, 8, 2, 1]);
+        assert_eq!(full(1), [1]);
+        assert_eq!(full(16), [1, 4, 16]);
+        assert_eq!(full(40), [1, 4, 16, 40]);
+        assert_eq!(full(u32::MAX).last(), Some(&u32::MAX));
     }
 }

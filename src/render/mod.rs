@@ -5,6 +5,7 @@
 
 mod checkpoint;
 mod checkpoint_file;
+mod clock;
 mod control;
 mod costs;
 mod deflect;
@@ -15,6 +16,7 @@ mod lamps;
 mod march;
 mod pace;
 mod plate;
+mod preview;
 mod progress;
 mod reckoning;
 mod reference;
@@ -35,13 +37,16 @@ macro_rules! specialised {
 use specialised;
 
 pub use checkpoint::Checkpoints;
+pub use clock::{Clock, Deadline};
 pub use control::{Control, Stop};
 pub use costs::{Costs, Memory, costs, memory_needed, memory_without_photons};
 pub use guide::{Extent, Maps, maps};
-pub use pace::photons_within;
+pub use pace::{photon_time, photons_within};
+pub use preview::preview;
 pub use progress::{Progress, Silent, Stages};
 pub use rendered::{Directed, Ended, Rendered};
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use crate::director::{Budget, KeptSight};
@@ -110,7 +115,15 @@ fn picture<S: Spectrum, H: Heading>(
     let start = Instant::now();
     let shooting = maps.shooting(scene, settings);
     progress.stage("photons", shooting.photons);
-    let (photons, shot) = photon::shoot::<S, H>(scene, &shooting, &|n| progress.advance(n))?;
+    let paths = AtomicU64::new(0);
+    let advance = |count: u64| {
+        progress.advance(count);
+        // Building the maps can take longer than the last paths, and as long as all of them.
+        if paths.fetch_add(count, Ordering::Relaxed) + count == shooting.photons {
+            progress.stage("photon map", 0);
+        }
+    };
+    let (photons, shot) = photon::shoot::<S, H>(scene, &shooting, &advance)?;
     progress.finish();
     work += shot;
     stages.done("photons", start);

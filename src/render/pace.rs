@@ -1,6 +1,5 @@
-//! How many photons a render has time for.
+//! How long photons take, and how many a render has time for.
 
-use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use super::{guide, specialised};
@@ -13,35 +12,69 @@ use crate::scene::{RenderSettings, Scene};
 /// Fewer photons show nothing.
 const FEWEST: u64 = 1000;
 
+/// How many times fewer paths a second look takes.
+const FEWER: u64 = 8;
+
+/// Share of a look's time that its paths take at least, lest chance makes them look free.
+const LEAST: f64 = 0.02;
+
 /// As many of the photons that `settings` ask for as can be shot in about `time`, judged by a look
-/// at a few of them.
+/// at a few of them, whose work is not counted.
 ///
 /// # Errors
 /// As [`render`](super::render()).
 pub fn photons_within(scene: &Scene, settings: &RenderSettings, time: Duration) -> Result<u64> {
     let asked = settings.photons;
-    let needs = Needs::of(scene, settings);
-    if asked <= FEWEST || !needs.photons() {
-        return Ok(asked);
-    }
-    let (shooting, paths) = guide::look(scene, settings);
-    let (start, first) = (Instant::now(), OnceLock::new());
-    let begins = |_| {
-        first.get_or_init(Instant::now);
-    };
-    specialised!(needs, shoot(scene, &shooting, &begins))?;
-    // What comes before the first path is the same for any number of them.
-    let first = first.into_inner().unwrap_or(start);
-    let left = time.saturating_sub(first - start).as_secs_f64();
-    let rate = paths as f64 / first.elapsed().as_secs_f64().max(1e-9);
+    let Some(Pace { fixed, rate }) = Pace::of(scene, settings)? else { return Ok(asked) };
+    let left = time.saturating_sub(fixed).as_secs_f64();
     Ok(((left * rate) as u64).clamp(FEWEST, asked))
 }
 
+/// About how long it takes to shoot the photons that `settings` ask for, judged by a look at a few
+/// of them.
+///
+/// # Errors
+/// As [`render`](super::render()).
+pub fn photon_time(scene: &Scene, settings: &RenderSettings) -> Result<Duration> {
+    let Some(Pace { fixed, rate }) = Pace::of(scene, settings)? else {
+        return Ok(Duration::ZERO);
+    };
+    let paths = Duration::try_from_secs_f64(settings.photons as f64 / rate);
+    Ok(fixed.saturating_add(paths.unwrap_or(Duration::MAX)))
+}
+
+/// How fast photons are shot.
+struct Pace {
+    /// Time before the first and after the last, the same for any number of them.
+    fixed: Duration,
+    /// Paths a second.
+    rate: f64,
+}
+
+impl Pace {
+    /// Looks at a few of those that `settings` ask for; nothing where there are too few to look at.
+    fn of(scene: &Scene, settings: &RenderSettings) -> Result<Option<Self>> {
+        let needs = Needs::of(scene, settings);
+        if settings.photons <= FEWEST || !needs.photons() {
+            return Ok(None);
+        }
+        let (shooting, many) = guide::look(scene, settings);
+        let seconds = |paths: u64| {
+            let start = Instant::now();
+            let shooting = Shooting { traced: Some(paths), ..shooting };
+            specialised!(needs, shoot(scene, &shooting))?;
+            Ok(start.elapsed().as_secs_f64())
+        };
+        let few = many / FEWER;
+        let (short, long): (f64, f64) = (seconds(few)?, seconds(many)?);
+        let each = (long - short) / (many - few) as f64;
+        let each = each.max(LEAST * long / many as f64).max(f64::MIN_POSITIVE);
+        let fixed = (long - each * many as f64).max(0.0);
+        Ok(Some(Self { fixed: Duration::from_secs_f64(fixed), rate: 1.0 / each }))
+    }
+}
+
 /// Shoots photons for nothing but the time it takes.
-fn shoot<S: Spectrum, H: Heading>(
-    scene: &Scene,
-    shooting: &Shooting,
-    advance: &(dyn Fn(u64) + Sync),
-) -> Result<()> {
-    photon::shoot::<S, H>(scene, shooting, advance).map(drop)
+fn shoot<S: Spectrum, H: Heading>(scene: &Scene, shooting: &Shooting) -> Result<()> {
+    photon::shoot::<S, H>(scene, shooting, &|_| ()).map(drop)
 }

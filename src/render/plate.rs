@@ -27,7 +27,8 @@ impl Tile {
 /// like all of them: how long it took tells how long the rest will.
 #[derive(Debug)]
 pub(super) struct Plate {
-    window: Window,
+    /// What part of the film they are of.
+    pub window: Window,
     /// The tiles in the order in which they are worked on.
     pub tiles: Vec<Tile>,
 }
