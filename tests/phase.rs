@@ -190,3 +190,25 @@ proptest! {
         prop_assert!(phase.mean_cosine().abs() < 1.0);
     }
 }
+
+/// Peak and rest add up to the whole, and the peak is what is more concentrated.
+#[test]
+fn functions_split_into_a_peak_and_the_rest() {
+    const MOST: f64 = 30.0;
+    let mut parted = 0;
+    for (name, phase) in all() {
+        let Some(split) = phase.split(MOST) else { continue };
+        parted += 1;
+        assert!(split.peak.concentration() > MOST && split.rest.concentration() <= MOST, "{name}");
+        for i in 0..=2000 {
+            let cos_theta = f64::from(i) / 1000.0 - 1.0;
+            let parts = split.share * split.peak.eval(cos_theta)
+                + (1.0 - split.share) * split.rest.eval(cos_theta);
+            let whole = phase.eval(cos_theta);
+            assert!((parts / whole - 1.0).abs() < 1e-12, "{name} at {cos_theta}: {parts}, {whole}");
+        }
+    }
+    assert!(parted >= 3, "droplets of 5, 20 and 50 µm have a peak");
+    assert_eq!(Phase::henyey_greenstein(0.99).unwrap().split(MOST), None, "all of it is peak");
+    assert_eq!(Phase::two_lobe(0.8, -0.3, 0.7).unwrap().split(MOST), None, "it is smooth");
+}

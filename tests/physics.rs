@@ -238,3 +238,75 @@ fn blocks(film: &Film, [width, height]: [u32; 2]) -> Vec<(f64, f64)> {
     };
     corners.map(block).collect()
 }
+
+/// From inside a ball of droplets in a white furnace all is as bright as the sky: half of the light
+/// comes by a peak of few degrees, which rays follow.
+#[test]
+fn white_furnace_from_inside_fog() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+        [camera]
+        position = [0.0, 0.0, 0.0]
+        target = [0.0, 0.0, -1.0]
+        fov = 90.0
+        [film]
+        size = [24, 24]
+        [[medium]]
+        region = { sphere = { center = [0.0, 0.0, 0.0], radius = 10.0 } }
+        sigma_t = 0.1
+        albedo = 1.0
+        phase = { type = "fog", diameter = 20.0 }
+        [[light]]
+        type = "environment"
+        radiance = 1.0
+    "#;
+    let scene = scene(folder.path(), text, 64, 1_000_000);
+    let rendered = render(&scene, &scene.render, &Silent).unwrap();
+    let light = mean(&rendered.film).0;
+    assert!((light - 1.0).abs() < 0.01, "{light}");
+}
+
+/// A lamp over ground in fog, seen from inside the fog, against the reference; 4 sigma of both, a
+/// false alarm in 15,000.
+#[test]
+fn lamp_in_fog_of_droplets_from_inside() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+        [camera]
+        position = [0.0, 0.0, 0.0]
+        target = [0.0, -0.1, -1.0]
+        fov = 50.0
+        [film]
+        size = [16, 16]
+        [[medium]]
+        region = { box = { min = [-30.0, -1.0, -30.0], max = [30.0, 20.0, 30.0] } }
+        sigma_t = 0.1
+        albedo = 0.9
+        phase = { type = "fog", diameter = 20.0 }
+        [[surface]]
+        shape = "plane"
+        point = [0.0, -1.0, 0.0]
+        normal = [0.0, 1.0, 0.0]
+        material = { type = "diffuse", reflectance = 0.5 }
+        [[light]]
+        type = "sun"
+        direction = [0.2, -1.0, 0.3]
+        irradiance = 1.0
+        angle = 20.0
+    "#;
+    let scene = scene(folder.path(), text, 64, 300_000);
+    let reference = RenderSettings { rays: 2000, ..scene.render };
+    let (right, error) = mean(&render_reference(&scene, &reference, &Silent).film);
+    let seeds = 4;
+    let means: Vec<f64> = (0..seeds)
+        .map(|seed| {
+            let settings = RenderSettings { seed, ..scene.render };
+            mean(&render(&scene, &settings, &Silent).unwrap().film).0
+        })
+        .collect();
+    let light = means.iter().sum::<f64>() / seeds as f64;
+    let spread = means.iter().map(|m| (m - light).powi(2)).sum::<f64>() / (seeds - 1) as f64;
+    let sigma = (error * error + spread / seeds as f64).sqrt();
+    let off = (light / right - 1.0).abs();
+    assert!(off < 4.0 * sigma / right && sigma < 0.01 * right, "{light} ± {sigma} for {right}");
+}

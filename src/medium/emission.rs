@@ -271,7 +271,7 @@ fn cells(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
     };
     let mut blocks = Vec::new();
     grid.for_each_occupied(|block| {
-        blocks.push((block.min.xyz.as_ivec3(), block.max.xyz.as_ivec3()))
+        blocks.push((block.min.xyz.as_ivec3(), block.max.xyz.as_ivec3()));
     });
     let glowing = |&(min, end): &(IVec3, IVec3)| {
         let cells = within(min, end - 1).map(|cell| (cell, mean(cell)));

@@ -73,7 +73,7 @@ impl Paths<'_> {
             return;
         }
         let count = heavy.ceil().min(MOST_COPIES) as u32;
-        photon.power = photon.power / f64::from(count);
+        photon.power /= f64::from(count);
         for _ in 1..count {
             let (direction, _) = phase.sample(photon.ray.direction, rng.uniform2());
             more.push(Flying { ray: Ray::new(p, direction), ..*photon });

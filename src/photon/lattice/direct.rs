@@ -116,8 +116,8 @@ impl<S: Spectrum> DirectLattice<S> {
         let light = self.light(scene, cell, &mut own).short();
         let light = if S::long(light).is_finite() { light } else { S::Short::default() };
         let bits = |channel| S::short_channel(light, channel).to_bits();
-        for channel in 1..S::CHANNELS {
-            channels[channel].store(bits(channel), Ordering::Relaxed);
+        for (channel, stored) in channels.iter().enumerate().skip(1) {
+            stored.store(bits(channel), Ordering::Relaxed);
         }
         let (first, bits) = (&channels[0], bits(0));
         if first.compare_exchange(UNKNOWN, bits, Ordering::AcqRel, Ordering::Relaxed).is_ok() {
