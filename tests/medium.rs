@@ -362,18 +362,7 @@ fn glowing() -> Vec<(&'static str, Medium)> {
             Medium { emission: Some(Emission::Density(color)), ..medium(ball(0.5), Rgb::ONE) },
         ),
         ("blackbody", Medium { emission: Some(blackbody(grid(0.4, warmth, vec![]))), ..smoke() }),
-        ("blackbody between", heat_beside_soot()),
     ]
-}
-
-/// Soot on one side of a face and heat on the other: what glows lies between voxels of which none
-/// does.
-fn heat_beside_soot() -> Medium {
-    let soot = |p: DVec3| if p.x < 0.0 { puffs(p) } else { 0.0 };
-    let heat = |p: DVec3| if p.x < 0.0 { 0.0 } else { 2.0 * warmth(p) };
-    let density = Density::Voxel(grid(0.0, soot, vec![]));
-    let emission = Some(blackbody(grid(0.0, heat, vec![])));
-    Medium { emission, ..medium(density, Rgb::ONE) }
 }
 
 /// 4 pi times the integral of emission over each octant, by an even raster.
@@ -427,6 +416,41 @@ fn emission_sampling_gives_the_power_of_every_part() {
         let near = if name.starts_with("blackbody") { 0.1 } else { 4e-3 };
         assert!((sampler.power() / power - 1.0).abs() < near, "{name}: {}", sampler.power());
     }
+}
+
+/// Soot on one side of a face and heat on the other: what glows lies between voxels of which none
+/// does. Against places spread evenly over that layer.
+#[test]
+fn emission_sampling_misses_nothing_between_voxels() {
+    const N: u32 = 200_000;
+    let soot = |p: DVec3| if p.x < 0.0 { puffs(p) } else { 0.0 };
+    let heat = |p: DVec3| if p.x < 0.0 { 0.0 } else { 2.0 * warmth(p) };
+    let density = Density::Voxel(grid(0.0, soot, vec![]));
+    let emission = Some(blackbody(grid(0.0, heat, vec![])));
+    let medium = Medium { emission, ..medium(density, Rgb::ONE) };
+    let sampler = EmissionSampler::new(&medium).unwrap().unwrap();
+    let mut rng = stream(3500);
+    let (low, size) = (DVec3::new(-0.2, -1.0, -1.0), DVec3::new(0.3, 2.0, 2.0));
+    let mut evenly = || {
+        let u = DVec3::from(std::array::from_fn(|_| rng.uniform()));
+        let emission = medium.emission_at(WorldPoint::from_xyz(low + u * size));
+        luminance(emission) * 4.0 * PI * size.element_product()
+    };
+    let expected = mean_and_error((0..N).map(|_| evenly()).collect());
+    let mut rng = stream(3501);
+    let mut photon = || sampler.emit(&medium, &mut rng).map_or(0.0, |s| luminance(s.power));
+    let found = mean_and_error((0..N).map(|_| photon()).collect());
+    let error = expected[1].hypot(found[1]);
+    assert!(error < 0.02 * expected[0], "{expected:?}, {found:?}");
+    assert!((found[0] - expected[0]).abs() < SIGMAS * error, "{expected:?}, {found:?}");
+    assert!((sampler.power() / found[0] - 1.0).abs() < 0.2, "{} for {found:?}", sampler.power());
+}
+
+fn mean_and_error(values: Vec<f64>) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n;
+    [mean, (variance / n).sqrt()]
 }
 
 /// Where emission is trilinear its density is that of the places, so that all photons are equal.
