@@ -17,7 +17,7 @@ use super::partial;
 use super::progress::Console;
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
-use crate::image::{Packing, View, write_exr_packed, write_png};
+use crate::image::{View, write_exr, write_png};
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Ended, Progress, Rendered, Silent,
 };
@@ -330,11 +330,7 @@ fn write_files(
         attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
     let view = View { exposure: scene.film.exposure, transform: scene.film.view };
     write_png(&output.png, &rendered.film.image(), &view)?;
-    let packing = match rendered.ended {
-        Ended::Stopped => Packing::Fast, // somebody waits
-        Ended::Complete | Ended::OutOfTime => Packing::Small,
-    };
-    write_exr_packed(&output.exr, &rendered.film, &attributes, packing)
+    write_exr(&output.exr, &rendered.film, &attributes)
 }
 
 /// How much of a picture that is not finished is there.

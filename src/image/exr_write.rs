@@ -1,4 +1,4 @@
-//! Writing EXR files: one flat part, 32-bit float, ZIP or run lengths, rows from the top.
+//! Writing EXR files: one flat part, 32-bit float, ZIP, rows from the top.
 
 use std::collections::BTreeSet;
 use std::io::{Cursor, Write};
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use exr::meta::header::standard_names;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Compression, Encoding, FlatSamples, Image as ExrImage,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage,
     IntegerBounds, Layer, LayerAttributes, Text, Vec2, WritableImage,
 };
 
@@ -14,45 +14,14 @@ use super::{Film, Image, Window, exr_header};
 use crate::error::{Error, Result};
 use crate::file;
 
-/// What matters of a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Packing {
-    /// That it is small: ZIP.
-    Small,
-    /// That it is soon there: run lengths, which leave it up to twice as large.
-    Fast,
-}
-
-impl Packing {
-    const fn encoding(self) -> Encoding {
-        match self {
-            Self::Small => Encoding::SMALL_LOSSLESS,
-            Self::Fast => Encoding { compression: Compression::RLE, ..Encoding::UNCOMPRESSED },
-        }
-    }
-}
-
 /// Writes a film with all its layers; see [`write_exr_layers`]. The data window is the film's, the
 /// display window all of the film that it is part of.
 ///
 /// # Errors
 /// As [`write_exr_layers`].
 pub fn write_exr(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Result<()> {
-    write_exr_packed(path, film, attributes, Packing::Small)
-}
-
-/// As [`write_exr`], with the choice how it is packed.
-///
-/// # Errors
-/// As [`write_exr_layers`].
-pub fn write_exr_packed(
-    path: &Path,
-    film: &Film,
-    attributes: &[(&str, String)],
-    packing: Packing,
-) -> Result<()> {
     let layers: Vec<(&str, &[f32])> = film.layers().collect();
-    write_windows(path, film.window(), film.full_size(), &layers, attributes, packing)
+    write_windows(path, film.window(), film.full_size(), &layers, attributes)
 }
 
 /// Writes a picture as `R`, `G` and `B`; see [`write_exr_layers`].
@@ -80,7 +49,7 @@ pub fn write_exr_layers(
     attributes: &[(&str, String)],
 ) -> Result<()> {
     let sides = [width, height].map(|side| u32::try_from(side).unwrap_or(0));
-    write_windows(path, Window::whole(sides), sides, layers, attributes, Packing::Small)
+    write_windows(path, Window::whole(sides), sides, layers, attributes)
 }
 
 /// Writes `layers` of the data window `window` of a picture of the size `full`.
@@ -90,11 +59,10 @@ fn write_windows(
     full: [u32; 2],
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
-    packing: Packing,
 ) -> Result<()> {
     check_layers(path, window.width as usize, window.height as usize, layers)?;
     check_attributes(path, attributes)?;
-    let bytes = encode(window, full, layers, attributes, packing)
+    let bytes = encode(window, full, layers, attributes)
         .map_err(|e| Error::file(path, format!("cannot be encoded as EXR: {e}")))?;
     file::write(path, |out| out.write_all(&bytes))
 }
@@ -104,7 +72,6 @@ fn encode(
     full: [u32; 2],
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
-    packing: Packing,
 ) -> Result<Vec<u8>, exr::error::Error> {
     let channels = layers
         .iter()
@@ -117,7 +84,7 @@ fn encode(
     let layer_position = Vec2(window.left as i32, window.top as i32);
     let header = LayerAttributes { layer_position, other, ..LayerAttributes::default() };
     let size = (window.width as usize, window.height as usize);
-    let part = Layer::new(size, header, packing.encoding(), AnyChannels::sort(channels));
+    let part = Layer::new(size, header, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
     let mut image = ExrImage::from_layer(part);
     image.attributes.display_window =
         IntegerBounds::from_dimensions((full[0] as usize, full[1] as usize));
