@@ -422,7 +422,7 @@ fn emission_sampling_gives_the_power_of_every_part() {
 /// does. Against places spread evenly over that layer.
 #[test]
 fn emission_sampling_misses_nothing_between_voxels() {
-    const N: u32 = 200_000;
+    const N: u32 = 1_000_000;
     let soot = |p: DVec3| if p.x < 0.0 { puffs(p) } else { 0.0 };
     let heat = |p: DVec3| if p.x < 0.0 { 0.0 } else { 2.0 * warmth(p) };
     let density = Density::Voxel(grid(0.0, soot, vec![]));
