@@ -443,7 +443,8 @@ fn emission_sampling_misses_nothing_between_voxels() {
     let error = expected[1].hypot(found[1]);
     assert!(error < 0.02 * expected[0], "{expected:?}, {found:?}");
     assert!((found[0] - expected[0]).abs() < SIGMAS * error, "{expected:?}, {found:?}");
-    assert!((sampler.power() / found[0] - 1.0).abs() < 0.2, "{} for {found:?}", sampler.power());
+    // Eight places in a cell tell about how much it emits.
+    assert!((sampler.power() / found[0]).log2().abs() < 1.0, "{} for {found:?}", sampler.power());
 }
 
 fn mean_and_error(values: Vec<f64>) -> [f64; 2] {
