@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::cdf::Cdf;
 use super::{LightSample, PhotonStart, Reach, checked_color};
-use crate::math::{Ray, Rgb, is_grey, luminance, warp};
+use crate::math::{Ray, Rgb, are_grey, is_grey, luminance, warp};
 
 /// An environment: one radiance for all directions, or a latitude-longitude picture, constant
 /// over each texel.
@@ -54,9 +54,7 @@ impl Environment {
     pub(super) fn is_grey(&self) -> bool {
         match &self.0 {
             Kind::Constant(radiance) => is_grey(*radiance),
-            Kind::Picture(Picture { texels, scale, .. }) => {
-                is_grey(*scale) && texels.iter().all(|[r, g, b]| r == g && g == b)
-            }
+            Kind::Picture(Picture { texels, scale, .. }) => is_grey(*scale) && are_grey(texels),
         }
     }
 

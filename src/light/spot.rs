@@ -8,7 +8,7 @@ use super::aim::{Aim, Lobe};
 use super::point::{delta_estimate, delta_sample};
 use super::{LightSample, PhotonStart, Reach, checked_color, checked_direction, checked_place};
 use super::{one_minus_cos, one_minus_cos_between};
-use crate::math::{Frame, Ray, Rgb, WorldPoint, is_grey, warp};
+use crate::math::{Frame, Ray, Rgb, WorldPoint, are_grey, is_grey, warp};
 
 /// How the intensity falls from the axis of a spot light to the edge of its cone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -185,8 +185,7 @@ impl SpotLight {
 
     /// Whether it shines alike in all channels.
     pub(super) fn is_grey(&self) -> bool {
-        let grey = |texel: &[f32; 3]| texel[0] == texel[1] && texel[1] == texel[2];
-        is_grey(self.intensity) && self.picture.iter().all(|(p, _)| p.texels.iter().all(grey))
+        is_grey(self.intensity) && self.picture.iter().all(|(p, _)| are_grey(&p.texels))
     }
 
     /// Where it stands.

@@ -9,7 +9,7 @@ mod spectrum;
 mod transform;
 pub mod warp;
 
-pub use color::{Rgb, is_grey, luminance};
+pub use color::{Rgb, are_grey, is_grey, luminance};
 pub use equiangular::Equiangular;
 pub use frame::Frame;
 pub use random::{Stage, Stream};

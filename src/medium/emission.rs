@@ -209,9 +209,7 @@ impl EmissionSampler {
                 let index = choose(cdf, rng.uniform());
                 let hat = DVec3::from(std::array::from_fn(|_| rng.uniform() + rng.uniform() - 1.0));
                 let p = IndexPoint::from_xyz(voxels[index].as_dvec3() + hat);
-                let weight = trilinear(p, |ijk| {
-                    luminance(medium.emission_at(at(transform, ijk.as_dvec3())))
-                });
+                let weight = trilinear(p, |ijk| glow(medium, transform, ijk.as_dvec3()));
                 let total = self.places.sum() * transform.volume_scale();
                 (transform.point_to_world(p), weight / total)
             }
@@ -243,7 +241,7 @@ fn voxels(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
             return;
         }
         for ijk in within(block.min, block.max) {
-            let emission = luminance(medium.emission_at(at(&transform, ijk.as_dvec3())));
+            let emission = glow(medium, &transform, ijk.as_dvec3());
             if emission > 0.0 {
                 sum += emission;
                 voxels.push(ijk);
@@ -265,7 +263,7 @@ fn cells(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
     let mean = |cell: IVec3| {
         let emission = |corner: usize| {
             let u = [corner & 1, (corner >> 1) & 1, corner >> 2].map(|high| GAUSS[high]);
-            luminance(medium.emission_at(at(&transform, cell.as_dvec3() + DVec3::from(u))))
+            glow(medium, &transform, cell.as_dvec3() + DVec3::from(u))
         };
         (0..8).map(emission).sum::<f64>() / 8.0
     };
@@ -300,8 +298,9 @@ fn within(min: IVec3, max: IVec3) -> impl Iterator<Item = IVec3> {
     })
 }
 
-fn at(transform: &Transform<Index>, p: DVec3) -> WorldPoint {
-    transform.point_to_world(IndexPoint::from_xyz(p))
+/// Luminance of the emission coefficient at `p` of the grid's index space.
+fn glow(medium: &Medium, transform: &Transform<Index>, p: DVec3) -> f64 {
+    luminance(medium.emission_at(transform.point_to_world(IndexPoint::from_xyz(p))))
 }
 
 /// Trilinear interpolation at `p` of a value given at integer places.

@@ -132,11 +132,9 @@ pub fn shoot<S: Spectrum, H: Heading>(
     if !lattices.is_empty() && !needs_beams(scene) {
         paths.keep = 0.0;
     }
-    let scatterings = if lattices.is_empty() {
-        soft::gathered(scene, shooting.photons, shooting.max_scatter.is_none())
-    } else {
-        phases.iter().copied().map(Scattering::by).collect()
-    };
+    // Lattices keep what is scattered by the blurred functions; orders are not counted along rays.
+    let follows = lattices.is_empty() && shooting.max_scatter.is_none();
+    let scatterings = soft::scatterings(scene, &phases, follows);
     let count = shooting.traced.map_or(count, |traced| traced.min(count));
     let Deposits { volume, independent, surface, mut work, .. } =
         traced::<S, H>(&paths, count, &mut lattices, advance);

@@ -48,24 +48,23 @@ pub struct Scattering {
 
 impl Scattering {
     /// All by one function.
-    pub const fn by(phase: Phase) -> Self {
+    const fn by(phase: Phase) -> Self {
         Self { phase, share: 1.0, peak: None }
     }
 }
 
-/// How each medium of `scene` scatters this number of photons where rays gather them and, unless
-/// orders of scattering are counted, may follow peaks.
-pub(super) fn gathered(scene: &Scene, photons: u64, follows: bool) -> Vec<Scattering> {
-    let phases = phases(scene, photons);
-    let split = |(medium, blurred): (&Medium, Phase)| {
+/// How each medium of `scene` scatters photons: by its function in `blurred`, or in two parts where
+/// rays may follow peaks (`follows`) and there is one.
+pub(super) fn scatterings(scene: &Scene, blurred: &[Phase], follows: bool) -> Vec<Scattering> {
+    let split = |(medium, blurred): (&Medium, &Phase)| {
         let split = medium.phase.split(PEAKED).filter(|_| follows);
-        split.map_or(Scattering::by(blurred), |split| Scattering {
+        split.map_or(Scattering::by(*blurred), |split| Scattering {
             phase: split.rest,
             share: 1.0 - split.share,
             peak: Some(split.peak),
         })
     };
-    scene.media.iter().zip(phases).map(split).collect()
+    scene.media.iter().zip(blurred).map(split).collect()
 }
 
 fn bearable(phase: &Phase, most: f64) -> Phase {

@@ -234,17 +234,9 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
             let u = stratum(index, lookups, state);
             let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
             let p = ray.at(place.t);
-            let media = &self.scene.media;
             state.draws.work.gathers += 1;
             state.draws.work.grid_lookups += self.lookups;
-            if media.len() == 1 {
-                let light = self.kept_at(0, p, level, state);
-                sum += place.weight * S::of(media.get(0).albedo.at(p)) * light;
-                continue;
-            }
-            let sigma_t = media.sigma_t_at(p);
-            for (medium, sigma_s) in media.mixture_at(p) {
-                let share = share_of::<S>(sigma_s, sigma_t);
+            for (medium, share) in self.shares(p) {
                 sum += place.weight * share * self.kept_at(medium, p, level, state);
             }
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use crate::image::Image;
-use crate::math::{Rgb, is_grey};
+use crate::math::{Rgb, are_grey, is_grey};
 
 /// A reflectance, the same everywhere or looked up in an image.
 #[derive(Debug, Clone)]
@@ -21,7 +21,7 @@ impl Texture {
     pub fn is_grey(&self) -> bool {
         match self {
             Self::Constant(color) => is_grey(*color),
-            Self::Image(image) => image.pixels().iter().all(|[r, g, b]| r == g && g == b),
+            Self::Image(image) => are_grey(image.pixels()),
         }
     }
 
