@@ -6,6 +6,7 @@
 //! so every cell between eight samples lies in exactly one brick.
 
 use glam::IVec3;
+use rayon::prelude::*;
 
 use super::voxel::Voxel;
 
@@ -42,6 +43,10 @@ pub(super) type Node<V, const N: usize> = Box<[Child<V>; N]>;
 pub(super) type LowerNode<V> = Node<V, 4096>;
 pub(super) type UpperNode<V> = Node<V, 32768>;
 
+/// For each child of a node the log2 of the edge, in children, of the largest aligned cube round it
+/// that is constant: 0 where it is alone, and of bricks. Rays cross such a cube in one step.
+type Merged<const N: usize> = Box<[u8; N]>;
+
 /// A node of `N` equal children.
 pub(super) fn uniform<V: Voxel, const N: usize>(value: V) -> Node<V, N> {
     vec![Child::Constant(value); N].try_into().expect("the length is N")
@@ -70,6 +75,8 @@ pub(super) struct Tree<V> {
     pub(super) occupied: Vec<Vec<[i32; 3]>>,
     pub(super) upper: Vec<UpperNode<V>>,
     pub(super) lower: Vec<LowerNode<V>>,
+    upper_merged: Vec<Merged<32768>>,
+    lower_merged: Vec<Merged<4096>>,
     pub(super) bricks: Vec<Brick<V>>,
     /// Smallest and largest sample of each brick: bounds of everything inside.
     pub(super) ranges: Vec<[f32; 2]>,
@@ -97,9 +104,12 @@ impl<V> Region<V> {
 #[derive(Debug, Clone)]
 pub(super) struct Cursor<'a, V> {
     tree: &'a Tree<V>,
-    upper: Option<(IVec3, &'a UpperNode<V>)>,
-    lower: Option<(IVec3, &'a LowerNode<V>)>,
+    upper: Option<(IVec3, Inner<'a, V, 32768>)>,
+    lower: Option<(IVec3, Inner<'a, V, 4096>)>,
 }
+
+/// A node with what is merged in it.
+type Inner<'a, V, const N: usize> = (&'a Node<V, N>, &'a Merged<N>);
 
 impl<'a, V: Voxel> Cursor<'a, V> {
     pub(super) fn new(tree: &'a Tree<V>) -> Self {
@@ -112,7 +122,7 @@ impl<'a, V: Voxel> Cursor<'a, V> {
         if let Some((key, node)) = self.lower
             && key == cell >> LOWER
         {
-            return region(cell, BRICK, node[slot(cell, BRICK, LOWER - BRICK)]);
+            return child(cell, node, BRICK, LOWER - BRICK);
         }
         self.descend(cell)
     }
@@ -123,7 +133,8 @@ impl<'a, V: Voxel> Cursor<'a, V> {
             Some((known, node)) if known == key => node,
             _ => match self.tree.root(key) {
                 Some(Child::Node(i)) => {
-                    let node = &self.tree.upper[i as usize];
+                    let i = i as usize;
+                    let node = (&self.tree.upper[i], &self.tree.upper_merged[i]);
                     self.upper = Some((key, node));
                     node
                 }
@@ -133,12 +144,54 @@ impl<'a, V: Voxel> Cursor<'a, V> {
                 }
             },
         };
-        let child = upper[slot(cell, LOWER, UPPER - LOWER)];
-        let Child::Node(i) = child else { return region(cell, LOWER, child) };
-        let lower = &self.tree.lower[i as usize];
+        let constant = child(cell, upper, LOWER, UPPER - LOWER);
+        let Child::Node(i) = constant.content else { return constant };
+        let lower = (&self.tree.lower[i as usize], &self.tree.lower_merged[i as usize]);
         self.lower = Some((cell >> LOWER, lower));
-        region(cell, BRICK, lower[slot(cell, BRICK, LOWER - BRICK)])
+        child(cell, lower, BRICK, LOWER - BRICK)
     }
+}
+
+/// The largest known region round `cell` in a node, whose children have the edge 2^`size`, and which
+/// has 2^`log2_side` of them along an edge.
+#[inline]
+fn child<V: Copy, const N: usize>(
+    cell: IVec3,
+    (node, merged): Inner<'_, V, N>,
+    size: u32,
+    log2_side: u32,
+) -> Region<V> {
+    let slot = slot(cell, size, log2_side);
+    region(cell, size + u32::from(merged[slot]), node[slot])
+}
+
+/// See [`Merged`].
+fn merged<V: Voxel, const N: usize>(node: &Node<V, N>, log2_side: u32) -> Merged<N> {
+    let mut merged: Merged<N> = vec![0; N].try_into().expect("the length is N");
+    for level in 1..=log2_side as u8 {
+        let corners = 1 << (log2_side - u32::from(level));
+        let place = |index: i32| {
+            IVec3::new(index / corners / corners, index / corners % corners, index % corners)
+        };
+        for index in 0..corners.pow(3) {
+            let first = place(index) << level;
+            let half = |i: usize| {
+                let half = IVec3::new(i as i32 >> 2, i as i32 >> 1 & 1, i as i32 & 1);
+                slot(first + (half << (level - 1)), 0, log2_side)
+            };
+            let Child::Constant(value) = node[half(0)] else { continue };
+            let is_even = |slot: usize| node[slot].is(value) && merged[slot] == level - 1;
+            if !(0..8).map(half).all(is_even) {
+                continue;
+            }
+            let side = 1 << level;
+            for within in 0..side * side * side {
+                let within = IVec3::new(within / side / side, within / side % side, within % side);
+                merged[slot(first + within, 0, log2_side)] = level;
+            }
+        }
+    }
+    merged
 }
 
 #[inline]
@@ -165,7 +218,19 @@ impl<V: Voxel> Tree<V> {
             })
             .collect();
         let ranges = bricks.iter().map(|b| range(b)).collect();
-        Self { background, roots, occupied, upper, lower, bricks, ranges }
+        let upper_merged = upper.par_iter().map(|node| merged(node, UPPER - LOWER)).collect();
+        let lower_merged = lower.par_iter().map(|node| merged(node, LOWER - BRICK)).collect();
+        Self {
+            background,
+            roots,
+            occupied,
+            upper,
+            lower,
+            upper_merged,
+            lower_merged,
+            bricks,
+            ranges,
+        }
     }
 
     fn root(&self, key: IVec3) -> Option<Child<V>> {
@@ -195,8 +260,8 @@ impl<V: Voxel> Tree<V> {
     pub(super) fn bytes(&self) -> usize {
         let child = size_of::<Child<V>>();
         self.bricks.len() * (size_of::<Brick<V>>() + size_of::<[f32; 2]>())
-            + self.lower.len() * 4096 * child
-            + self.upper.len() * 32768 * child
+            + self.lower.len() * 4096 * (child + 1)
+            + self.upper.len() * 32768 * (child + 1)
     }
 
     /// Calls `f` for every region that is not the background, in a fixed order.
