@@ -1,11 +1,7 @@
 //! What the camera sees of the media: where photons are worth most.
 
-use std::collections::BTreeMap;
-
-use glam::I64Vec3;
-
 use crate::light::Focus;
-use crate::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
+use crate::math::{Aabb, Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
 use crate::medium::Profile;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
@@ -18,11 +14,11 @@ const RAYS: u32 = 48;
 /// Mirrors and panes of glass that a ray follows at most.
 const MAX_SPECULAR: u32 = 8;
 
-/// Cubes along the sphere that holds most of what is seen, for the finest foci.
-const FINEST: f64 = 12.0;
-
 /// Foci at most.
 const MOST_FOCI: usize = 32;
+
+/// How much wider than the places of a group its ball is: there are more where those are.
+const WIDER: f64 = 1.2;
 
 /// Places that the camera sees, found by a coarse sheet of rays.
 #[derive(Debug, Default)]
@@ -122,23 +118,51 @@ fn sphere(places: &[WorldPoint]) -> Option<(WorldPoint, f64)> {
     Some((center, 1.5 * distances[distances.len() * 95 / 100]))
 }
 
-/// Balls of one size round `places`, each with their number as weight.
+/// Balls round groups of `places`, each with their number as weight: what is wide and holds many is
+/// cut in two across its longest side, over and over.
 fn foci(places: &[WorldPoint]) -> Vec<Focus> {
-    let Some((center, radius)) = sphere(places) else { return Vec::new() };
-    let mut edge = 2.0 * radius / FINEST;
-    loop {
-        let mut cubes = BTreeMap::<[i64; 3], f64>::new();
-        for place in places {
-            let cube = ((*place - center) / edge).floor().as_i64vec3().to_array();
-            *cubes.entry(cube).or_default() += 1.0;
+    let mut groups = vec![Group::new(places.to_vec())];
+    while groups.len() < MOST_FOCI {
+        let widest =
+            groups.iter().enumerate().max_by(|(_, a), (_, b)| a.cost().total_cmp(&b.cost()));
+        let Some((index, _)) = widest.filter(|(_, group)| group.cost() > 0.0) else { break };
+        let halves = groups.swap_remove(index).halves();
+        groups.extend(halves);
+    }
+    groups.iter().map(Group::ball).collect()
+}
+
+/// Places near each other.
+#[derive(Debug)]
+struct Group {
+    places: Vec<WorldPoint>,
+    bounds: Aabb<World>,
+}
+
+impl Group {
+    fn new(places: Vec<WorldPoint>) -> Self {
+        let bounds = Aabb::around(places.iter().copied());
+        Self { places, bounds }
+    }
+
+    /// How much there is to gain by cutting it: its extent seen from a side, for each place.
+    fn cost(&self) -> f64 {
+        if self.bounds.is_empty() {
+            return 0.0;
         }
-        if cubes.len() <= MOST_FOCI {
-            let ball = |(cube, weight): ([i64; 3], f64)| {
-                let middle = (I64Vec3::from(cube).as_dvec3() + 0.5) * edge;
-                Focus { center: center + middle, radius: 0.5 * 3_f64.sqrt() * edge, weight }
-            };
-            return cubes.into_iter().map(ball).collect();
-        }
-        edge *= 1.5;
+        self.places.len() as f64 * self.bounds.size().length_squared()
+    }
+
+    fn halves(self) -> [Self; 2] {
+        let (axis, middle) = (self.bounds.size().max_position(), self.bounds.center());
+        let is_low = |p: &WorldPoint| p.xyz[axis] < middle.xyz[axis];
+        let (low, high) = self.places.into_iter().partition(is_low);
+        [low, high].map(Self::new)
+    }
+
+    fn ball(&self) -> Focus {
+        let center = self.bounds.center();
+        let radius = self.places.iter().map(|p| (*p - center).length()).fold(0.0, f64::max);
+        Focus { center, radius: WIDER * radius, weight: self.places.len() as f64 }
     }
 }
