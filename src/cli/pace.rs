@@ -18,7 +18,9 @@ pub(super) struct Pace {
     begin: Duration,
     /// Time that the stage has taken.
     worked: Duration,
-    /// Time and work of some moments before.
+    /// Time of that which says nothing of the rest.
+    apart: Duration,
+    /// Time, without what is apart, and work of some moments before.
     moments: VecDeque<(Duration, u64)>,
 }
 
@@ -26,12 +28,15 @@ impl Pace {
     /// A stage of `total` units of work that begins at the time `now` of a clock without pauses.
     pub(super) fn new(total: u64, now: Duration) -> Self {
         let moments = VecDeque::from([(Duration::ZERO, 0)]);
-        Self { total, done: 0, begin: now, worked: Duration::ZERO, moments }
+        let zero = Duration::ZERO;
+        Self { total, done: 0, begin: now, worked: zero, apart: zero, moments }
     }
 
-    /// At the time `now`, `done` units are done.
-    pub(super) fn look(&mut self, now: Duration, done: u64) {
+    /// At the time `now`, `done` units are done. What was done `apart` from them took part of the
+    /// time, and will not be done again.
+    pub(super) fn look(&mut self, now: Duration, done: u64, apart: Duration) {
         self.worked = now.saturating_sub(self.begin);
+        self.apart = apart.min(self.worked);
         if done == self.done {
             return;
         }
@@ -44,7 +49,7 @@ impl Pace {
                 index % 2 == 1
             });
         }
-        self.moments.push_back((self.worked, self.done));
+        self.moments.push_back((self.worked - self.apart, self.done));
     }
 
     /// The work is counted anew: `done` units are done out of `total`.
@@ -70,8 +75,8 @@ impl Pace {
         let recent = (done as f64 * (1.0 - RECENT)) as u64;
         let mut earlier = self.moments.iter().rev().skip_while(|(_, done)| *done > recent);
         let &(then, before) = earlier.next()?;
-        let each = (now - then).as_secs_f64() / (done - before).max(1) as f64;
-        let since = self.worked.saturating_sub(now);
+        let each = now.saturating_sub(then).as_secs_f64() / (done - before).max(1) as f64;
+        let since = (self.worked - self.apart).saturating_sub(now);
         let left = each * (self.total - done) as f64 - since.as_secs_f64();
         Some(Duration::from_secs_f64(left.max(0.0)))
     }
@@ -94,9 +99,9 @@ mod tests {
             while unit > 0.0 {
                 let slice = unit.min(0.1);
                 (clock, unit) = (clock + slice, unit - slice);
-                pace.look(Duration::from_secs_f64(clock), i);
+                pace.look(Duration::from_secs_f64(clock), i, Duration::ZERO);
             }
-            pace.look(Duration::from_secs_f64(clock), i + 1);
+            pace.look(Duration::from_secs_f64(clock), i + 1, Duration::ZERO);
             if 10 * (i + 1) >= total {
                 let (told, right) = (pace.left().unwrap().as_secs_f64(), all - worked);
                 let off = (told - right).abs();
@@ -117,10 +122,24 @@ mod tests {
     }
 
     #[test]
+    fn what_is_done_once_is_left_out() {
+        let (mut pace, mut clock, mut apart) = (Pace::new(100, Duration::ZERO), 0.0, 0.0);
+        for unit in 0..10 {
+            let once = 4.0 * 0.7_f64.powi(unit);
+            (clock, apart) = (clock + 1.0 + once, apart + once);
+            let [now, apart] = [clock, apart].map(Duration::from_secs_f64);
+            pace.look(now, unit as u64 + 1, apart);
+        }
+        let told = pace.left().unwrap().as_secs_f64();
+        assert!((told - 90.0).abs() < 1e-6, "{told}");
+        assert_eq!(pace.worked(), Duration::from_secs_f64(clock));
+    }
+
+    #[test]
     fn work_can_be_counted_anew() {
         let mut pace = Pace::new(100, Duration::ZERO);
         for second in 1..=10 {
-            pace.look(Duration::from_secs(second), second);
+            pace.look(Duration::from_secs(second), second, Duration::ZERO);
         }
         pace.weigh(40, 100);
         assert_eq!(pace.left(), Some(Duration::from_secs(15)));
@@ -130,7 +149,7 @@ mod tests {
     #[test]
     fn nothing_is_told_before_anything_is_done() {
         let mut pace = Pace::new(10, Duration::ZERO);
-        pace.look(Duration::from_secs(1), 0);
+        pace.look(Duration::from_secs(1), 0, Duration::ZERO);
         assert_eq!(pace.left(), None);
         assert_eq!(Pace::new(0, Duration::ZERO).left(), None);
     }

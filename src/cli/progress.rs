@@ -44,6 +44,8 @@ struct Shown {
     clock: Arc<Clock>,
     terminal: bool,
     done: AtomicU64,
+    /// Nanoseconds that went into what is done once.
+    once: AtomicU64,
     stage: Mutex<Option<Stage>>,
 }
 
@@ -60,6 +62,7 @@ impl Console {
             clock,
             terminal: std::io::stderr().is_terminal(),
             done: AtomicU64::new(0),
+            once: AtomicU64::new(0),
             stage: Mutex::new(None),
         });
         let seen = Arc::downgrade(&shown);
@@ -84,9 +87,15 @@ impl Shown {
     /// Looks at clock and work, and shows them.
     fn look(&self) {
         if let Some(stage) = self.stage().as_mut() {
-            stage.pace.look(self.clock.elapsed(), self.done.load(Ordering::Relaxed));
+            self.tell(&mut stage.pace);
             stage.show(self.done.load(Ordering::Relaxed));
         }
+    }
+
+    /// Tells `pace` how far it is.
+    fn tell(&self, pace: &mut Pace) {
+        let once = Duration::from_nanos(self.once.load(Ordering::Relaxed));
+        pace.look(self.clock.elapsed(), self.done.load(Ordering::Relaxed), once);
     }
 }
 
@@ -127,6 +136,7 @@ impl Progress for Console {
         };
         let bar = || ProgressBar::new(total).with_message(name.to_owned()).with_style(style());
         self.shown.done.store(0, Ordering::Relaxed);
+        self.shown.once.store(0, Ordering::Relaxed);
         *self.shown.stage() = Some(Stage {
             name: name.to_owned(),
             pace: Pace::new(total, self.shown.clock.elapsed()),
@@ -137,6 +147,10 @@ impl Progress for Console {
 
     fn advance(&self, units: u64) {
         self.shown.done.fetch_add(units, Ordering::Relaxed);
+    }
+
+    fn once(&self, time: Duration) {
+        self.shown.once.fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
     }
 
     fn weigh(&self, done: u64, total: u64) {
@@ -152,7 +166,7 @@ impl Progress for Console {
     fn finish(&self) {
         let Some(mut stage) = self.shown.stage().take() else { return };
         let done = self.shown.done.load(Ordering::Relaxed);
-        stage.pace.look(self.shown.clock.elapsed(), done);
+        self.shown.tell(&mut stage.pace);
         if let Some(bar) = stage.bar.take() {
             bar.set_position(done);
             bar.set_prefix(seconds(stage.pace.worked()));

@@ -141,6 +141,7 @@ pub fn expose<S: Spectrum>(
         let before = begin.max(end / GROWTH); // what settled in an earlier pass has been counted
         run.spent.rays += u64::from(end.min(budget.rays).saturating_sub(before));
     };
+    let threads = rayon::current_num_threads() as u32;
     let mut plate = Plate::new(window);
     let mut work = Work::default();
     if let Some(Moment { work: known, samples, .. }) =
@@ -178,6 +179,8 @@ pub fn expose<S: Spectrum>(
             }
             let Run { state, mut spent, .. } = run;
             (spent.time, spent.gathering) = (start.elapsed(), state.gathering);
+            spent.once = state.draws.once;
+            control.progress.once(spent.once / threads);
             control.progress.advance(units.count(spent.rays, spent.gathers));
             (state.draws.work, spent)
         };

@@ -8,6 +8,8 @@ pub trait Progress: Sync {
     fn stage(&self, name: &str, total: u64);
     /// `units` more of the stage's work are done.
     fn advance(&self, units: u64);
+    /// So much of the stage's time went into what is done once, and says nothing of the rest.
+    fn once(&self, _: Duration) {}
     /// The stage's units are counted anew: so many are done out of `total`.
     fn weigh(&self, _done: u64, _total: u64) {}
     /// The stage is over.

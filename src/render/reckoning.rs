@@ -65,6 +65,8 @@ pub(super) struct Spent {
     pub time: Duration,
     /// For what was gathered.
     pub gathering: Duration,
+    /// For what is kept for rays to come.
+    pub once: Duration,
 }
 
 impl AddAssign for Spent {
@@ -73,6 +75,7 @@ impl AddAssign for Spent {
         self.gathers += other.gathers;
         self.time += other.time;
         self.gathering += other.gathering;
+        self.once += other.once;
     }
 }
 
@@ -94,7 +97,8 @@ impl Units {
         if self.gather.is_some() || spent.gathers == 0 {
             return false;
         }
-        let rest = spent.time.saturating_sub(spent.gathering).as_secs_f64() / spent.rays as f64;
+        let apart = spent.gathering + spent.once;
+        let rest = spent.time.saturating_sub(apart).as_secs_f64() / spent.rays as f64;
         let gather = spent.gathering.as_secs_f64() / spent.gathers as f64;
         let more = (gather / rest.max(f64::MIN_POSITIVE)).min(MOST);
         self.gather = Some((more * RAY as f64) as u64);
@@ -111,8 +115,8 @@ mod tests {
         let mut units = Units::default();
         assert_eq!(units.count(7, 3), 7 * RAY);
         assert!(!units.learn(&Spent::default()));
-        let (time, gathering) = (Duration::from_secs(50), Duration::from_secs(40));
-        assert!(units.learn(&Spent { rays: 100, gathers: 20, time, gathering }));
+        let [time, gathering, once] = [60, 40, 10].map(Duration::from_secs);
+        assert!(units.learn(&Spent { rays: 100, gathers: 20, time, gathering, once }));
         // A tenth of a second for any ray and two seconds more for each that gathers.
         assert_eq!(units.count(7, 3), 7 * RAY + 3 * 20 * RAY);
     }

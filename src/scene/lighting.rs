@@ -1,5 +1,7 @@
 //! Direct light at a place in a medium or on a surface of a scene.
 
+use std::time::Duration;
+
 use glam::DVec3;
 
 use crate::light::{EmitterHit, Light, LightSample};
@@ -29,12 +31,14 @@ pub struct Draws {
     /// Numbers for places on lights, spread evenly over the rays of a pixel, for the first surface
     /// that asks for them.
     pub even: Option<[f64; 2]>,
+    /// Time that went into what is found once and kept for all who ask later.
+    pub once: Duration,
 }
 
 impl Draws {
     /// From these random numbers, with no work done yet, for what `needs` say.
     pub fn new(rng: Stream, needs: Needs) -> Self {
-        Self { rng, work: Work::default(), needs, even: None }
+        Self { rng, work: Work::default(), needs, even: None, once: Duration::ZERO }
     }
 }
 

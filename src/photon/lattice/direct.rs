@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Instant;
 
 use glam::IVec3;
 
@@ -111,6 +112,7 @@ impl<S: Spectrum> DirectLattice<S> {
         if channels[0].load(Ordering::Acquire) != UNKNOWN {
             return S::from_channels(|c| f32::from_bits(channels[c].load(Ordering::Relaxed)));
         }
+        let start = Instant::now();
         let stream = Stream::new(self.seed, Stage::March, index as u64, u64::MAX);
         let mut own = Draws::new(stream, draws.needs);
         let light = self.light(scene, cell, &mut own).short();
@@ -123,6 +125,7 @@ impl<S: Spectrum> DirectLattice<S> {
         if first.compare_exchange(UNKNOWN, bits, Ordering::AcqRel, Ordering::Relaxed).is_ok() {
             draws.work += own.work;
         }
+        draws.once += start.elapsed();
         light
     }
 
