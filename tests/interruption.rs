@@ -184,6 +184,40 @@ fn before_the_first_ray_a_signal_leaves_a_first_look() {
     assert_eq!(bytes(folder.path(), "out.exr"), finished);
 }
 
+/// Where a checkpoint holds more than a first look would show, it is what stays.
+#[test]
+fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
+    let folder = TempDir::new().unwrap();
+    let few = ["--checkpoint", "100ms", "--rays", "1000000"];
+    let checkpoint = folder.path().join("out.exr.checkpoint");
+    let more = [&few[..], &["--photons", "3000000"]].concat();
+    let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &more));
+    wait_for(&mut child, || checkpoint.exists());
+    signal(&child, "-INT");
+    child.wait().unwrap();
+    let before = [
+        std::fs::read(&checkpoint).unwrap(),
+        std::fs::read(folder.path().join("out.exr")).unwrap(),
+    ];
+
+    let more = [&more[..], &["--resume"]].concat();
+    let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &more));
+    let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(messages.any(|line| line.unwrap().starts_with("note: goes on after")));
+    std::thread::sleep(Duration::from_millis(300));
+    signal(&child, "-INT");
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let message = messages.last().unwrap().unwrap();
+    let kept =
+        "error: interrupted before the first ray: out.exr.checkpoint holds the state as before";
+    assert_eq!(message, kept);
+    let after = [
+        std::fs::read(&checkpoint).unwrap(),
+        std::fs::read(folder.path().join("out.exr")).unwrap(),
+    ];
+    assert!(before == after);
+}
+
 #[test]
 fn a_pause_is_no_part_of_the_time() {
     let folder = TempDir::new().unwrap();

@@ -1,5 +1,6 @@
 //! One picture: rendered, held, written.
 
+use std::io::Write;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -17,17 +18,22 @@ use super::partial;
 use super::progress::Console;
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
-use crate::image::{View, write_exr, write_png};
+use crate::file;
+use crate::image::{View, Window, exr_bytes, write_png};
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Ended, Progress, Rendered, Silent,
 };
 use crate::scene::Scene;
 
 /// Seconds a pixel that writing takes, about.
-const WRITING: f64 = 1.5e-6;
+const WRITING: f64 = 1e-6;
 
-/// Time for a first look, where a render is interrupted before it has a picture.
-const PREVIEW: Duration = Duration::from_millis(400);
+/// Time for a first look, where a render is interrupted before it has a picture: at most, and less
+/// as a larger film takes longer to write, but at least the second.
+const PREVIEW: [Duration; 2] = [Duration::from_millis(400), Duration::from_millis(100)];
+
+/// Time for that and for writing it.
+const LEAVING: Duration = Duration::from_millis(800);
 
 /// Of the time that is left, photons are to take at most this share.
 const PHOTONS: f64 = 0.4;
@@ -189,11 +195,7 @@ impl Job<'_> {
     /// When rendering must end for the files to be written in time.
     fn deadline(&self, scene: &Scene) -> Option<Deadline<'_>> {
         let time = self.hold.time?;
-        let pixels = scene.render.crop.map_or_else(
-            || scene.film.size.map(f64::from).iter().product(),
-            |crop| crop.pixels() as f64,
-        );
-        let writing = Duration::from_secs_f64(pixels * WRITING).min(time / 4);
+        let writing = writing(scene).min(time / 4);
         let at = self.start.checked_add(time - writing)?;
         Some(Deadline { clock: self.clock, at })
     }
@@ -257,14 +259,18 @@ impl Job<'_> {
             let path = kept.path().display();
             self.interrupt.end(&format!("{early}: {path} holds the state as before"));
         }
-        let deadline = Deadline { clock: self.clock, at: self.clock.elapsed() + PREVIEW };
+        let [most, least] = PREVIEW;
+        let time = LEAVING.saturating_sub(writing(scene)).clamp(least, most);
+        let deadline = Deadline { clock: self.clock, at: self.clock.elapsed() + time };
         let control = Control { deadline: Some(deadline), ..Control::silent() };
-        // The threads of the render's own pool are busy.
+        // The threads of the render's own pool wait, or are busy with what does not.
+        self.interrupt.stop().pause();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let preview =
             pool.map(|pool| pool.install(|| render::preview(scene, &scene.render, control)));
         if !self.interrupt.is_early() {
             self.interrupt.stop().ask();
+            self.interrupt.stop().go_on();
             return;
         }
         let output = partial::place_preview(self.output);
@@ -319,6 +325,12 @@ impl Job<'_> {
     }
 }
 
+/// About how long it takes to write the picture of `scene`.
+fn writing(scene: &Scene) -> Duration {
+    let pixels = scene.render.crop.unwrap_or(Window::whole(scene.film.size)).pixels();
+    Duration::from_secs_f64(pixels as f64 * WRITING)
+}
+
 /// Writes the PNG, then the EXR with `attributes`: once that is there, the picture is.
 fn write_files(
     output: &Output,
@@ -329,8 +341,11 @@ fn write_files(
     let attributes: Vec<(&str, String)> =
         attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
     let view = View { exposure: scene.film.exposure, transform: scene.film.view };
-    write_png(&output.png, &rendered.film.image(), &view)?;
-    write_exr(&output.exr, &rendered.film, &attributes)
+    let (png, exr) = rayon::join(
+        || write_png(&output.png, &rendered.film.image(), &view),
+        || exr_bytes(&output.exr, &rendered.film, &attributes),
+    );
+    png.and(exr).and_then(|exr| file::write(&output.exr, |out| out.write_all(&exr)))
 }
 
 /// How much of a picture that is not finished is there.

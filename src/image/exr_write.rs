@@ -20,8 +20,17 @@ use crate::file;
 /// # Errors
 /// As [`write_exr_layers`].
 pub fn write_exr(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Result<()> {
+    let bytes = exr_bytes(path, film, attributes)?;
+    file::write(path, |out| out.write_all(&bytes))
+}
+
+/// What [`write_exr`] writes to `path`.
+///
+/// # Errors
+/// Where a value is not finite or a name is not one; `path` is named then.
+pub fn exr_bytes(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Result<Vec<u8>> {
     let layers: Vec<(&str, &[f32])> = film.layers().collect();
-    write_windows(path, film.window(), film.full_size(), &layers, attributes)
+    bytes_of(path, film.window(), film.full_size(), &layers, attributes)
 }
 
 /// Writes a picture as `R`, `G` and `B`; see [`write_exr_layers`].
@@ -49,22 +58,22 @@ pub fn write_exr_layers(
     attributes: &[(&str, String)],
 ) -> Result<()> {
     let sides = [width, height].map(|side| u32::try_from(side).unwrap_or(0));
-    write_windows(path, Window::whole(sides), sides, layers, attributes)
+    let bytes = bytes_of(path, Window::whole(sides), sides, layers, attributes)?;
+    file::write(path, |out| out.write_all(&bytes))
 }
 
-/// Writes `layers` of the data window `window` of a picture of the size `full`.
-fn write_windows(
+/// The file of `layers` of the data window `window` of a picture of the size `full`.
+fn bytes_of(
     path: &Path,
     window: Window,
     full: [u32; 2],
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
-) -> Result<()> {
+) -> Result<Vec<u8>> {
     check_layers(path, window.width as usize, window.height as usize, layers)?;
     check_attributes(path, attributes)?;
-    let bytes = encode(window, full, layers, attributes)
-        .map_err(|e| Error::file(path, format!("cannot be encoded as EXR: {e}")))?;
-    file::write(path, |out| out.write_all(&bytes))
+    encode(window, full, layers, attributes)
+        .map_err(|e| Error::file(path, format!("cannot be encoded as EXR: {e}")))
 }
 
 fn encode(

@@ -22,7 +22,7 @@ mod window;
 
 pub use accumulator::{Accumulator, Sample};
 pub use exr_read::{EXR_DECODER, Layers, read_attributes, read_exr, read_layers};
-pub use exr_write::{write_exr, write_exr_image, write_exr_layers};
+pub use exr_write::{exr_bytes, write_exr, write_exr_image, write_exr_layers};
 pub use film::{FAR, Film, FilmPixel};
 pub use palette::{NOT_FINITE, viridis};
 pub use picture::Picture;

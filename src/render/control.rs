@@ -1,17 +1,21 @@
 //! How a running render is held: watched, stopped, ended in time, kept on disk.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::checkpoint::Checkpoints;
 use super::clock::Deadline;
 use super::{Progress, Silent};
+
+/// How often it is looked whether a pause is over.
+const PERIOD: Duration = Duration::from_millis(5);
 
 /// Asks a running render to end, from any thread.
 #[derive(Debug, Default)]
 pub struct Stop {
     asked: AtomicBool,
     exposing: AtomicBool,
+    paused: AtomicBool,
 }
 
 impl Stop {
@@ -34,6 +38,24 @@ impl Stop {
     /// There is a picture from now on.
     pub(super) fn begin_picture(&self) {
         self.exposing.store(true, Ordering::Release);
+    }
+
+    /// Photons that are being shot wait until [`go_on`](Self::go_on) is called: another thread has
+    /// something to do that cannot.
+    pub fn pause(&self) {
+        self.paused.store(true, Ordering::Relaxed);
+    }
+
+    /// Ends a [pause](Self::pause).
+    pub fn go_on(&self) {
+        self.paused.store(false, Ordering::Relaxed);
+    }
+
+    /// Waits while paused.
+    pub(super) fn wait(&self) {
+        while self.paused.load(Ordering::Relaxed) {
+            std::thread::sleep(PERIOD);
+        }
     }
 
     /// For the next picture: there is none yet.

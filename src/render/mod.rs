@@ -117,6 +117,7 @@ fn picture<S: Spectrum, H: Heading>(
     progress.stage("photons", shooting.photons);
     let paths = AtomicU64::new(0);
     let advance = |count: u64| {
+        control.stop.into_iter().for_each(Stop::wait);
         progress.advance(count);
         // Building the maps can take longer than the last paths, and as long as all of them.
         if paths.fetch_add(count, Ordering::Relaxed) + count == shooting.photons {
