@@ -44,8 +44,16 @@ const FORWARD: &str = "{ type = 'henyey-greenstein', g = 0.5 }";
 
 fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> PhotonMaps {
     let needs = Needs::EVERYTHING;
-    let shooting =
-        Shooting { photons, seed: 3, max_scatter, radius: None, levels, needs, traced: None };
+    let shooting = Shooting {
+        photons,
+        seed: 3,
+        max_scatter,
+        radius: None,
+        levels,
+        needs,
+        traced: None,
+        pixels: 1.0,
+    };
     shoot(scene, &shooting, &|_| {}).unwrap().0
 }
 

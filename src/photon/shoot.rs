@@ -67,6 +67,9 @@ pub struct Shooting {
     /// Levels of thinned volume photons beside the full one, for gathers up to 2^levels times as
     /// wide.
     pub levels: u32,
+    /// Pixels of the film, along each side, that one of the picture stands for: cells for direct
+    /// light are as much wider.
+    pub pixels: f64,
     /// Which photons are needed.
     pub needs: Needs,
 }
@@ -98,7 +101,8 @@ pub fn shoot<S: Spectrum, H: Heading>(
     let keeps = shooting.needs.volume_photons;
     let kept = |medium| {
         let of = scene.media.get(medium);
-        let new = || DirectLattice::new(scene, medium, &visible.media, shooting.seed);
+        let (visible, Shooting { pixels, seed, .. }) = (&visible.media, *shooting);
+        let new = || DirectLattice::new(scene, medium, visible, pixels, seed);
         (keeps && is_before(scene, of)).then(new).flatten()
     };
     let direct: Option<Vec<_>> = (0..scene.media.len()).map(kept).collect();

@@ -25,7 +25,7 @@ const PATHS: u64 = 1 << 14;
 const PILOT_PHOTONS: u64 = 64;
 
 /// Pixels of the maps along each side of the squares of which that look takes one.
-const PILOT_PIXELS: u32 = 4;
+const PILOT_PIXELS: u32 = 5;
 
 /// Distinguishes the photons of that look from those of the picture, so that what they happen to
 /// show has no part in both.
@@ -151,6 +151,7 @@ fn pilot<S: Spectrum, H: Heading>(
         photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
         seed: settings.seed ^ PILOT_SEED,
         levels: 0,
+        pixels: f64::from(PILOT_PIXELS) / settings.directing.resolution,
         ..shooting(scene, settings)
     };
     let (photons, mut work) = photon::shoot::<S, H>(scene, &shooting, &|_| ())?;
@@ -190,6 +191,7 @@ pub(super) fn shooting(scene: &Scene, settings: &RenderSettings) -> Shooting {
         max_scatter: settings.max_scatter,
         radius: settings.radius,
         levels: 0,
+        pixels: 1.0,
         needs: Needs::of(scene, settings),
     }
 }

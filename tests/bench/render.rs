@@ -122,6 +122,7 @@ fn maps(scene: &Scene) -> PhotonMaps {
     let shooting = Shooting {
         photons: PHOTONS,
         traced: None,
+        pixels: 1.0,
         seed: 0,
         max_scatter: None,
         radius: None,

@@ -36,10 +36,17 @@ pub struct DirectLattice<S = Rgb> {
 
 impl<S: Spectrum> DirectLattice<S> {
     /// A lattice for the medium of this index in `scene`, of which the camera sees `visible`
-    /// places. Nothing where cells would be too thick or too many.
-    pub fn new(scene: &Scene, medium: usize, visible: &[WorldPoint], seed: u64) -> Option<Self> {
+    /// places, for a picture of which each pixel stands for so many of the film along each side.
+    /// Nothing where cells would be too thick or too many.
+    pub fn new(
+        scene: &Scene,
+        medium: usize,
+        visible: &[WorldPoint],
+        pixels: f64,
+        seed: u64,
+    ) -> Option<Self> {
         let of = scene.media.get(medium);
-        let edge = edge_for_direct(scene, of, visible)?;
+        let edge = edge_for_direct(scene, of, visible, pixels)?;
         let cells = Cells::around(&of.density, edge)?;
         let near = of.density.bounds()?.grown(NEAR * edge);
         let kept = |light: &Light| is_kept(light, &near);

@@ -38,9 +38,15 @@ pub fn thin_edge(medium: &Medium, visible: &[WorldPoint]) -> f64 {
     thickest(medium, visible).map_or(f64::INFINITY, |sigma_t| THIN / sigma_t)
 }
 
-/// Edge of the cells for direct light, in metres: as fine as the picture, but thin; nothing where
-/// the medium is not seen or cells would have to be much finer than voxels.
-pub fn edge_for_direct(scene: &Scene, medium: &Medium, visible: &[WorldPoint]) -> Option<f64> {
+/// Edge of the cells for direct light, in metres: as fine as a picture of which each pixel stands
+/// for so many along each side, but thin; nothing where the medium is not seen or cells would have
+/// to be much finer than voxels.
+pub fn edge_for_direct(
+    scene: &Scene,
+    medium: &Medium,
+    visible: &[WorldPoint],
+    pixels: f64,
+) -> Option<f64> {
     let thickest = thickest(medium, visible)?;
     let middle = scene.film.size.map(|side| 0.5 * f64::from(side));
     let ray = |by| scene.camera.ray(middle[0] + by, middle[1], [0.5; 2]);
@@ -51,7 +57,7 @@ pub fn edge_for_direct(scene: &Scene, medium: &Medium, visible: &[WorldPoint]) -
     };
     let pixel = quantile(visible.iter().map(pixel).collect(), 0.5)?;
     let finest = FINEST * medium.density.detail().unwrap_or(0.0);
-    let edge = (PIXELS * pixel).max(finest).min(THIN / thickest);
+    let edge = (PIXELS * pixels * pixel).max(finest).min(THIN / thickest);
     (edge >= 0.5 * finest).then_some(edge)
 }
 
