@@ -21,6 +21,7 @@ mod progress;
 mod reckoning;
 mod reference;
 mod rendered;
+mod toward;
 
 /// Calls a function that is generic over the channels of light and the heading of photons in media
 /// for what is needed: chosen here, once, and not asked about in any loop.
