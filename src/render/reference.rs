@@ -361,9 +361,10 @@ impl<'a> PathTracer<'a> {
         let Some(scattered) = scattered else { return false };
         path.throughput *= S::of(scattered.weight);
         path.scatter_pdf = (!scattered.specular).then_some((scattered.pdf, hit.point));
-        path.lamp_share = match scattered.specular {
-            true => 1.0,
-            false => self.lamp_share(hit.point, scattered.direction, scattered.pdf),
+        path.lamp_share = if scattered.specular {
+            1.0
+        } else {
+            self.lamp_share(hit.point, scattered.direction, scattered.pdf)
         };
         path.inside = (path.inside + i32::from(scattered.crossing)).max(0);
         path.ray = hit.leave(scattered.direction);
