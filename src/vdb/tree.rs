@@ -168,26 +168,19 @@ fn child<V: Copy, const N: usize>(
 /// See [`Merged`].
 fn merged<V: Voxel, const N: usize>(node: &Node<V, N>, log2_side: u32) -> Merged<N> {
     let mut merged: Merged<N> = vec![0; N].try_into().expect("the length is N");
-    for level in 1..=log2_side as u8 {
-        let corners = 1 << (log2_side - u32::from(level));
-        let place = |index: i32| {
-            IVec3::new(index / corners / corners, index / corners % corners, index % corners)
-        };
-        for index in 0..corners.pow(3) {
-            let first = place(index) << level;
-            let half = |i: usize| {
-                let half = IVec3::new(i as i32 >> 2, i as i32 >> 1 & 1, i as i32 & 1);
-                slot(first + (half << (level - 1)), 0, log2_side)
-            };
+    for level in 1..=log2_side {
+        let bits = log2_side - level;
+        for index in 0..1 << (3 * bits) {
+            let first = place(index, bits) << level;
+            let half = |i| slot(first + (place(i, 1) << (level - 1)), 0, log2_side);
             let Child::Constant(value) = node[half(0)] else { continue };
-            let is_even = |slot: usize| node[slot].is(value) && merged[slot] == level - 1;
+            let is_even =
+                |slot: usize| node[slot].is(value) && u32::from(merged[slot]) == level - 1;
             if !(0..8).map(half).all(is_even) {
                 continue;
             }
-            let side = 1 << level;
-            for within in 0..side * side * side {
-                let within = IVec3::new(within / side / side, within / side % side, within % side);
-                merged[slot(first + within, 0, log2_side)] = level;
+            for within in 0..1 << (3 * level) {
+                merged[slot(first + place(within, level), 0, log2_side)] = level as u8;
             }
         }
     }
