@@ -53,32 +53,58 @@ impl TowardLamps {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{Stage, Stream, warp};
+    use crate::math::{Stage, Stream};
 
-    /// Weighing uniform directions by the density gives one; the standard error is about .004 at
-    /// this fixed seed, so that 5 of them are a false alarm of 6e-7.
+    /// Share of the samples round one lamp that lie within `angle` of it.
+    fn within(angle: f64) -> f64 {
+        (1.0 + angle / PEAK).ln() / (1.0 + PI / PEAK).ln()
+    }
+
+    /// Nine bounds of 4.5 standard errors make a false alarm of 6e-5 at this fixed seed.
     #[test]
-    fn density_belongs_to_samples() {
-        let axes = [DVec3::Z, DVec3::new(0.6, 0.0, 0.8)];
-        let toward = TowardLamps { axes: axes.into_iter().collect() };
+    fn samples_are_dense_round_lamps() {
+        let toward = TowardLamps { axes: [DVec3::new(0.6, 0.0, 0.8)].into_iter().collect() };
         let mut rng = Stream::new(1, Stage::Test, 0, 0);
-        let count = 200_000;
-        let mut sum = 0.0;
-        let mut near = [0.0; 2];
-        for _ in 0..count {
-            let (direction, pdf) = toward.sample(rng.uniform(), rng.uniform2()).unwrap();
-            assert!((toward.pdf(direction) / pdf - 1.0).abs() < 1e-9);
-            let close = axes.iter().any(|axis| axis.angle_between(direction) < 0.1);
-            near[0] += f64::from(u8::from(close));
-            // The mean of the density's inverse over samples is the sphere's area.
-            sum += 1.0 / pdf;
-            let direction = warp::uniform_sphere(rng.uniform2());
-            let close = axes.iter().any(|axis| axis.angle_between(direction) < 0.1);
-            near[1] += if close { toward.pdf(direction) * 4.0 * PI } else { 0.0 };
+        let count = 100_000;
+        let angles: Vec<f64> = (0..count)
+            .map(|_| {
+                let (direction, pdf) = toward.sample(rng.uniform(), rng.uniform2()).unwrap();
+                assert_eq!(toward.pdf(direction), pdf);
+                let axis = toward.axes[0];
+                axis.cross(direction).length().atan2(axis.dot(direction))
+            })
+            .collect();
+        for angle in [1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 2.0, 3.0] {
+            let found = angles.iter().filter(|a| **a < angle).count() as f64 / f64::from(count);
+            let expected = within(angle);
+            let off = (expected * (1.0 - expected) / f64::from(count)).sqrt();
+            assert!((found - expected).abs() < 4.5 * off, "{found} of {expected} within {angle}");
         }
-        let count = f64::from(count);
-        assert!((sum / count / (4.0 * PI) - 1.0).abs() < 0.03, "{}", sum / count);
-        assert!((near[0] / near[1] - 1.0).abs() < 0.1, "{near:?}");
+    }
+
+    #[test]
+    fn the_density_is_that_of_the_samples() {
+        let toward = TowardLamps { axes: [DVec3::Z].into_iter().collect() };
+        let steps = 20_000;
+        for [from, to] in [[0.0, 0.01], [0.01, 0.2], [0.2, PI]] {
+            let width = (to - from) / f64::from(steps);
+            let ring = |i: u32| {
+                let angle = from + (f64::from(i) + 0.5) * width;
+                toward.pdf(DVec3::new(angle.sin(), 0.0, angle.cos()))
+                    * 2.0
+                    * PI
+                    * angle.sin()
+                    * width
+            };
+            let sum: f64 = (0..steps).map(ring).sum();
+            let expected = within(to) - within(from);
+            assert!((sum / expected - 1.0).abs() < 1e-4, "{sum} for {expected}");
+        }
+        let both = TowardLamps { axes: [DVec3::Z, DVec3::X].into_iter().collect() };
+        let beside = TowardLamps { axes: [DVec3::X].into_iter().collect() };
+        let along = DVec3::new(0.3, 0.2, 0.9).normalize();
+        let mean = 0.5 * (toward.pdf(along) + beside.pdf(along));
+        assert!((both.pdf(along) / mean - 1.0).abs() < 1e-12);
         assert!(TowardLamps { axes: SmallVec::new() }.sample(0.5, [0.5; 2]).is_none());
     }
 }
