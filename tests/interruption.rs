@@ -188,17 +188,14 @@ fn before_the_first_ray_a_signal_leaves_a_first_look() {
 #[test]
 fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
     let folder = TempDir::new().unwrap();
-    let few = ["--checkpoint", "100ms", "--rays", "1000000"];
     let checkpoint = folder.path().join("out.exr.checkpoint");
-    let more = [&few[..], &["--photons", "3000000"]].concat();
+    let state = || (std::fs::read(&checkpoint).unwrap(), bytes(folder.path(), "out.exr"));
+    let more = [&ENDLESS[..], &["--photons", "3000000"]].concat();
     let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &more));
     wait_for(&mut child, || checkpoint.exists());
     signal(&child, "-INT");
     child.wait().unwrap();
-    let before = [
-        std::fs::read(&checkpoint).unwrap(),
-        std::fs::read(folder.path().join("out.exr")).unwrap(),
-    ];
+    let before = state();
 
     let more = [&more[..], &["--resume"]].concat();
     let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &more));
@@ -211,11 +208,7 @@ fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
     let kept =
         "error: interrupted before the first ray: out.exr.checkpoint holds the state as before";
     assert_eq!(message, kept);
-    let after = [
-        std::fs::read(&checkpoint).unwrap(),
-        std::fs::read(folder.path().join("out.exr")).unwrap(),
-    ];
-    assert!(before == after);
+    assert!(before == state());
 }
 
 #[test]

@@ -78,7 +78,8 @@ fn emptiness_takes_hardly_any_work() {
             "{far} {name} far apart, {near} close together"
         );
     }
-    // Photons find both puffs wherever they are; without them over a quarter of the light would be missing.
+    // Photons find both puffs wherever they are; without them over a quarter of the light would be
+    // missing.
     let light = |image: &Image| image.channels()[1].iter().map(|v| f64::from(*v)).sum::<f64>();
     let [near, far] = [near, far].map(|rendered| light(&rendered.film.image()));
     assert!((far / near - 1.0).abs() < 0.01, "{far} far apart, {near} close together");

@@ -198,9 +198,10 @@ impl<'a> PathTracer<'a> {
                     let value = medium.phase.eval(incoming.dot(direction));
                     (S::splat(value), value)
                 };
-                self.send_at_lamps(path, p, |direction| Ray::new(p, direction), eval, draws);
+                let toward = self.toward_lamps(p);
+                self.send_at_lamps(path, toward.as_ref(), |d| Ray::new(p, d), eval, draws);
                 let (direction, pdf) = medium.phase.sample(incoming, draws.rng.uniform2());
-                path.lamp_share = self.lamp_share(p, direction, pdf);
+                path.lamp_share = toward.map_or(1.0, |toward| toward.left(direction, pdf));
                 path.scatter_pdf = Some((pdf, p));
                 path.ray = Ray::new(p, direction);
                 return Flight::Scattered;
@@ -235,30 +236,26 @@ impl<'a> PathTracer<'a> {
         (transmittance * S::of(media.sigma_t_at(ray.at(t)))).element_sum() / 3.0
     }
 
-    /// Share of the light of lamps, along a ray from `at` whose direction was chosen with the density
-    /// `pdf`, that is left to it where rays are sent nearly at lamps as well.
-    fn lamp_share(&self, at: WorldPoint, direction: DVec3, pdf: f64) -> f64 {
-        if !self.aims {
-            return 1.0;
-        }
-        pdf / (pdf + TowardLamps::new(&self.scene.lights, at).pdf(direction))
+    /// Directions nearly at lamps from `at`, where rays are sent along them.
+    fn toward_lamps(&self, at: WorldPoint) -> Option<TowardLamps> {
+        self.aims.then(|| TowardLamps::new(&self.scene.lights, at))
     }
 
-    /// Adds the light of lamps that comes to `at` on a ray nearly from one of them, scattered once
-    /// along it, and goes on along the path; `scatter` gives the share that does and the density
-    /// with which scattering would have chosen the direction.
+    /// Adds the light of lamps that comes to the path's end on a ray nearly from one of them,
+    /// scattered once along it, and goes on along the path; `scatter` gives the share that does and
+    /// the density with which scattering would have chosen the direction.
     fn send_at_lamps<S: Spectrum>(
         &self,
         path: &mut Path<S>,
-        at: WorldPoint,
+        toward: Option<&TowardLamps>,
         leave: impl Fn(DVec3) -> Ray<World>,
         scatter: impl Fn(DVec3) -> (S, f64),
         draws: &mut Draws,
     ) {
-        if !self.aims || path.inside > 0 || path.scattered >= self.max_scatter {
+        let Some(toward) = toward else { return };
+        if path.inside > 0 || path.scattered >= self.max_scatter {
             return;
         }
-        let toward = TowardLamps::new(&self.scene.lights, at);
         let sample = toward.sample(draws.rng.uniform(), draws.rng.uniform2());
         let Some((direction, pdf)) = sample else { return };
         let (share, scatter_pdf) = scatter(direction);
@@ -339,33 +336,26 @@ impl<'a> PathTracer<'a> {
         draws: &mut Draws,
     ) -> bool {
         let incoming = path.ray.direction;
+        let toward = self.toward_lamps(hit.point);
         if !hit.material.is_specular() {
-            let lit = |_, _, light: &LightSample| {
-                let cosine = light.direction.dot(hit.shading_normal).abs();
-                let share =
-                    hit.material.eval(incoming, light.direction, hit, TransportMode::Radiance)
-                        * cosine;
-                (S::of(share), hit.material.pdf(incoming, light.direction, hit))
-            };
-            let light = self.next_event(hit.point, |d| hit.leave(d), lit, draws);
-            path.radiance += path.throughput * light;
             let share = |direction: DVec3| {
                 let cosine = direction.dot(hit.shading_normal).abs();
                 let share = hit.material.eval(incoming, direction, hit, TransportMode::Radiance);
                 (S::of(share * cosine), hit.material.pdf(incoming, direction, hit))
             };
-            self.send_at_lamps(path, hit.point, |direction| hit.leave(direction), share, draws);
+            let lit = |_, _, light: &LightSample| share(light.direction);
+            let light = self.next_event(hit.point, |d| hit.leave(d), lit, draws);
+            path.radiance += path.throughput * light;
+            self.send_at_lamps(path, toward.as_ref(), |d| hit.leave(d), share, draws);
         }
         let u = std::array::from_fn(|_| draws.rng.uniform());
         let scattered = hit.material.scatter(incoming, hit, u, TransportMode::Radiance);
         let Some(scattered) = scattered else { return false };
         path.throughput *= S::of(scattered.weight);
         path.scatter_pdf = (!scattered.specular).then_some((scattered.pdf, hit.point));
-        path.lamp_share = if scattered.specular {
-            1.0
-        } else {
-            self.lamp_share(hit.point, scattered.direction, scattered.pdf)
-        };
+        path.lamp_share = toward
+            .filter(|_| !scattered.specular)
+            .map_or(1.0, |toward| toward.left(scattered.direction, scattered.pdf));
         path.inside = (path.inside + i32::from(scattered.crossing)).max(0);
         path.ray = hit.leave(scattered.direction);
         path.throughput != S::ZERO

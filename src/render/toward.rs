@@ -48,6 +48,12 @@ impl TowardLamps {
         };
         self.axes.iter().map(pdf).sum::<f64>() / self.axes.len().max(1) as f64
     }
+
+    /// Share, by the balance heuristic, of what comes along a direction that was chosen with the
+    /// density `pdf`, 1/sr, and that [`sample`](Self::sample) might have found as well.
+    pub fn left(&self, direction: DVec3, pdf: f64) -> f64 {
+        pdf / (pdf + self.pdf(direction))
+    }
 }
 
 #[cfg(test)]
