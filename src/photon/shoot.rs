@@ -110,11 +110,15 @@ pub fn shoot<S: Spectrum, H: Heading>(
     let reach = reach(scene, &visible, everything.grown(margin))?;
     let emitters = Emitters::new(scene, reach, !direct.is_empty())?;
     let units = Units::around(emitters.power() / shooting.photons.max(1) as f64, size);
+    let is_round_eye = |medium: &Medium| !is_before(scene, medium);
+    let depth = visible.depth(scene).min(size);
+    let zones = Zones::around(&scene.media, margin);
+    let inside = scene.media.iter().any(is_round_eye);
     let mut paths = Paths {
         scene,
         emitters,
         units,
-        zones: Zones::around(&scene.media, margin),
+        zones: if inside { zones.with_eye(eye(scene), depth) } else { zones },
         shooting: *shooting,
         origin,
         keep: 1.0,
@@ -152,7 +156,6 @@ pub fn shoot<S: Spectrum, H: Heading>(
     let radii = match radius {
         Some(radius) => Radii::constant(radius, volume.len()),
         None => {
-            let depth = visible.depth(scene).min(size);
             let weight =
                 |p: &Placed<S, H>| toward_camera(scene, &scatterings, p.at(origin), &p.photon);
             Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
@@ -258,10 +261,14 @@ fn lattices<'a, S: Spectrum>(
 
 /// Whether a medium has an end and lies before the eye: near it cells would show.
 fn is_before(scene: &Scene, medium: &Medium) -> bool {
-    let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
-    let eye = scene.camera.ray(width, height, [0.5; 2]).origin;
-    let apart = |b: Aabb<World>| !b.grown(NEAR * b.size().min_element()).contains(eye);
+    let apart = |b: Aabb<World>| !b.grown(NEAR * b.size().min_element()).contains(eye(scene));
     medium.density.bounds().is_some_and(apart)
+}
+
+/// Where the ray through the middle of the film starts.
+fn eye(scene: &Scene) -> WorldPoint {
+    let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
+    scene.camera.ray(width, height, [0.5; 2]).origin
 }
 
 /// Whether rays ask for light that lattices do not hold: scattered toward other places than the
