@@ -25,7 +25,7 @@ const PATHS: u64 = 1 << 14;
 const PILOT_PHOTONS: u64 = 64;
 
 /// Pixels of the maps along each side of the squares of which that look takes one.
-const PILOT_PIXELS: u32 = 6;
+const PILOT_PIXELS: u32 = 8;
 
 /// Distinguishes the photons of that look from those of the picture, so that what they happen to
 /// show has no part in both.
