@@ -271,3 +271,45 @@ fn white_furnace_from_inside_fog() {
     let light = mean(&rendered.film).0;
     assert!((light - 1.0).abs() < 0.025, "{light}");
 }
+
+/// A narrow lobe, seen from inside beside a lamp's beam. Without its tip being followed by rays the
+/// mean over seeds was 4.5 % too bright; it scatters by 0.6 %, the reference by 0.7 %.
+#[test]
+fn narrow_lobe_from_inside_fog() {
+    const SEEDS: u32 = 4;
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+        [camera]
+        position = [0.0, 1.5, 0.0]
+        target = [0.0, 1.5, -10.0]
+        fov = 50.0
+        [film]
+        size = [24, 24]
+        [[medium]]
+        region = { box = { min = [-30.0, 0.0, -60.0], max = [30.0, 15.0, 5.0] } }
+        sigma_t = 0.05
+        albedo = 0.95
+        phase = { type = "henyey-greenstein", g = 0.9 }
+        [[light]]
+        type = "spot"
+        position = [9.0, 3.0, -14.0]
+        target = [0.0, 1.0, -4.0]
+        angle = 25.0
+        falloff = 18.0
+        intensity = 100.0
+        [[surface]]
+        shape = "plane"
+        point = [0.0, 0.0, 0.0]
+        normal = [0.0, 1.0, 0.0]
+        material = { type = "diffuse", reflectance = 0.0 }
+    "#;
+    let exact = scene(folder.path(), text, 3000, 0);
+    let expected = mean(&render_reference(&exact, &exact.render, &Silent).film).0;
+    let scene = scene(folder.path(), text, 64, 100_000);
+    let light = |seed| {
+        let settings = RenderSettings { seed: u64::from(seed), ..scene.render };
+        mean(&render(&scene, &settings, &Silent).unwrap().film).0
+    };
+    let light = (0..SEEDS).map(light).sum::<f64>() / f64::from(SEEDS);
+    assert!((light / expected - 1.0).abs() < 0.03, "{light} not {expected}");
+}

@@ -142,7 +142,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
     }
     // Lattices keep what is scattered by the blurred functions; orders are not counted along rays.
     let follows = lattices.is_empty() && shooting.max_scatter.is_none();
-    let scatterings = soft::scatterings(scene, &phases, follows);
+    let scatterings = soft::scatterings(scene, &phases, follows, is_round_eye);
     let count = shooting.traced.map_or(count, |traced| traced.min(count));
     let Deposits { volume, independent, surface, mut work, .. } =
         traced::<S, H>(&paths, count, &mut lattices, advance);

@@ -3,7 +3,8 @@
 //! A photon weighs the phase function at its own direction. Where that function is very peaked, as
 //! in fog of droplets, few photons that happen to fly at the eye carry nearly all of the light and
 //! show as bright spots. Where rays gather photons, they bear the smoother part of a function that
-//! has two, and rays follow what its peak scatters. Elsewhere photons' light is scattered by a
+//! has two, or what is left of a lobe that its tip is cut from, and rays follow what peak or tip
+//! scatters. Elsewhere photons' light is scattered by a
 //! function that is blurred a little, the less the more photons there are: what a gather radius is
 //! in space. Light that is found by sampling lights directly, and the photons' own flights, keep the
 //! function as it is.
@@ -21,8 +22,11 @@ const USUAL: f64 = 1e6;
 /// How concentrated it may be for any number of photons.
 const LEAST: f64 = 5.0;
 
-/// How concentrated a lobe is that rays follow: Henyey-Greenstein lobes above g = .87 are.
-const PEAKED: f64 = 30.0;
+/// How concentrated a lobe is that rays follow: Henyey-Greenstein lobes above g = .78 are.
+const PEAKED: f64 = 10.0;
+
+/// How concentrated the body of such a lobe is, below its tip, that photons bear.
+const SMOOTH: f64 = 5.0;
 
 /// Halvings by which the blur is found.
 const HALVINGS: u32 = 40;
@@ -54,10 +58,17 @@ impl Scattering {
 }
 
 /// How each medium of `scene` scatters photons: by its function in `blurred`, or in two parts where
-/// rays may follow peaks (`follows`) and there is one.
-pub(super) fn scatterings(scene: &Scene, blurred: &[Phase], follows: bool) -> Vec<Scattering> {
+/// rays may follow peaks (`follows`) and there is one. A lobe by itself is cut in two only in media
+/// that the eye is inside of (`is_round_eye`): what comes out of others has spread.
+pub(super) fn scatterings(
+    scene: &Scene,
+    blurred: &[Phase],
+    follows: bool,
+    is_round_eye: impl Fn(&Medium) -> bool,
+) -> Vec<Scattering> {
     let split = |(medium, blurred): (&Medium, &Phase)| {
-        let split = medium.phase.split(PEAKED).filter(|_| follows);
+        let smooth = is_round_eye(medium).then_some(SMOOTH);
+        let split = medium.phase.split(PEAKED, smooth).filter(|_| follows);
         split.map_or(Scattering::by(*blurred), |split| Scattering {
             phase: split.rest,
             share: 1.0 - split.share,

@@ -4,19 +4,21 @@
 //! rare and bright: few fly so nearly at the eye. Seen from the eye the same light varies little, as
 //! it comes from nearly straight ahead. So rays gather photons by the rest of the phase function and
 //! are followed once more where the peak deflects them, as a path tracer would (Veach 1997, section
-//! 8.2), to gather again: a final gather for one lobe.
-
-use std::time::Instant;
+//! 8.2), to gather again: a final gather for one lobe. Where they lead past a lamp is bright; since
+//! the peak does not know of lamps, rays are sent nearly at those as well, weighed by the balance
+//! heuristic (Veach 1997, section 9.2.2).
 
 use smallvec::SmallVec;
 
 use crate::director::Budget;
-use crate::math::{Ray, Spectrum, Stream, World};
-use crate::medium::Profile;
+use crate::math::{Ray, Span, Spectrum, Stream, World, WorldPoint};
+use crate::medium::{Phase, Profile};
 use crate::photon::Heading;
+use crate::scene::lighting;
 
 use super::expose::State;
-use super::march::Marcher;
+use super::march::{Asked, Marcher};
+use super::toward::TowardLamps;
 
 /// Deflected rays of one camera ray that are followed at most.
 const MAX_DEFLECTIONS: u32 = 10_000;
@@ -27,6 +29,10 @@ pub(super) struct Way<S> {
     pub(super) ray: Ray<World>,
     /// What its light counts.
     pub(super) throughput: S,
+    /// What the light of lamps counts of that, where it is scattered once more along the ray.
+    pub(super) lamps: f64,
+    /// What light counts of it that varies little within a pixel: 0 where another ray stands in.
+    pub(super) shared: f64,
     /// Whether it comes from the eye.
     pub(super) from_eye: bool,
 }
@@ -48,20 +54,16 @@ impl<S: Spectrum> Way<S> {
 }
 
 impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
-    /// The light along `onward` and all rays deflected from those, W/(m² sr).
+    /// The light along `onward` and all rays deflected from those, W/(m² sr), and what of it stands
+    /// in for that of other rays.
     pub(super) fn follow_deflected(
         &self,
         mut onward: Onward<S>,
         budget: &Budget,
         state: &mut State<S>,
-    ) -> S {
-        if onward.is_empty() {
-            return S::ZERO;
-        }
-        let (start, before) = (Instant::now(), state.gathering);
-        // Each ray stands in as its first one did, and for itself from there.
-        let shared = std::mem::replace(&mut state.shared, 1.0);
-        let (mut light, mut followed) = (S::ZERO, 0);
+    ) -> (S, S) {
+        let shared = state.shared;
+        let (mut light, mut stands_in, mut followed) = (S::ZERO, S::ZERO, 0);
         while let Some(way) = onward.pop() {
             let Some(way) = way.surviving(&mut state.draws.rng) else { continue };
             if followed == MAX_DEFLECTIONS {
@@ -69,27 +71,56 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
                 break;
             }
             followed += 1;
-            light += self.follow(way, budget, &mut onward, state).light;
+            state.shared = way.shared;
+            let found = self.follow(way, budget, &mut onward, state);
+            light += found.light;
+            stands_in += found.shared;
         }
         state.shared = shared;
-        state.gathering = before + start.elapsed();
-        light
+        (light, stands_in)
     }
 
     /// The ray on which the light comes that a peak scatters along `ray`, from a place spread by
-    /// opacity; nothing where another ray stands in for this one.
+    /// opacity, and what of that light lamps send nearly straight to that place, W/(m² sr).
     pub(super) fn deflected(
         &self,
         ray: &Ray<World>,
         profile: &Profile<S>,
+        budget: &Budget,
         state: &mut State<S>,
-    ) -> Option<Way<S>> {
-        if !self.peaked || state.shared == 0.0 {
-            return None;
+    ) -> (Option<Way<S>>, S) {
+        let nothing = (None, S::ZERO);
+        if !self.peaked {
+            return nothing;
         }
-        let rng = &mut state.draws.rng;
-        let place = profile.sample(rng.uniform2())?;
+        let Some(place) = profile.sample(state.draws.rng.uniform2()) else { return nothing };
         let p = ray.at(place.t);
+        let Some((peak, share)) = self.peak_at(p, state) else { return nothing };
+        let weight = place.weight * share;
+        let toward = TowardLamps::new(&self.scene.lights, p);
+        let rng = &mut state.draws.rng;
+        let (direction, pdf) = peak.sample(ray.direction, rng.uniform2());
+        let way = Way {
+            ray: Ray::new(p, direction),
+            throughput: weight,
+            lamps: toward.left(direction, pdf),
+            shared: state.shared,
+            from_eye: false,
+        };
+        let Some((direction, pdf)) = toward.sample(rng.uniform(), rng.uniform2()) else {
+            return (Some(way), S::ZERO);
+        };
+        let value = peak.eval(ray.direction.dot(direction));
+        if value == 0.0 {
+            return (Some(way), S::ZERO);
+        }
+        let light = self.light_of_lamps(&Ray::new(p, direction), budget, state);
+        (Some(way), weight * light * (value / (pdf + value)))
+    }
+
+    /// A peak of the phase functions at `p`, chosen by what it scatters, and the share of the
+    /// extinction there for which it stands.
+    fn peak_at(&self, p: WorldPoint, state: &mut State<S>) -> Option<(Phase, S)> {
         state.draws.work.grid_lookups += self.lookups;
         let peak = |(medium, share): (usize, S)| {
             let scattering = &self.maps.scatterings[medium];
@@ -98,13 +129,25 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         };
         let peaks: SmallVec<[_; 1]> = self.shares(p).into_iter().filter_map(peak).collect();
         let total: f64 = peaks.iter().map(|(_, _, weight)| weight).sum();
-        let mut left = rng.uniform() * total;
+        let mut left = state.draws.rng.uniform() * total;
         let (phase, share, weight) = peaks.into_iter().find(|(_, _, weight)| {
             left -= weight;
             left < 0.0
         })?;
-        let (direction, _) = phase.sample(ray.direction, rng.uniform2());
-        let throughput = place.weight * share * (state.shared * total / weight);
-        Some(Way { ray: Ray::new(p, direction), throughput, from_eye: false })
+        Some((phase, share * (total / weight)))
+    }
+
+    /// The light of lamps that the media before the first surface scatter along `ray`, which leads
+    /// nearly at one, W/(m² sr).
+    fn light_of_lamps(&self, ray: &Ray<World>, budget: &Budget, state: &mut State<S>) -> S {
+        let hit = lighting::first_surface(self.scene, ray, &mut state.draws);
+        let span = Span::new(0.0, hit.map_or(f64::INFINITY, |hit| hit.t));
+        let jitter = state.draws.rng.uniform();
+        let mut profile = std::mem::take(&mut state.profile);
+        profile.trace(&self.scene.media, ray, span, budget.step, jitter);
+        profile.count(&mut state.draws.work);
+        let light = self.direct(ray, &profile, Asked::LAMPS, state);
+        state.profile = profile;
+        light
     }
 }

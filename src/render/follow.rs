@@ -18,7 +18,7 @@ const MAX_SPECULAR: u32 = 64;
 pub(super) struct Found<S> {
     pub(super) light: S,
     /// What of it stands in for that of other rays.
-    shared: S,
+    pub(super) shared: S,
     /// Distance to the first surface, in metres.
     depth: f64,
     /// Of the media before it.
@@ -30,12 +30,12 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
     /// followed to the first diffuse surface, as is what peaks of phase functions scatter.
     pub fn radiance(&self, ray: Ray<World>, budget: &Budget, state: &mut State<S>) -> Sample {
         let mut onward = Onward::new();
-        let eye = Way { ray, throughput: S::ONE, from_eye: true };
+        let eye = Way { ray, throughput: S::ONE, lamps: 1.0, shared: state.shared, from_eye: true };
         let seen = self.follow(eye, budget, &mut onward, state);
-        let deflected = self.follow_deflected(onward, budget, state);
+        let (deflected, stands_in) = self.follow_deflected(onward, budget, state);
         Sample {
             radiance: (seen.light + deflected).rgb(),
-            shared: (seen.shared + deflected).rgb(),
+            shared: (seen.shared + stands_in).rgb(),
             alpha: if seen.depth.is_finite() { 1.0 } else { 1.0 - seen.transmittance },
             depth: seen.depth,
             transmittance: seen.transmittance,
@@ -48,54 +48,55 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
     /// where the ray was scattered.
     pub(super) fn follow(
         &self,
-        way: Way<S>,
+        mut way: Way<S>,
         budget: &Budget,
         onward: &mut Onward<S>,
         state: &mut State<S>,
     ) -> Found<S> {
-        let Way { mut ray, mut throughput, from_eye } = way;
         let mut found =
             Found { light: S::ZERO, shared: S::ZERO, depth: f64::INFINITY, transmittance: 1.0 };
-        let mut inside = 0;
+        let (mut inside, mut sees_lights) = (0, way.from_eye);
         for depth in 0..MAX_SPECULAR {
-            let hit = lighting::first_surface(self.scene, &ray, &mut state.draws);
+            let hit = lighting::first_surface(self.scene, &way.ray, &mut state.draws);
             let mut transmittance = S::ONE;
             if inside == 0 && self.needs.media {
-                let straight = from_eye && depth == 0;
-                let media = self.through_media(&ray, hit.as_ref(), straight, budget, state);
-                found.light += throughput * media.light;
-                found.shared += throughput * std::mem::take(&mut state.stands_in);
-                onward.extend(media.deflected.map(|way| way.times(throughput)));
+                let media = self.through_media(&way, hit.as_ref(), budget, state);
+                found.light += way.throughput * media.light;
+                found.shared += way.throughput * std::mem::take(&mut state.stands_in);
+                onward.extend(media.deflected.map(|next| next.times(way.throughput)));
                 transmittance = media.transmittance;
             }
             if depth == 0 {
                 found.transmittance = luminance(transmittance.rgb());
                 found.depth = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
             }
-            throughput *= transmittance;
-            let sees_lights = from_eye || depth > 0;
+            way.throughput *= transmittance;
             let Some(hit) = hit else {
                 if sees_lights {
-                    let sky = lighting::environment(self.scene, &ray, &mut state.draws);
-                    found.light += throughput * S::of(sky);
+                    let sky = lighting::environment(self.scene, &way.ray, &mut state.draws);
+                    found.light += way.throughput * S::of(sky);
                 }
                 break;
             };
             if sees_lights {
-                found.light += throughput * S::of(lighting::emitted(self.scene, &ray, &hit));
+                let emitted = lighting::emitted(self.scene, &way.ray, &hit);
+                found.light += way.throughput * S::of(emitted);
             }
             if !hit.material.is_specular() {
-                found.light += throughput * self.reflected(&ray, &hit, state);
-                found.shared += throughput * std::mem::take(&mut state.stands_in);
+                found.light += way.throughput * self.reflected(&way.ray, &hit, state);
+                found.shared += way.throughput * std::mem::take(&mut state.stands_in);
                 break;
             }
             let u = std::array::from_fn(|_| state.draws.rng.uniform());
-            let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
+            let scattered =
+                hit.material.scatter(way.ray.direction, &hit, u, TransportMode::Radiance);
             let Some(scattered) = scattered else { break };
-            throughput *= S::of(scattered.weight);
             state.draws.work.specular_bounces += 1;
             inside = (inside + i32::from(scattered.crossing)).max(0);
-            ray = hit.leave(scattered.direction);
+            let throughput = way.throughput * S::of(scattered.weight);
+            let ray = hit.leave(scattered.direction);
+            way = Way { ray, throughput, lamps: 1.0, from_eye: false, ..way };
+            sees_lights = true;
         }
         found
     }

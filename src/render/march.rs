@@ -36,6 +36,22 @@ const MOST_BEYOND: f64 = 4.0;
 /// Phase functions with their weights.
 type Scatterers<'a, S> = SmallVec<[(&'a Phase, S); 1]>;
 
+/// What of the light that comes straight from lights is asked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asked<'a> {
+    /// Lights for which it is true are left out; those beyond its end are not.
+    kept: &'a [bool],
+    /// What the light of lamps counts.
+    lamps: f64,
+    /// Whether the light of others counts, and places spread by opacity are looked at.
+    others: bool,
+}
+
+impl Asked<'_> {
+    /// Light of lamps alone, where the ray passes them.
+    pub(super) const LAMPS: Self = Self { kept: &[], lamps: 1.0, others: false };
+}
+
 /// What media do to a ray.
 pub(super) struct Crossed<S> {
     /// Their light, W/(m² sr).
@@ -88,49 +104,51 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
         Self { scene, maps, needs, peaked, lookups, isotropic, phases, kept, all_kept }
     }
 
-    /// What the media in front of `hit` do to a ray.
+    /// What the media in front of `hit` do to the ray of `way`.
     pub(super) fn through_media(
         &self,
-        ray: &Ray<World>,
+        way: &Way<S>,
         hit: Option<&SurfaceHit<'_>>,
-        from_eye: bool,
         budget: &Budget,
         state: &mut State<S>,
     ) -> Crossed<S> {
         let end = hit.map_or(f64::INFINITY, |h| h.t);
         let jitter = state.draws.rng.uniform();
         let mut profile = std::mem::take(&mut state.profile);
-        profile.trace(&self.scene.media, ray, Span::new(0.0, end), budget.step, jitter);
+        profile.trace(&self.scene.media, &way.ray, Span::new(0.0, end), budget.step, jitter);
         profile.count(&mut state.draws.work);
         let mut light = if self.needs.emission { profile.emitted() } else { S::ZERO };
         let mut deflected = None;
         if self.needs.scattering {
-            light += self.scattered(ray, hit, from_eye, &profile, budget.radius, state);
-            deflected = self.deflected(ray, &profile, state);
+            light += self.scattered(way, hit, &profile, budget.radius, state);
+            let (next, of_lamps) = self.deflected(&way.ray, &profile, budget, state);
+            deflected = next;
+            light += of_lamps;
         }
         let transmittance = profile.transmittance();
         state.profile = profile;
         Crossed { light, transmittance, deflected }
     }
 
-    /// Light that the media scatter along `ray` to its origin: what lattices keep, where it leads
+    /// Light that the media scatter along `way` to its origin: what lattices keep, where it leads
     /// to the eye or is scattered to all sides alike, and what they do not.
     fn scattered(
         &self,
-        ray: &Ray<World>,
+        way: &Way<S>,
         hit: Option<&SurfaceHit<'_>>,
-        from_eye: bool,
         profile: &Profile<S>,
         radius: f64,
         state: &mut State<S>,
     ) -> S {
-        let holds = from_eye || self.isotropic;
+        let ray = &way.ray;
+        let holds = way.from_eye || self.isotropic;
         let keeps_direct = holds && !self.maps.direct.is_empty();
         let keeps_flights = holds && !self.maps.lattices.is_empty();
         let mut light = S::ZERO;
         if !(keeps_direct && self.all_kept) {
             let kept = if keeps_direct { &self.kept[..] } else { &[] };
-            light += self.direct(ray, profile, kept, state);
+            let asked = Asked { kept, lamps: way.lamps, others: true };
+            light += self.direct(ray, profile, asked, state);
         }
         if keeps_direct || keeps_flights {
             light += self.kept_along(ray, profile, radius, state);
@@ -149,19 +167,21 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
     /// Light that comes straight from a light and is scattered once along `ray`: evaluated at
     /// places spread by opacity and, for lamps, at places dense near them, weighed by the balance
     /// heuristic over both (Veach 1997, section 9.2.2).
-    ///
-    /// Lights for which `kept` is true are left out; those beyond its end are not.
-    fn direct(
+    pub(super) fn direct(
         &self,
         ray: &Ray<World>,
         profile: &Profile<S>,
-        kept: &[bool],
+        asked: Asked<'_>,
         state: &mut State<S>,
     ) -> S {
-        let is_kept = |light: usize| kept.get(light).is_some_and(|&kept| kept);
+        let is_kept = |light: usize| asked.kept.get(light).is_some_and(|&kept| kept);
         let (lights, toward) = (&self.scene.lights, -ray.direction);
         let lamps = Lamps::beside(lights, ray, profile.extent());
-        let places = if lamps.are_all() { PLACES_BESIDE } else { PLACES };
+        let places = match (asked.others, lamps.are_all()) {
+            (false, _) => 0,
+            (true, true) => PLACES_BESIDE,
+            (true, false) => PLACES,
+        };
         // How many places, in effect, share in the light found at one: those spread by opacity,
         // and those beside lamps in the proportion of the densities.
         let count = |place: &Place<S>, light: usize, choice: f64| {
@@ -169,7 +189,8 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
                 return f64::INFINITY;
             }
             let beside = f64::from(PLACES_BESIDE) * lamps.pdf(light, place.t);
-            f64::from(places) + beside / (choice * place.pdf)
+            let counts = if lights.lights[light].place().is_some() { asked.lamps } else { 1.0 };
+            (f64::from(places) + beside / (choice * place.pdf)) / counts
         };
         let mut sum = S::ZERO;
         for index in 0..places {

@@ -4,6 +4,7 @@
 //! and after scattering alone (1 is straight on), is normalised over the sphere in 1/sr, and is
 //! sampled exactly: the density of a sampled direction is the value of the function.
 
+mod cut;
 mod draine;
 mod fog;
 mod henyey_greenstein;
@@ -16,6 +17,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use crate::math::{Frame, warp};
+pub use cut::{Body, Tip};
 pub use fog::Fog;
 pub use henyey_greenstein::HenyeyGreenstein;
 pub use isotropic::Isotropic;
@@ -38,6 +40,10 @@ pub enum Phase {
     TwoLobe(TwoLobe),
     /// Water droplets of one diameter.
     Fog(Fog),
+    /// What rises above a cut of one lobe.
+    Tip(Tip),
+    /// What lies below it.
+    Body(Body),
 }
 
 impl Phase {
@@ -83,6 +89,8 @@ impl Phase {
             Self::Rayleigh(p) => p.eval(cos_theta),
             Self::TwoLobe(p) => p.eval(cos_theta),
             Self::Fog(p) => p.eval(cos_theta),
+            Self::Tip(p) => p.eval(cos_theta),
+            Self::Body(p) => p.eval(cos_theta),
         }
     }
 
@@ -95,13 +103,16 @@ impl Phase {
             Self::Rayleigh(p) => p.sample(u[0]),
             Self::TwoLobe(p) => p.sample(u[0]),
             Self::Fog(p) => p.sample(u[0]),
+            Self::Tip(p) => p.sample(u[0]),
+            Self::Body(p) => p.sample(u[0]),
         };
         (deflection.apply(direction, u[1]), self.eval(deflection.cos()))
     }
 
     /// The function after a further deflection by Henyey and Greenstein's with mean cosine `keep`
     /// in [0, 1]. The lobes' Legendre coefficients g^l are multiplied by keep^l: exact for
-    /// Henyey-Greenstein lobes, near it for Draine's. Smooth functions stay as they are.
+    /// Henyey-Greenstein lobes, near it for Draine's. Smooth functions and parts of a lobe stay as
+    /// they are.
     #[must_use]
     pub const fn softened(&self, keep: f64) -> Self {
         match self {
@@ -110,16 +121,19 @@ impl Phase {
             Self::Rayleigh(p) => Self::Rayleigh(*p),
             Self::TwoLobe(p) => Self::TwoLobe(p.softened(keep)),
             Self::Fog(p) => Self::Fog(p.softened(keep)),
+            Self::Tip(_) | Self::Body(_) => *self,
         }
     }
 
     /// The function as its peak and the rest, where it has a lobe of a
-    /// [`concentration`](Self::concentration) above `most` beside another that is smoother.
-    pub fn split(&self, most: f64) -> Option<Split> {
+    /// [`concentration`](Self::concentration) above `most` beside another that is smoother. A lobe
+    /// by itself is cut across where `smooth` is given, so that the rest has that concentration.
+    pub fn split(&self, most: f64, smooth: Option<f64>) -> Option<Split> {
         let split = match self {
+            Self::HenyeyGreenstein(p) if self.concentration() > most => p.split(smooth?),
             Self::TwoLobe(p) => p.split(),
             Self::Fog(p) => p.split(),
-            Self::Isotropic(_) | Self::HenyeyGreenstein(_) | Self::Rayleigh(_) => return None,
+            _ => return None,
         };
         let parted = split.share > 0.0 && split.share < 1.0;
         let peaked = split.peak.concentration() > most && split.rest.concentration() <= most;
@@ -143,6 +157,8 @@ impl Phase {
             Self::HenyeyGreenstein(p) => p.mean_cosine(),
             Self::TwoLobe(p) => p.mean_cosine(),
             Self::Fog(p) => p.mean_cosine(),
+            Self::Tip(p) => p.mean_cosine(),
+            Self::Body(p) => p.mean_cosine(),
         }
     }
 
@@ -153,7 +169,7 @@ impl Phase {
             Self::Isotropic(_) => true,
             Self::HenyeyGreenstein(p) => p.mean_cosine() == 0.0,
             Self::TwoLobe(p) => p.is_isotropic(),
-            Self::Rayleigh(_) | Self::Fog(_) => false,
+            Self::Rayleigh(_) | Self::Fog(_) | Self::Tip(_) | Self::Body(_) => false,
         }
     }
 }
@@ -185,6 +201,10 @@ impl Deflection {
 
     fn cos(self) -> f64 {
         if self.one_minus_cos < 1.0 { 1.0 - self.one_minus_cos } else { self.one_plus_cos - 1.0 }
+    }
+
+    fn reversed(self) -> Self {
+        Self { one_minus_cos: self.one_plus_cos, one_plus_cos: self.one_minus_cos }
     }
 
     fn apply(self, direction: DVec3, u: f64) -> DVec3 {
