@@ -21,7 +21,7 @@ fn main() {
     let folder = find::find(&prefixes, &arch).unwrap_or_else(|message| fail(&message));
     let includes: Vec<PathBuf> = prefixes.iter().map(|p| p.join("include")).collect();
 
-    let sources = ["cpp/vdb_read.cc", "cpp/vdb_voxels.cc", "cpp/vdb_write.cc"];
+    let sources = ["cpp/allocator.cc", "cpp/vdb_read.cc", "cpp/vdb_voxels.cc", "cpp/vdb_write.cc"];
     compile("fogbow_vdb", "src/vdb/ffi.rs", &sources, 2, &includes);
     if env::var_os("CARGO_FEATURE_BENCH_PEERS").is_some() {
         compile_peers(&prefixes, &includes);

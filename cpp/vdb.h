@@ -50,6 +50,7 @@ class File {
     std::unique_ptr<Reader> reader_;
 };
 
+void map_large_blocks();
 rust::String library_version();
 uint32_t newest_file_version();
 std::unique_ptr<File> open_file(rust::Str path);

@@ -87,7 +87,8 @@ fn slabs_by_the_reference() {
     }
 }
 
-/// Within 1 % and two standard errors of the mean over seeds, which the photons' noise asks for.
+/// Within 1 % and two standard errors of the mean over seeds, which the photons' noise asks for: the more
+/// of them, the narrower the lobe.
 #[test]
 fn slabs_by_photon_map_and_march() {
     const SEEDS: u32 = 4;
@@ -97,7 +98,8 @@ fn slabs_by_photon_map_and_march() {
     for (albedo, thickness, g, reflectance, transmittance) in SLABS {
         for (from_above, expected) in [(true, reflectance), (false, transmittance)] {
             let text = slab(albedo, thickness, g, from_above);
-            let scene = scene(folder.path(), &text, 32, 300_000);
+            let photons = if g > 0.8 { 300_000 } else { 100_000 };
+            let scene = scene(folder.path(), &text, 16, photons);
             let values: Vec<f64> = (0..SEEDS)
                 .map(|seed| {
                     let settings = RenderSettings { seed: u64::from(seed), ..scene.render };

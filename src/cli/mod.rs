@@ -70,6 +70,7 @@ enum Command {
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     hush_decoder();
+    memory::give_freed_blocks_back();
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Render(args) => render::run(args),

@@ -72,6 +72,9 @@ pub(super) mod bridge {
         /// One grid with its voxels.
         type Voxels;
 
+        /// Has blocks of a megabyte and more mapped each for itself, where the C library can.
+        fn map_large_blocks();
+
         fn library_version() -> String;
         fn newest_file_version() -> u32;
 

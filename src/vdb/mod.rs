@@ -21,6 +21,7 @@ mod voxel;
 mod walk;
 mod write;
 
+pub(crate) use ffi::bridge::map_large_blocks;
 pub use file::{GridInfo, ReadAs, VdbFile, Wanted};
 pub use grid::{Grid, VoxelBox};
 pub use statistics::{BadValues, Statistics};
