@@ -9,6 +9,17 @@ use crate::scene::{Director, Planning, Scene};
 /// Says in the header of a picture that is finished what it was made of, by its [`recipe`].
 pub(super) const RECIPE: &str = "fogbow:recipe";
 
+/// How a picture is made, beside what the scene says.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Method {
+    /// Whether it is the unbiased reference.
+    pub(super) reference: bool,
+    /// Whether a level set of a bare VDB is taken as a fog volume.
+    pub(super) level_set_as_fog: bool,
+    /// Whether noise is taken off it in the end.
+    pub(super) denoise: bool,
+}
+
 /// What the picture is made with; the same input gives the same settings. `asked` are the photons
 /// asked for, where the scene now asks for fewer.
 pub(super) fn settings(
@@ -36,6 +47,9 @@ pub(super) fn settings(
     if render.photons != asked {
         settings.insert("photons_asked".into(), json!(asked));
     }
+    if rendered.is_some_and(|r| r.film.is_denoised()) {
+        settings.insert("denoised".into(), json!(true));
+    }
     if let Some(crop) = render.crop {
         settings.insert("crop".into(), json!(crop.to_string()));
     }
@@ -59,26 +73,22 @@ pub(super) fn settings(
     settings
 }
 
-/// All that the bytes of a picture depend on.
-pub(super) fn key(
-    scene: &Scene,
-    reference: bool,
-    asked: u64,
-    level_set_as_fog: bool,
-) -> Map<String, Value> {
-    let mut key = settings(scene, None, reference, asked);
+/// All that the rays of a picture depend on.
+pub(super) fn key(scene: &Scene, method: Method, asked: u64) -> Map<String, Value> {
+    let mut key = settings(scene, None, method.reference, asked);
     // These are of the PNG alone, which is made of the finished film.
     key.remove("exposure");
     key.remove("view");
-    key.insert("level_set_as_fog".into(), json!(level_set_as_fog));
+    key.insert("level_set_as_fog".into(), json!(method.level_set_as_fog));
     key.insert("everything".into(), json!(scene.render.planning == Planning::Everything));
     key
 }
 
 /// A hash of all that a picture's files depend on, where no photons are left out.
-pub(super) fn recipe(scene: &Scene, reference: bool, level_set_as_fog: bool) -> String {
-    let key = key(scene, reference, scene.render.photons, level_set_as_fog);
-    let all = format!("{} {:?}", Value::Object(key), scene.film);
+pub(super) fn recipe(scene: &Scene, method: Method) -> String {
+    let key = key(scene, method, scene.render.photons);
+    let denoise = if method.denoise { " denoised" } else { "" };
+    let all = format!("{} {:?}{denoise}", Value::Object(key), scene.film);
     blake3::hash(all.as_bytes()).to_hex().to_string()
 }
 

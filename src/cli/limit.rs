@@ -2,6 +2,7 @@
 
 use bytesize::ByteSize;
 
+use super::header::Method;
 use super::memory;
 use crate::error::{Error, Result};
 use crate::render::{self, Memory};
@@ -28,6 +29,9 @@ const FILLED: f64 = 0.9;
 /// One part in so many by which an estimate may be too low.
 const OFF: u64 = 8;
 
+/// Bytes a pixel that taking off noise needs beside the film.
+const DENOISING: u64 = 600;
+
 /// Bytes that may come on top of it: what the look at the photons leaves behind.
 const SPARE: u64 = 64 << 20;
 
@@ -47,7 +51,7 @@ pub(super) fn program() -> u64 {
 pub(super) fn fit(
     scene: &mut Scene,
     asked: Option<u64>,
-    reference: bool,
+    method: Method,
     program: u64,
 ) -> Result<Option<String>> {
     let free = || memory::available().map(|free| free + memory::resident().unwrap_or(0));
@@ -56,8 +60,14 @@ pub(super) fn fit(
     if !fits(&without, limit) {
         return Err(refusal(&without, &without, limit, asked.is_some()));
     }
+    if method.denoise {
+        let denoising = denoising(scene, without);
+        if !fits(&denoising, limit) {
+            return Err(refusal(&denoising, &denoising, limit, asked.is_some()));
+        }
+    }
     let most = scene.render.photons.saturating_mul(PHOTON).saturating_add(LATTICES);
-    if reference || without.peak.saturating_add(most) <= limit {
+    if method.reference || without.peak.saturating_add(most) <= limit {
         return Ok(None);
     }
     let all = scene.render.photons;
@@ -80,6 +90,13 @@ pub(super) fn fit(
     }
     let needed = render::memory_needed(scene, &scene.render, program)?;
     Err(refusal(&needed, &without, limit, asked.is_some()))
+}
+
+/// What `without` photons, which are gone by then, is needed while noise is taken off.
+fn denoising(scene: &Scene, without: Memory) -> Memory {
+    let film = without.film + DENOISING * scene.window().pixels();
+    let peak = without.program + without.grids + without.surfaces + film;
+    Memory { film, peak: peak.max(without.peak), ..without }
 }
 
 /// Whether so much is there, even if somewhat more is needed than was estimated.

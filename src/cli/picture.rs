@@ -8,7 +8,7 @@ use rayon::ThreadPool;
 use serde_json::{Map, Value, json};
 
 use super::console;
-use super::header;
+use super::header::{self, Method};
 use super::holding::{HoldArgs, Pause, checkpoint_path};
 use super::interrupt::Interrupt;
 use super::limit;
@@ -19,7 +19,7 @@ use super::progress::Console;
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::image::{View, Window, exr_bytes, write_png};
+use crate::image::{View, exr_bytes, write_png};
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Ended, Progress, Rendered, Silent,
 };
@@ -27,6 +27,9 @@ use crate::scene::Scene;
 
 /// Seconds a pixel that writing takes, about.
 const WRITING: f64 = 1e-6;
+
+/// Seconds a pixel that taking off noise takes, about.
+const DENOISING: f64 = 2.5e-6;
 
 /// Time for a first look, where a render is interrupted before it has a picture: at most, and less
 /// as a larger film takes longer to write, but at least the second.
@@ -47,10 +50,8 @@ pub(super) struct Job<'a> {
     pub(super) hold: &'a HoldArgs,
     /// Ends it on Ctrl-C.
     pub(super) interrupt: &'a Interrupt,
-    /// Whether it is the unbiased reference.
-    pub(super) reference: bool,
-    /// Whether a level set of a bare VDB is taken as a fog volume.
-    pub(super) level_set_as_fog: bool,
+    /// How it is made.
+    pub(super) method: Method,
     /// Whether progress and notes are left out.
     pub(super) quiet: bool,
     /// The time.
@@ -111,13 +112,16 @@ impl Job<'_> {
         warnings.extend(thinned);
         let checkpoints = self.checkpoints(scene, asked)?;
         let mut rendered = self.render(scene, pool, kept, checkpoints.as_ref())?;
+        if self.method.denoise && rendered.ended != Ended::Stopped {
+            rendered.denoise()?;
+        }
 
         let mut ended = rendered.warnings();
         ended.extend(self.shortened(&rendered, checkpoints.as_ref()));
         console::warn(&ended);
         warnings.extend(ended);
         let start = Instant::now();
-        let settings = header::settings(scene, Some(&rendered), self.reference, asked);
+        let settings = header::settings(scene, Some(&rendered), self.method.reference, asked);
         let output = self.write(scene, &rendered, &settings, checkpoints.as_ref())?;
         let mut report = json!({
             "settings": settings,
@@ -162,8 +166,9 @@ impl Job<'_> {
         let asked = scene.render.photons;
         let before = self.photons_before(asked)?;
         scene.render.photons = before.unwrap_or(asked);
-        let thinned = limit::fit(scene, self.hold.memory, self.reference, self.program)?;
-        let (Some(deadline), None, false) = (self.deadline(scene), before, self.reference) else {
+        let thinned = limit::fit(scene, self.hold.memory, self.method, self.program)?;
+        let (Some(deadline), None, false) = (self.deadline(scene), before, self.method.reference)
+        else {
             return Ok(thinned);
         };
         let left = deadline.left().mul_f64(PHOTONS);
@@ -195,14 +200,15 @@ impl Job<'_> {
     /// When rendering must end for the files to be written in time.
     fn deadline(&self, scene: &Scene) -> Option<Deadline<'_>> {
         let time = self.hold.time?;
-        let writing = writing(scene).min(time / 4);
-        let at = self.start.checked_add(time - writing)?;
+        let denoising = if self.method.denoise { DENOISING } else { 0.0 };
+        let after = writing(scene) + seconds_of(scene, denoising);
+        let at = self.start.checked_add(time - after.min(time / 4))?;
         Some(Deadline { clock: self.clock, at })
     }
 
     fn checkpoints(&self, scene: &Scene, asked: u64) -> Result<Option<Checkpoints>> {
         let path = checkpoint_path(&self.output.exr);
-        let key = header::key(scene, self.reference, asked, self.level_set_as_fog);
+        let key = header::key(scene, self.method, asked);
         let (every, off) = match self.hold.checkpoint {
             Pause::Lasts(pause) => (pause, false),
             Pause::Off => (Duration::MAX, true),
@@ -241,7 +247,7 @@ impl Job<'_> {
         let deadline = self.deadline(scene);
         let control = Control { progress, stop: Some(stop), deadline, checkpoints };
         let work = || {
-            if self.reference {
+            if self.method.reference {
                 Ok(render::render_reference(scene, &scene.render, control))
             } else {
                 render::render_next(scene, &scene.render, kept, control)
@@ -278,7 +284,7 @@ impl Job<'_> {
             self.interrupt
                 .end(&format!("{early}: there is no picture, and files are as they were"));
         };
-        let settings = header::settings(scene, None, self.reference, scene.render.photons);
+        let settings = header::settings(scene, None, self.method.reference, scene.render.photons);
         let mut named = header::attributes(&settings, &preview);
         named.push((partial::PREVIEW.into(), "true".into()));
         let exr = output.exr.display();
@@ -313,7 +319,7 @@ impl Job<'_> {
         };
         let mut named = header::attributes(settings, rendered);
         if rendered.is_complete() && !settings.contains_key("photons_asked") {
-            let recipe = header::recipe(scene, self.reference, self.level_set_as_fog);
+            let recipe = header::recipe(scene, self.method);
             named.push((header::RECIPE.into(), recipe));
         }
         write_files(&output, scene, rendered, &named)?;
@@ -327,8 +333,12 @@ impl Job<'_> {
 
 /// About how long it takes to write the picture of `scene`.
 fn writing(scene: &Scene) -> Duration {
-    let pixels = scene.render.crop.unwrap_or(Window::whole(scene.film.size)).pixels();
-    Duration::from_secs_f64(pixels as f64 * WRITING)
+    seconds_of(scene, WRITING)
+}
+
+/// What takes so many seconds `a_pixel` takes for the picture of `scene`.
+fn seconds_of(scene: &Scene, a_pixel: f64) -> Duration {
+    Duration::from_secs_f64(scene.window().pixels() as f64 * a_pixel)
 }
 
 /// Writes the PNG, then the EXR with `attributes`: once that is there, the picture is.

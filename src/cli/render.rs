@@ -6,6 +6,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::console;
 use super::frames::FrameArgs;
+use super::header::Method;
 use super::holding::HoldArgs;
 use super::interrupt::Interrupt;
 use super::limit;
@@ -15,6 +16,7 @@ use super::picture::{Job, Told};
 use super::sequence;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
 use crate::error::Result;
+use crate::image::can_denoise;
 use crate::render::Clock;
 use crate::scene::plan::RenderPlan;
 use crate::scene::{self, Planning, Scene};
@@ -29,6 +31,10 @@ pub(super) struct Args {
     /// Render without bias, by path tracing: slow, to measure against.
     #[arg(long)]
     pub(super) reference: bool,
+    /// Take noise off the picture in the end by Open Image Denoise; what was there stays in the layers
+    /// noisy.R, noisy.G and noisy.B. Wants a fogbow built with --features denoise.
+    #[arg(long)]
+    pub(super) denoise: bool,
     /// For a VDB file that has only a level set: turn it into a fog volume.
     #[arg(long, value_name = "AS", value_parser = ["fog"])]
     pub(super) level_set: Option<String>,
@@ -44,16 +50,27 @@ pub(super) struct Args {
     pub(super) run: RunArgs,
 }
 
+impl Args {
+    /// How pictures are made.
+    pub(super) const fn method(&self) -> Method {
+        let level_set_as_fog = self.level_set.is_some();
+        Method { reference: self.reference, level_set_as_fog, denoise: self.denoise }
+    }
+}
+
 /// Renders and writes the pictures.
 pub(super) fn run(args: &Args) -> Result<()> {
+    if args.denoise {
+        can_denoise()?;
+    }
     if let Some(frames) = &args.frames.frames {
         return sequence::run(args, frames);
     }
     let (clock, program) = (Clock::start(), limit::program());
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
-    let level_set_as_fog = args.level_set.is_some();
-    let (memory, planning) = (args.hold.memory, args.plan);
+    let (level_set_as_fog, memory, planning) =
+        (args.method().level_set_as_fog, args.hold.memory, args.plan);
     let volumes = Volumes { level_set_as_fog, frame: None, memory, planning };
     let (mut scene, pool, loading) =
         load::scene(&args.paths.scene, &args.settings, volumes, &args.run)?;
@@ -66,8 +83,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         output: &output,
         hold: &args.hold,
         interrupt: &interrupt,
-        reference: args.reference,
-        level_set_as_fog,
+        method: args.method(),
         quiet: args.run.quiet,
         clock: &clock,
         start: Duration::ZERO,

@@ -166,8 +166,7 @@ impl<'a> Run<'a> {
             output,
             hold: &self.args.hold,
             interrupt: self.interrupt,
-            reference: self.args.reference,
-            level_set_as_fog: self.args.level_set.is_some(),
+            method: self.args.method(),
             quiet: self.args.run.quiet,
             clock: &self.clock,
             start,
@@ -183,7 +182,7 @@ impl<'a> Run<'a> {
     fn is_finished(&self, output: &Output, scene: &Scene) -> bool {
         // The PNG is written first, so that one beside a finished EXR belongs to it.
         let layers = if output.png.is_file() { read_layers(&output.exr).ok() } else { None };
-        let recipe = header::recipe(scene, self.args.reference, self.args.level_set.is_some());
+        let recipe = header::recipe(scene, self.args.method());
         let finished = layers.is_some_and(|layers| {
             layers.attributes.get(header::RECIPE).is_some_and(|r| *r == recipe)
         });

@@ -104,7 +104,10 @@ const LAYERS: [&str; 12] = [
     "variance",
 ];
 
-/// How many of them, from the first on, show what is seen.
+/// The names of layers that hold what was in the first three before noise was taken off.
+const NOISY: [&str; 3] = ["noisy.R", "noisy.G", "noisy.B"];
+
+/// How many of [`LAYERS`], from the first on, show what is seen.
 const SEEN: usize = 6;
 
 /// Layers of f32, one value per pixel each, all of them finite. A film may be a part of a larger one:
@@ -114,6 +117,8 @@ pub struct Film {
     window: Window,
     full: [u32; 2],
     layers: Vec<Vec<f32>>,
+    /// What was seen before noise was taken off; empty where it is still there.
+    noisy: Vec<Vec<f32>>,
     repaired: u64,
 }
 
@@ -136,7 +141,7 @@ impl Film {
         let pixels = window.width as usize * window.height as usize;
         let values = FilmPixel::default().values();
         let layers = values.map(|v| vec![v as f32; pixels]).to_vec();
-        Self { window, full, layers, repaired: 0 }
+        Self { window, full, layers, noisy: Vec::new(), repaired: 0 }
     }
 
     /// Where the film lies on the one that it is part of; all of it where it is whole.
@@ -202,6 +207,23 @@ impl Film {
         }
     }
 
+    /// Shows `image` in place of what is seen, which is kept in `noisy.R`, `noisy.G` and `noisy.B`.
+    ///
+    /// # Panics
+    /// Where it has another size.
+    pub fn set_denoised(&mut self, image: &Image) {
+        assert_eq!([image.width(), image.height()], [self.width(), self.height()], "its size");
+        let clean = image.channels();
+        let clean =
+            clean.map(|c| c.iter().map(|v| finite((*v).into(), &mut self.repaired)).collect());
+        self.noisy = self.layers.splice(..NOISY.len(), clean).collect();
+    }
+
+    /// Whether noise was taken off.
+    pub fn is_denoised(&self) -> bool {
+        !self.noisy.is_empty()
+    }
+
     /// How many values were not finite and had to be replaced. 0 in a sound render.
     pub fn repaired(&self) -> u64 {
         self.repaired
@@ -214,7 +236,12 @@ impl Film {
 
     /// All layers with their names.
     pub fn layers(&self) -> impl Iterator<Item = (&'static str, &[f32])> {
-        LAYERS.into_iter().zip(self.layers.iter().map(Vec::as_slice))
+        let kept = NOISY.into_iter().zip(&self.noisy);
+        LAYERS
+            .into_iter()
+            .zip(&self.layers)
+            .chain(kept)
+            .map(|(name, layer)| (name, layer.as_slice()))
     }
 
     /// The picture: `R`, `G`, `B` as they are, that is before black.

@@ -5,6 +5,11 @@
 
 mod accumulator;
 mod agx;
+#[cfg(feature = "denoise")]
+mod denoise;
+#[cfg(not(feature = "denoise"))]
+#[path = "no_denoise.rs"]
+mod denoise;
 mod exr_header;
 mod exr_read;
 mod exr_write;
@@ -21,6 +26,7 @@ mod view;
 mod window;
 
 pub use accumulator::{Accumulator, Sample};
+pub use denoise::{can_denoise, denoised};
 pub use exr_read::{EXR_DECODER, Layers, read_attributes, read_exr, read_layers};
 pub use exr_write::{exr_bytes, write_exr, write_exr_image, write_exr_layers};
 pub use film::{FAR, Film, FilmPixel};

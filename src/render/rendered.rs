@@ -1,11 +1,12 @@
 //! A finished picture.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
 use crate::director::KeptSight;
-use crate::image::Film;
+use crate::error::Result;
+use crate::image::{self, Film};
 use crate::photon::MAX_EVENTS;
 use crate::work::Work;
 
@@ -57,6 +58,17 @@ impl Rendered {
     pub fn percent(&self) -> f64 {
         let (done, left) = (self.work.rays as f64, self.rays_left as f64);
         100.0 * done / (done + left).max(1.0)
+    }
+
+    /// Takes noise off the picture, as one more stage.
+    ///
+    /// # Errors
+    /// As [`image::denoised`].
+    pub fn denoise(&mut self) -> Result<()> {
+        let start = Instant::now();
+        self.film.set_denoised(&image::denoised(&self.film)?);
+        self.timings.push(("denoise", start.elapsed()));
+        Ok(())
     }
 
     /// Whether all rays have been shot.

@@ -20,6 +20,7 @@ mod settings;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::image::Window;
 use crate::light::Lights;
 use crate::medium::Media;
 use crate::surface::Surfaces;
@@ -66,6 +67,13 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// What was chosen where the file says nothing, one line each.
     pub notes: Vec<String>,
+}
+
+impl Scene {
+    /// The part of the film that is rendered.
+    pub fn window(&self) -> Window {
+        self.render.crop.unwrap_or(Window::whole(self.film.size))
+    }
 }
 
 /// Voxels out of the camera's sight.

@@ -24,6 +24,7 @@ class Tool:
 
     program: Path
     version: str
+    libraries: Path | None = None  # a folder of shared ones that it wants
 
 
 @dataclass(frozen=True)
@@ -65,17 +66,35 @@ def _find_llvm() -> None:
     os.environ[LIBLLVM] = str(found[0])
 
 
-def _fogbow(build: bool) -> Tool:
+def _denoiser(cache: Path) -> Path:
+    """A folder with the Open Image Denoise that bpy brings, and nothing else of it, as fogbow is built
+    with it and finds it."""
+    folder = cache / "oidn"
+    (folder / "lib").mkdir(parents=True, exist_ok=True)
+    (brought,) = (cache / "cycles").glob("lib/*/site-packages/bpy/lib")
+    for library in brought.glob("libOpenImageDenoise*"):
+        link = folder / "lib" / library.name
+        link.unlink(missing_ok=True)
+        link.symlink_to(library)
+    name = folder / "lib" / "libOpenImageDenoise.so"
+    name.unlink(missing_ok=True)
+    name.symlink_to("libOpenImageDenoise.so.2")
+    return folder
+
+
+def _fogbow(build: bool, denoiser: Path) -> Tool:
     """$FOGBOW, or a release build, made now if `build`."""
     given = os.environ.get("FOGBOW")
     program = Path(given) if given else REPOSITORY / "target" / "release" / "fogbow"
     if build and not given:
-        subprocess.run(["cargo", "build", "--release"], cwd=REPOSITORY, check=True)
+        command = ["cargo", "build", "--release", "--features", "denoise"]
+        found = os.environ | {"OIDN_DIR": str(denoiser)}
+        subprocess.run(command, cwd=REPOSITORY, env=found, check=True)
     if not program.is_file():
         raise SystemExit(
-            f"{program} is no file; set FOGBOW to the program, or run cargo build --release"
+            f"{program} is no file; set FOGBOW to the program, or let it be built"
         )
-    return Tool(program, digest(program.read_bytes()))
+    return Tool(program, digest(program.read_bytes()), denoiser / "lib")
 
 
 def prepare(cache: Path, build: bool) -> Tools:
@@ -84,4 +103,5 @@ def prepare(cache: Path, build: bool) -> Tools:
         raise SystemExit(f"wants Python {PYTHON[0]}.{PYTHON[1]}, for which bpy has wheels")
     _find_llvm()
     cache.mkdir(parents=True, exist_ok=True)
-    return Tools(_environment("mitsuba", cache), _environment("cycles", cache), _fogbow(build))
+    mitsuba, cycles = (_environment(name, cache) for name in ("mitsuba", "cycles"))
+    return Tools(mitsuba, cycles, _fogbow(build, _denoiser(cache)))

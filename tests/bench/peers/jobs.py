@@ -16,7 +16,13 @@ CYCLES = {
     "cycles-biased": "biased",
     "cycles-biased-oidn": "biased-oidn",
 }
-FOGBOW = {"fogbow-fixed": "fixed", "fogbow-xs": "xs", "fogbow-reference": "reference"}
+FOGBOW = {
+    "fogbow-fixed": "fixed",
+    "fogbow-xs": "xs",
+    "fogbow-xs-oidn": "xs-oidn",
+    "fogbow-traced-oidn": "reference-oidn",
+    "fogbow-reference": "reference",
+}
 FIRST_REFERENCE_SEED = 101
 
 
@@ -45,7 +51,7 @@ def candidates(budget: dict) -> list[Job]:
     lists = []
     for renderer, steps in budget.items():
         if renderer in FOGBOW:
-            lists.append([Job(renderer, rays, photons, 1) for photons, rays in steps])
+            lists.append([Job(renderer, rays, photons or None, 1) for photons, rays in steps])
         elif renderer in CYCLES or renderer == "mitsuba":
             lists.append([Job(renderer, rays, None, 1) for rays in steps])
     dearest_first = zip_longest(*(reversed(jobs) for jobs in lists))
@@ -121,6 +127,8 @@ class Workshop:
                 HERE / self._script(job),
                 "--fogbow",
                 self._tools.fogbow.program,
+                "--libraries",
+                self._tools.fogbow.libraries,
             ]
             script += ["--method", FOGBOW[job.renderer]]
             script += ["--photons", job.photons] if job.photons else []

@@ -65,8 +65,10 @@ def without_loading(cpu: float, seconds: dict[str, float], threads: int) -> floa
 def main() -> None:
     parser = arguments("Renders a scene with fogbow.")
     parser.add_argument("--fogbow", required=True, help="the program")
+    parser.add_argument("--libraries", required=True, help="folder of its denoiser")
     parser.add_argument("--photons", type=int)
-    parser.add_argument("--method", choices=("fixed", "xs", "reference"), required=True)
+    methods = ("fixed", "xs", "xs-oidn", "reference", "reference-oidn")
+    parser.add_argument("--method", choices=methods, required=True)
     options = parser.parse_args()
     scene_file: Path = options.out.with_suffix(".toml")
     scene_file.write_text(to_toml(scenes.load(options.scene, options.size)))
@@ -81,12 +83,18 @@ def main() -> None:
     ]
     command += ["--rays", str(options.rays), "--seed", str(options.seed)]
     command += ["--threads", str(options.threads)]
-    if options.method == "reference":
+    way, _, denoise = options.method.partition("-")
+    if way == "reference":
         command += ["--reference"]
     else:
-        command += ["--director", options.method, "--photons", str(options.photons)]
+        command += ["--director", way, "--photons", str(options.photons)]
+    command += ["--denoise"] if denoise else []
+    found = os.environ | {
+        "LD_LIBRARY_PATH": options.libraries,
+        "OIDN_NUM_THREADS": str(options.threads),
+    }
     start = time.perf_counter()
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=found)
     printed = process.stdout.read()
     _, status, usage = os.wait4(process.pid, 0)
     wall = time.perf_counter() - start
