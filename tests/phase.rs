@@ -89,6 +89,14 @@ fn mean_cosine_is_that_of_the_function() {
 }
 
 #[test]
+fn second_moment_is_that_of_the_function() {
+    for (name, phase) in all() {
+        let mean = over_sphere(&phase, |cos_theta| 1.5 * cos_theta * cos_theta - 0.5);
+        assert!((mean - phase.second_moment()).abs() < 2e-3, "{name}: {mean}");
+    }
+}
+
+#[test]
 fn mean_cosine_is_that_of_the_samples() {
     const COUNT: u32 = 50_000;
     for (name, phase) in all() {

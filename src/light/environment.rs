@@ -50,6 +50,11 @@ impl Environment {
         Ok(Self(Kind::Constant(checked_color("radiance", radiance)?)))
     }
 
+    /// Whether it shines alike from all sides.
+    pub(super) const fn is_even(&self) -> bool {
+        matches!(self.0, Kind::Constant(_))
+    }
+
     /// Whether it shines alike in all channels.
     pub(super) fn is_grey(&self) -> bool {
         match &self.0 {

@@ -174,6 +174,11 @@ impl Light {
         matches!(self, Self::Environment(_))
     }
 
+    /// Whether it is light from all around, of which no part is brighter than others.
+    pub const fn is_even(&self) -> bool {
+        matches!(self, Self::Environment(l) if l.is_even())
+    }
+
     /// Whether the light is farther than every place of the scene.
     pub const fn is_infinite(&self) -> bool {
         matches!(self, Self::Sun(_) | Self::Environment(_))

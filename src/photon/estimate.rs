@@ -6,7 +6,9 @@ use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint};
 use crate::medium::Phase;
 
 use super::kernel::DiskKernel;
-use super::{BeamMap, DirectLattice, Heading, Lattice, Octahedral, Scattering, SurfaceMap};
+use super::{
+    BeamMap, DirectLattice, FinalGather, Heading, Lattice, Octahedral, Scattering, SurfaceMap,
+};
 
 /// How many times fewer photons each level of the volume photons has.
 pub(super) const THINNING: usize = 8;
@@ -24,6 +26,8 @@ pub struct PhotonMaps<S: Spectrum = Rgb, H: Heading = Octahedral> {
     /// where `direct` is not empty; empty where light is not kept so. Where phase functions are
     /// isotropic it holds for all directions.
     pub lattices: Vec<Lattice<S>>,
+    /// Where lattices hold moments: how far rays are followed before those are asked.
+    pub gather: Option<FinalGather>,
     /// For each medium the light that comes straight from lights and is scattered toward the
     /// camera; empty where it is not kept.
     pub direct: Vec<DirectLattice<S>>,
@@ -48,6 +52,7 @@ impl<S: Spectrum, H: Heading> PhotonMaps<S, H> {
         Self {
             volume: vec![BeamMap::new(origin, &[], &[])],
             lattices: Vec::new(),
+            gather: None,
             direct: Vec::new(),
             scatterings: Vec::new(),
             volume_radius: radius,

@@ -9,6 +9,7 @@
 mod beam;
 mod emitters;
 mod estimate;
+mod gather;
 mod kernel;
 mod lattice;
 mod map;
@@ -27,6 +28,7 @@ mod zones;
 
 pub use beam::{BeamMap, Beside};
 pub use estimate::PhotonMaps;
+pub use gather::FinalGather;
 pub use lattice::{DirectLattice, Lattice};
 pub use map::PhotonMap;
 pub use memory::{PhotonMemory, memory};

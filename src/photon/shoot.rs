@@ -13,7 +13,10 @@ use crate::work::Work;
 
 use super::emitters::Emitters;
 use super::estimate::THINNING;
-use super::lattice::{Builder, Cells, DirectLattice, Lattice, Track, edge_for_flights, thin_edge};
+use super::gather::FinalGather;
+use super::lattice::{
+    Builder, Cells, DirectLattice, Holds, Lattice, Track, edge_for_flights, thin_edge,
+};
 use super::path::{Deposits, Paths, Units};
 use super::radius::{self, Radii};
 use super::scout::Scouted;
@@ -130,14 +133,17 @@ pub fn shoot<S: Spectrum, H: Heading>(
     worth::share_out::<S, H>(&mut paths, &visible);
     let scouted = windowed::<S, H>(&mut paths, count);
     paths.keep = scouted.keep;
+    let gather = FinalGather::of(scene, shooting);
     let mut lattices: Vec<Builder<'_, S>> = if keeps {
-        lattices(scene, shooting, &phases, origin, &visible.media, scouted.flown)
+        let phases = gather.is_none().then_some(&phases[..]);
+        lattices(scene, shooting, phases, origin, &visible.media, scouted.flown)
     } else {
         Vec::new()
     };
+    let gather = gather.filter(|_| !lattices.is_empty());
     // Cells at a medium's border reach beyond it.
     paths.tracked = lattices.iter().map(Builder::bounds).reduce(Aabb::union);
-    if !lattices.is_empty() && !needs_beams(scene) {
+    if !lattices.is_empty() && (gather.is_some() || !needs_beams(scene)) {
         paths.keep = 0.0;
     }
     // Lattices keep what is scattered by the blurred functions; orders are not counted along rays.
@@ -170,6 +176,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
     let maps = PhotonMaps {
         volume: thinned_maps(origin, &volume, &radii.each, shooting.levels),
         lattices,
+        gather,
         direct,
         scatterings,
         volume_radius,
@@ -228,35 +235,45 @@ fn windowed<S: Spectrum, H: Heading>(paths: &mut Paths<'_>, count: u64) -> Scout
 }
 
 /// Empty lattices, one a medium, where light can be kept on lattices: where all media have an end
-/// and lie before the eye, and cells are thin. All flights together are `flown` metres long.
+/// and lie before the eye, and cells are thin. They hold what `phases`, one a medium, scatter toward
+/// the eye, or else moments. All flights together are `flown` metres long.
 fn lattices<'a, S: Spectrum>(
     scene: &'a Scene,
     shooting: &Shooting,
-    phases: &'a [Phase],
+    phases: Option<&'a [Phase]>,
     origin: WorldPoint,
     visible: &[WorldPoint],
     flown: f64,
 ) -> Vec<Builder<'a, S>> {
-    let lattice = |(medium, phase): (&Medium, &'a Phase)| {
+    let lattice = |(index, medium): (usize, &Medium)| {
         if !is_before(scene, medium) {
             return None;
         }
-        let thin = thin_edge(medium, visible);
+        let phase = phases.map_or(&Phase::ISOTROPIC, |phases| &phases[index]);
+        let holds = match phases {
+            Some(_) => Holds::TowardEye(phase, &scene.camera),
+            None => Holds::Moments,
+        };
+        // Fluence varies over the way in which light forgets where it came from.
+        let forgets =
+            if phases.is_some() { 1.0 } else { 1.0 - medium.phase.mean_cosine().max(0.0) };
+        let thin = thin_edge(medium, visible) / forgets;
         let edge = match shooting.radius {
             Some(radius) if radius <= thin => radius,
             Some(_) => return None,
             None => {
                 let edge = edge_for_flights(medium.density.volume()?, flown, phase);
-                if edge > FINER * thin {
+                // Moments are asked at many places, which even out what wide cells blur.
+                if edge > FINER * thin && phases.is_some() {
                     return None;
                 }
                 edge.min(thin)
             }
         };
-        let cells = Cells::around(&medium.density, edge)?;
-        Some(Builder::new(cells, origin, phase, &scene.camera))
+        let cells = Cells::around(&medium.density, edge, holds.planes())?;
+        Some(Builder::new(cells, origin, holds))
     };
-    scene.media.iter().zip(phases).map(lattice).collect::<Option<_>>().unwrap_or_default()
+    scene.media.iter().enumerate().map(lattice).collect::<Option<_>>().unwrap_or_default()
 }
 
 /// Whether a medium has an end and lies before the eye: near it cells would show.

@@ -15,7 +15,7 @@ use crate::image::{Accumulator, Film, FilmPixel, Sample, Window};
 use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
 use crate::medium::Profile;
 use crate::photon::DirectLattice;
-use crate::scene::lighting::Draws;
+use crate::scene::lighting::{Draws, Even};
 use crate::scene::plan::Needs;
 use crate::work::Work;
 
@@ -127,8 +127,9 @@ pub fn expose<S: Spectrum>(
             }
             let state = &mut run.state;
             state.draws.rng = Stream::new(seed, stage, index, u64::from(sample));
-            let ([u, v, a, b], even) = pattern(seed, index, sample);
-            state.draws.even = Some(even);
+            let even = pattern(seed, index, sample);
+            (state.draws.lights, state.draws.scattering) = (Some(even), Some(even));
+            let [u, v, a, b] = even.place();
             let ray = camera(f64::from(x) + u, f64::from(y) + v, [a, b]);
             state.draws.work.rays += 1;
             state.draws.work.colored_paths += u64::from(S::CHANNELS > 1);
@@ -302,15 +303,12 @@ pub(super) fn is_settled(samples: &Accumulator, tolerance: f64) -> bool {
     mean > 0.0 && samples.luminance_variance().sqrt() <= tolerance * mean
 }
 
-/// The place of a sample in its pixel and on the lens, and numbers for places on lights.
-fn pattern(seed: u64, pixel: u64, sample: u32) -> ([f64; 4], [f64; 2]) {
+/// What is spread evenly over the samples of a pixel.
+fn pattern(seed: u64, pixel: u64, sample: u32) -> Even {
     // The sequence is good for 2^16 points; further samples start another one.
     let (block, index) = (sample >> 16, sample & 0xffff);
     let mut key = Stream::new(seed, Stage::March, pixel, u64::from(block) | 1 << 63);
-    let scramble = (key.uniform() * f64::from(u32::MAX)) as u32;
-    let place = sobol_burley::sample_4d(index, 0, scramble).map(f64::from);
-    let light = [4, 5].map(|dimension| f64::from(sobol_burley::sample(index, dimension, scramble)));
-    (place, light)
+    Even { index, scramble: (key.uniform() * f64::from(u32::MAX)) as u32 }
 }
 
 #[cfg(test)]

@@ -77,6 +77,9 @@ pub struct Marcher<'a, S: Spectrum, H: Heading> {
     /// For each light whether lattices keep what comes straight from it.
     kept: Vec<bool>,
     all_kept: bool,
+    /// For each light whether final gathers find what comes straight from it: the sky, where
+    /// lattices keep that.
+    pub(super) found: Vec<bool>,
 }
 
 impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
@@ -99,9 +102,13 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
         };
         let kept: Vec<bool> = scene.lights.lights.iter().enumerate().map(is_kept).collect();
         let all_kept = kept.iter().all(|&kept| kept);
+        let found = scene.lights.lights.iter().zip(&kept);
+        let found = found
+            .map(|(light, kept)| maps.gather.is_some() && *kept && light.is_environment())
+            .collect();
         let phases = media.iter().map(|m| m.phase).collect();
         let peaked = maps.scatterings.iter().any(|scattering| scattering.peak.is_some());
-        Self { scene, maps, needs, peaked, lookups, isotropic, phases, kept, all_kept }
+        Self { scene, maps, needs, peaked, lookups, isotropic, phases, kept, all_kept, found }
     }
 
     /// What the media in front of `hit` do to the ray of `way`.
@@ -143,17 +150,21 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
         let ray = &way.ray;
         let holds = way.from_eye || self.isotropic;
         let keeps_direct = holds && !self.maps.direct.is_empty();
-        let keeps_flights = holds && !self.maps.lattices.is_empty();
+        let gathers = self.maps.gather.is_some();
+        let keeps_flights = holds && !gathers && !self.maps.lattices.is_empty();
         let mut light = S::ZERO;
         if !(keeps_direct && self.all_kept) {
-            let kept = if keeps_direct { &self.kept[..] } else { &[] };
+            let kept = if keeps_direct { &self.kept } else { &self.found };
             let asked = Asked { kept, lamps: way.lamps, others: true };
             light += self.direct(ray, profile, asked, state);
+        }
+        if let Some(gather) = &self.maps.gather {
+            light += self.gathered(gather, ray, profile, radius, state);
         }
         if keeps_direct || keeps_flights {
             light += self.kept_along(ray, profile, radius, state);
         }
-        if !keeps_flights && state.shared > 0.0 {
+        if !gathers && !keeps_flights && state.shared > 0.0 {
             let start = Instant::now();
             let indirect = self.indirect(ray, hit, profile, radius, state);
             state.gathering += start.elapsed();
@@ -266,7 +277,8 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
 
     /// Light kept on the lattices of a medium at `p`.
     fn kept_at(&self, medium: usize, p: WorldPoint, level: usize, state: &mut State<S>) -> S {
-        let indirect = self.maps.lattices.get(medium).map_or(S::ZERO, |l| l.at(p, level));
+        let lattice = self.maps.lattices.get(medium).filter(|_| self.maps.gather.is_none());
+        let indirect = lattice.map_or(S::ZERO, |l| l.at(p, level));
         let direct = self.maps.direct.get(medium);
         indirect + direct.map_or(S::ZERO, |d| d.at(self.scene, p, &mut state.draws))
     }

@@ -11,6 +11,7 @@ mod costs;
 mod deflect;
 mod expose;
 mod follow;
+mod gather;
 mod guide;
 mod lamps;
 mod march;

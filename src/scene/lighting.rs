@@ -28,9 +28,10 @@ pub struct Draws {
     pub work: Work,
     /// What is needed.
     pub needs: Needs,
-    /// Numbers for places on lights, spread evenly over the rays of a pixel, for the first surface
-    /// that asks for them.
-    pub even: Option<[f64; 2]>,
+    /// For places on lights, for the first surface that asks.
+    pub lights: Option<Even>,
+    /// For where and how a medium first scatters the ray.
+    pub scattering: Option<Even>,
     /// Time that went into what is found once and kept for all who ask later.
     pub once: Duration,
 }
@@ -38,7 +39,36 @@ pub struct Draws {
 impl Draws {
     /// From these random numbers, with no work done yet, for what `needs` say.
     pub fn new(rng: Stream, needs: Needs) -> Self {
-        Self { rng, work: Work::default(), needs, even: None, once: Duration::ZERO }
+        let (lights, scattering) = (None, None);
+        Self { rng, work: Work::default(), needs, lights, scattering, once: Duration::ZERO }
+    }
+}
+
+/// Numbers spread evenly over the rays of a pixel: one point of an Owen-scrambled Sobol sequence
+/// (Burley 2020), whose dimensions are asked for as they are needed.
+#[derive(Debug, Clone, Copy)]
+pub struct Even {
+    /// Which point, below 2^16.
+    pub index: u32,
+    /// Which scrambling.
+    pub scramble: u32,
+}
+
+impl Even {
+    /// Of the place on the film and on the lens.
+    pub fn place(self) -> [f64; 4] {
+        sobol_burley::sample_4d(self.index, 0, self.scramble).map(f64::from)
+    }
+
+    /// Of the place on a light.
+    pub fn light(self) -> [f64; 2] {
+        let number = |dimension| sobol_burley::sample(self.index, dimension, self.scramble);
+        [4, 5].map(|dimension| f64::from(number(dimension)))
+    }
+
+    /// Of the place where a ray is scattered, the channel that chooses it, and the deflection.
+    pub fn scattering(self) -> [f64; 4] {
+        sobol_burley::sample_4d(self.index, 2, self.scramble).map(f64::from)
     }
 }
 
@@ -228,7 +258,7 @@ pub fn on_surface<S: Spectrum>(
         material.eval(incoming, direction, hit, TransportMode::Radiance)
             * direction.dot(hit.shading_normal).abs()
     };
-    let even = draws.even.take();
+    let even = draws.lights.take().map(Even::light);
     let place = |index, draws: &mut Draws| match even {
         // The same numbers for all lights, each set off against the others.
         Some(u) => u.map(|u| (u + index as f64 * GOLDEN).fract()),

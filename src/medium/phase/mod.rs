@@ -150,6 +150,17 @@ impl Phase {
         (0..DEFLECTIONS).map(value).sum::<f64>() / f64::from(DEFLECTIONS)
     }
 
+    /// Mean of the second Legendre polynomial of the cosine over the scattered light: what a
+    /// scattering leaves of the second moment of radiance.
+    pub fn second_moment(&self) -> f64 {
+        let value = |index: u32| {
+            let u = (f64::from(index) + 0.5) / f64::from(DEFLECTIONS);
+            let cosine = self.sample(DVec3::Z, [u, 0.5]).0.z;
+            1.5 * cosine * cosine - 0.5
+        };
+        (0..DEFLECTIONS).map(value).sum::<f64>() / f64::from(DEFLECTIONS)
+    }
+
     /// Mean of the cosine over the scattered light.
     pub fn mean_cosine(&self) -> f64 {
         match self {

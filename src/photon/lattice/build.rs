@@ -7,7 +7,7 @@ use crate::math::{Aabb, Spectrum, World, WorldPoint, warp};
 use crate::medium::Phase;
 use crate::scene::Camera;
 
-use super::cells::Lattice;
+use super::cells::{Lattice, MOMENTS};
 use super::means::Means;
 use super::shape::{BRICK, Cells, VOLUME, cell_index};
 use super::track::Track;
@@ -20,18 +20,21 @@ const STRAIGHT: f64 = 0.1;
 /// A lattice that still takes flights.
 pub struct Builder<'a, S: Spectrum> {
     cells: Cells,
-    /// 8³ cells a brick, z fastest.
+    /// 8³ cells a brick, z fastest, for each plane.
     sums: Vec<S::Short>,
     /// The maps' origin, in cells from the lattice's corner.
     origin: DVec3,
-    spread: Spread<'a>,
+    holds: Holds<'a>,
 }
 
-/// How much of the light that flies through a place is scattered toward the eye.
+/// What a lattice holds of the light that flies through its cells.
 #[derive(Clone, Copy)]
-struct Spread<'a> {
-    phase: &'a Phase,
-    camera: &'a Camera,
+pub enum Holds<'a> {
+    /// What a phase function scatters toward the eye.
+    TowardEye(&'a Phase, &'a Camera),
+    /// Its fluence and its flux: what of it is scattered anywhere, where it comes from nearly all
+    /// sides.
+    Moments,
 }
 
 /// The bricks that one thread fills.
@@ -39,16 +42,18 @@ struct Layer<'a, S: Spectrum> {
     index: usize,
     /// Number of the first.
     first: usize,
+    /// Cells of a brick, for all planes.
+    volume: usize,
     sums: &'a mut [S::Short],
 }
 
 impl<'a, S: Spectrum> Builder<'a, S> {
-    /// An empty lattice over `cells` for light scattered by `phase` toward `camera`. Flights are
-    /// given relative to `origin`.
-    pub fn new(cells: Cells, origin: WorldPoint, phase: &'a Phase, camera: &'a Camera) -> Self {
-        let sums = vec![S::Short::default(); cells.bricks() * VOLUME];
+    /// An empty lattice over `cells` that is to hold this of light. Flights are given relative to
+    /// `origin`.
+    pub fn new(cells: Cells, origin: WorldPoint, holds: Holds<'a>) -> Self {
+        let sums = vec![S::Short::default(); cells.bricks() * holds.planes() * VOLUME];
         let origin = cells.local(origin);
-        Self { cells, sums, origin, spread: Spread { phase, camera } }
+        Self { cells, sums, origin, holds }
     }
 
     /// The box that holds all cells.
@@ -62,17 +67,18 @@ impl<'a, S: Spectrum> Builder<'a, S> {
     pub fn add(&mut self, tracks: &[&[Track<S>]]) {
         let mut layers = Vec::with_capacity(self.cells.layers.len());
         let mut rest = &mut self.sums[..];
-        for (index, bounds) in self.cells.layers.windows(2).enumerate() {
-            let (sums, others) = rest.split_at_mut((bounds[1] - bounds[0]) as usize * VOLUME);
+        let (cells, origin, holds) = (&self.cells, self.origin, self.holds);
+        let volume = holds.planes() * VOLUME;
+        for (index, bounds) in cells.layers.windows(2).enumerate() {
+            let (sums, others) = rest.split_at_mut((bounds[1] - bounds[0]) as usize * volume);
             rest = others;
             if !sums.is_empty() {
-                layers.push(Layer::<S> { index, first: bounds[0] as usize, sums });
+                layers.push(Layer::<S> { index, first: bounds[0] as usize, volume, sums });
             }
         }
-        let (cells, origin, spread) = (&self.cells, self.origin, self.spread);
         layers.into_par_iter().for_each(|mut layer| {
             for track in tracks.iter().copied().flatten() {
-                layer.add(track, cells, origin, spread);
+                layer.add(track, cells, origin, holds);
             }
         });
     }
@@ -80,10 +86,11 @@ impl<'a, S: Spectrum> Builder<'a, S> {
     /// The finished lattice, with this many levels of wider cells. Powers were given in units of
     /// `unit` W.
     pub fn finish(self, wider: u32, unit: f64) -> Lattice<S> {
-        let Self { cells, sums, .. } = self;
+        let Self { cells, sums, holds, .. } = self;
         // Lengths were counted in cells.
         let scale = unit / cells.edge.powi(2);
-        let mut means = Means::<S> { cells, values: sums };
+        let planes = holds.planes();
+        let mut means = Means::<S> { cells, planes, values: sums };
         let mut levels = Vec::new();
         for _ in 0..wider {
             let next = means.wider();
@@ -91,13 +98,13 @@ impl<'a, S: Spectrum> Builder<'a, S> {
             means = next;
         }
         levels.push(means.level());
-        Lattice { levels, scale }
+        Lattice { levels, planes, scale }
     }
 }
 
 impl<S: Spectrum> Layer<'_, S> {
     /// Adds what lies of a flight in this layer.
-    fn add(&mut self, track: &Track<S>, cells: &Cells, origin: DVec3, spread: Spread<'_>) {
+    fn add(&mut self, track: &Track<S>, cells: &Cells, origin: DVec3, holds: Holds<'_>) {
         let start = origin + track.start() / cells.edge;
         let end = origin + track.end() / cells.edge;
         let line = Line::new(start, end - start);
@@ -117,18 +124,34 @@ impl<S: Spectrum> Layer<'_, S> {
         let power = track.power() * length as f32;
         for (brick, from, to) in Steps::new(&line, from, to, low, high, BRICK) {
             let Some(number) = cells.brick(brick) else { continue };
-            let first = (number - self.first) * VOLUME;
-            let sums = &mut self.sums[first..first + VOLUME];
-            let toward = |u: f64| spread.at(cells.world(line.at(u)), direction);
+            let first = (number - self.first) * self.volume;
+            let sums = &mut self.sums[first..first + self.volume];
             let (low, high) = (brick << BRICK, (brick + 1) << BRICK);
             let steps = Steps::new(&line, from, to, low, high, 0);
-            if spread.phase.is_isotropic() {
-                let power = power * warp::uniform_sphere_pdf() as f32;
-                for (cell, from, to) in steps {
-                    sums[cell_index(cell - low)] += power * (to - from) as f32;
+            let even = power * warp::uniform_sphere_pdf() as f32;
+            let (phase, camera) = match holds {
+                Holds::TowardEye(phase, _) if phase.is_isotropic() => {
+                    for (cell, from, to) in steps {
+                        sums[cell_index(cell - low)] += even * (to - from) as f32;
+                    }
+                    continue;
                 }
-                continue;
-            }
+                Holds::Moments => {
+                    let moments = [1.0, direction.x, direction.y, direction.z].map(|m| m as f32);
+                    for (cell, from, to) in steps {
+                        let (cell, power) = (cell_index(cell - low), even * (to - from) as f32);
+                        for (plane, moment) in moments.into_iter().enumerate() {
+                            sums[plane * VOLUME + cell] += power * moment;
+                        }
+                    }
+                    continue;
+                }
+                Holds::TowardEye(phase, camera) => (phase, camera),
+            };
+            let toward = |u: f64| {
+                let p = cells.world(line.at(u));
+                phase.eval(direction.dot(camera.toward(p)))
+            };
             let (first, last) = (toward(from), toward(to));
             let slope = (last - first) / (to - from);
             let straight = (last - first).abs() <= STRAIGHT * first.min(last);
@@ -141,10 +164,13 @@ impl<S: Spectrum> Layer<'_, S> {
     }
 }
 
-impl Spread<'_> {
-    /// The share, 1/sr, of light that flies along the unit `direction` through `p`.
-    fn at(self, p: WorldPoint, direction: DVec3) -> f64 {
-        self.phase.eval(direction.dot(self.camera.toward(p)))
+impl Holds<'_> {
+    /// How many numbers a cell has.
+    pub const fn planes(self) -> usize {
+        match self {
+            Self::TowardEye(..) => 1,
+            Self::Moments => MOMENTS,
+        }
     }
 }
 
@@ -156,6 +182,7 @@ mod tests {
     use crate::scene::camera::{Pose, Projection};
     use crate::shape::{Cuboid, Region};
     use glam::DAffine3;
+    use std::f64::consts::PI;
 
     /// Points along each flight by which brute force adds them up.
     const POINTS: u32 = 20_000;
@@ -169,17 +196,23 @@ mod tests {
     #[test]
     fn cells_hold_what_brute_force_adds_up() {
         let far = DVec3::new(3e6, -2e6, 1e6);
+        let peaked = Phase::henyey_greenstein(0.9).unwrap();
+        // Moments tell what goes to any side by a function of which they are all there is.
+        let (toward, straight) = (DVec3::new(0.36, -0.48, 0.8), 0.3);
         for (phase, shift) in [
-            (Phase::ISOTROPIC, DVec3::ZERO),
-            (Phase::henyey_greenstein(0.9).unwrap(), DVec3::ZERO),
-            (Phase::ISOTROPIC, far),
+            (Some(Phase::ISOTROPIC), DVec3::ZERO),
+            (Some(peaked), DVec3::ZERO),
+            (Some(Phase::ISOTROPIC), far),
+            (None, DVec3::ZERO),
         ] {
             let (low, high) = (DVec3::new(-1.0, -0.7, -0.4), DVec3::new(1.0, 0.8, 0.5));
             let region = Cuboid::new(low + shift, high + shift, &DAffine3::IDENTITY).unwrap();
             let density = Density::Homogeneous(Region::Box(region));
-            let cells = Cells::around(&density, 0.17).unwrap();
+            let cells = Cells::around(&density, 0.17, MOMENTS).unwrap();
             let origin = WorldPoint::from_xyz(shift + DVec3::new(0.3, 0.2, 0.1));
             let camera = camera();
+            let holds =
+                phase.as_ref().map_or(Holds::Moments, |phase| Holds::TowardEye(phase, &camera));
             let mut rng = Stream::new(4, Stage::Test, 0, 0);
             let mut place = |scale: f64| {
                 let at = DVec3::from([(); 3].map(|()| (2.0 * rng.uniform() - 1.0) * scale));
@@ -205,7 +238,11 @@ mod tests {
                     let p = origin + start.lerp(end, u);
                     let cell = cells.local(p).floor().as_ivec3();
                     let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { continue };
-                    let share = phase.eval((end - start).normalize().dot(camera.toward(p)));
+                    let direction = (end - start).normalize();
+                    let share = phase.map_or_else(
+                        || (1.0 + 3.0 * straight * direction.dot(toward)) / (4.0 * PI),
+                        |phase| phase.eval(direction.dot(camera.toward(p))),
+                    );
                     let power = track.power().as_dvec3();
                     right[brick * VOLUME + cell_index(cell & ((1 << BRICK) - 1))] +=
                         power * share * track.length() / f64::from(POINTS) / cells.edge.powi(3);
@@ -213,7 +250,7 @@ mod tests {
             }
             let mut places = Vec::new();
             cells.for_each_brick(|at| places.push(at));
-            let mut builder = Builder::new(cells, origin, &phase, &camera);
+            let mut builder = Builder::new(cells, origin, holds);
             builder.add(&[&tracks[..100], &tracks[100..201]]);
             let bounds = builder.bounds();
             let (total, mut off) = (right.iter().copied().sum::<DVec3>(), DVec3::ZERO);
@@ -225,7 +262,11 @@ mod tests {
                     let center = ((*at << BRICK) + within).as_dvec3() + 0.5 + 1e-6;
                     let p = bounds.min + center * lattice.edge();
                     let right = right[number * VOLUME + index as usize];
-                    off += (lattice.at(p, 0) - right).abs();
+                    let value = match phase {
+                        Some(_) => lattice.at(p, 0),
+                        None => lattice.toward(p, 0, toward, straight),
+                    };
+                    off += (value - right).abs();
                 }
             }
             // Brute force puts a point of each flight into the wrong cell at each border, and 32

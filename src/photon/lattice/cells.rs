@@ -17,9 +17,14 @@ pub(super) type Brick<S> = [<S as Spectrum>::Stored; SIDE * SIDE * SIDE];
 pub struct Lattice<S: Spectrum = Rgb> {
     /// The finest, and others each with cells twice as wide.
     pub(super) levels: Vec<Level<S>>,
+    /// How many numbers a cell has: one, or [`MOMENTS`].
+    pub(super) planes: usize,
     /// W/(m² sr) that a value of 1 stands for.
     pub(super) scale: f64,
 }
+
+/// Numbers of a cell that holds fluence and flux: the zeroth and the first moments of radiance.
+pub(super) const MOMENTS: usize = 4;
 
 /// Light on cells of one width.
 #[derive(Debug)]
@@ -39,18 +44,42 @@ impl<S: Spectrum> Lattice<S> {
         self.levels.iter().map(|level| level.bricks.len() * size_of::<Brick<S>>()).sum()
     }
 
-    /// The light scattered at `p` per unit of sigma_s, W/(m² sr): trilinear between the centres of
-    /// cells 2^`level` times as wide as the finest, 0 where there are none.
+    /// The light scattered toward the eye at `p` per unit of sigma_s, W/(m² sr): trilinear between
+    /// the centres of cells 2^`level` times as wide as the finest, 0 where there are none.
     pub fn at(&self, p: WorldPoint, level: usize) -> S {
+        let mut light = S::ZERO;
+        self.each_plane(p, level, 1, |_, value| light = value);
+        light
+    }
+
+    /// The light scattered at `p` into the unit direction `toward`, per unit of sigma_s,
+    /// W/(m² sr), where the lattice holds moments: as far as the first two terms of the Legendre
+    /// series of radiance and of a phase function with mean cosine `g` tell (the P1 approximation;
+    /// Ishimaru 1978, section 9-1).
+    pub fn toward(&self, p: WorldPoint, level: usize, toward: DVec3, g: f64) -> S {
+        let weights = toward.to_array().map(|along| 3.0 * g * along);
+        let mut light = S::ZERO;
+        self.each_plane(p, level, self.planes, |plane, value| {
+            light += value * if plane == 0 { 1.0 } else { weights[plane - 1] };
+        });
+        light.not_negative()
+    }
+
+    /// Calls `f` with each of the first `planes` and its value at `p`.
+    #[inline]
+    fn each_plane(&self, p: WorldPoint, level: usize, planes: usize, mut f: impl FnMut(usize, S)) {
         let Some(Level { cells, bricks }) = self.levels.get(level).or(self.levels.last()) else {
-            return S::ZERO;
+            return;
         };
         let local = cells.local(p) - 0.5;
         let low = local.floor();
         let cell = low.as_ivec3();
-        let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { return S::ZERO };
+        let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { return };
         let within = cell & ((1 << BRICK) - 1);
-        blend::<S>(&bricks[brick], within, local - low) * self.scale
+        for plane in 0..planes {
+            let of_plane = &bricks[brick * self.planes + plane];
+            f(plane, blend::<S>(of_plane, within, local - low) * self.scale);
+        }
     }
 }
 

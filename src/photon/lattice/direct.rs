@@ -47,7 +47,7 @@ impl<S: Spectrum> DirectLattice<S> {
     ) -> Option<Self> {
         let of = scene.media.get(medium);
         let edge = edge_for_direct(scene, of, visible, pixels)?;
-        let cells = Cells::around(&of.density, edge)?;
+        let cells = Cells::around(&of.density, edge, 1)?;
         let near = of.density.bounds()?.grown(NEAR * edge);
         let kept = |light: &Light| is_kept(light, &near);
         let lights = &scene.lights.lights;

@@ -11,30 +11,33 @@ use super::shape::{BRICK, Cells, VOLUME, cell_index};
 /// Cells of a brick along an edge.
 const EDGE: i32 = 1 << BRICK;
 
-/// Cells with the mean of the light in each, 8³ a brick.
+/// Cells with the mean of the light in each, 8³ a brick and [`planes`](Self::planes) times those.
 pub(super) struct Means<S: Spectrum> {
     pub cells: Cells,
+    /// How many numbers a cell has, brick by brick: first the first of all its cells.
+    pub planes: usize,
     pub values: Vec<S::Short>,
 }
 
 impl<S: Spectrum> Means<S> {
-    fn value(&self, brick: usize, within: IVec3) -> S::Short {
-        self.values[brick * VOLUME + cell_index(within)]
+    fn value(&self, brick: usize, plane: usize, within: IVec3) -> S::Short {
+        self.values[(brick * self.planes + plane) * VOLUME + cell_index(within)]
     }
 
-    /// Places of all bricks, by their numbers.
-    fn places(&self) -> Vec<IVec3> {
-        let mut places = Vec::with_capacity(self.cells.bricks());
-        self.cells.for_each_brick(|at| places.push(at));
-        places
+    /// Places of all bricks, by their numbers, each with its planes.
+    fn of_planes(&self) -> Vec<(IVec3, usize)> {
+        let mut all = Vec::with_capacity(self.cells.bricks() * self.planes);
+        self.cells.for_each_brick(|at| all.extend((0..self.planes).map(|plane| (at, plane))));
+        all
     }
 
     /// The same light on cells twice as wide: means of those cells that are held.
     pub fn wider(&self) -> Self {
         let cells = self.cells.wider();
-        let mut values = vec![S::Short::default(); cells.bricks() * VOLUME];
-        let places = Self { cells, values: Vec::new() };
-        let fill = |(at, values): (IVec3, &mut [S::Short])| {
+        let planes = self.planes;
+        let mut values = vec![S::Short::default(); cells.bricks() * planes * VOLUME];
+        let wider = Self { cells, planes, values: Vec::new() };
+        let fill = |((at, plane), values): ((IVec3, usize), &mut [S::Short])| {
             for (index, value) in (0..).zip(values) {
                 let within = IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & (EDGE - 1);
                 let first = ((at << BRICK) + within) * 2;
@@ -42,30 +45,31 @@ impl<S: Spectrum> Means<S> {
                 let Some(brick) = self.cells.brick_anywhere(first >> BRICK) else { continue };
                 let corner = |i: i32| {
                     let by = IVec3::new(i & 1, i >> 1 & 1, i >> 2);
-                    self.value(brick, (first & (EDGE - 1)) + by)
+                    self.value(brick, plane, (first & (EDGE - 1)) + by)
                 };
                 *value = (0..8).map(corner).sum::<S::Short>() / 8.0;
             }
         };
-        places.places().into_par_iter().zip(values.par_chunks_mut(VOLUME)).for_each(fill);
-        Self { cells: places.cells, values }
+        let all: Vec<_> = wider.of_planes();
+        all.into_par_iter().zip(values.par_chunks_mut(VOLUME)).for_each(fill);
+        Self { values, ..wider }
     }
 
     /// Bricks that hold their neighbours' first values as well.
     pub fn level(self) -> Level<S> {
-        let brick = |at: &IVec3| -> Brick<S> {
-            let own = self.cells.brick(*at).expect("only bricks that are held are listed");
+        let brick = |&(at, plane): &(IVec3, usize)| -> Brick<S> {
+            let own = self.cells.brick(at).expect("only bricks that are held are listed");
             std::array::from_fn(|index| {
                 let (x, y, z) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
                 let within = IVec3::new(x as i32, y as i32, z as i32);
-                let value = match self.cells.brick_anywhere(*at + (within >> BRICK)) {
-                    Some(brick) => self.value(brick, within & (EDGE - 1)),
-                    None => self.value(own, within.min(IVec3::splat(EDGE - 1))),
+                let value = match self.cells.brick_anywhere(at + (within >> BRICK)) {
+                    Some(brick) => self.value(brick, plane, within & (EDGE - 1)),
+                    None => self.value(own, plane, within.min(IVec3::splat(EDGE - 1))),
                 };
                 S::pack(value)
             })
         };
-        let bricks = self.places().par_iter().map(brick).collect();
+        let bricks = self.of_planes().par_iter().map(brick).collect();
         Level { cells: self.cells, bricks }
     }
 }

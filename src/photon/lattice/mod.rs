@@ -20,7 +20,7 @@ mod shape;
 mod track;
 mod walk;
 
-pub(super) use build::Builder;
+pub(super) use build::{Builder, Holds};
 pub(super) use edge::{edge_for_flights, thin_edge};
 pub(super) use shape::Cells;
 pub(super) use track::Track;

@@ -19,8 +19,8 @@ const MARGIN: f64 = 1.5;
 /// Bricks, held or not, that a lattice may span.
 const MOST_SLOTS: f64 = 5e7;
 
-/// Cells that a lattice may hold: 256 MiB.
-const MOST_CELLS: f64 = (1 << 24) as f64;
+/// Numbers, one a channel, that a lattice may hold: 64 MiB a channel.
+const MOST_NUMBERS: f64 = (1 << 24) as f64;
 
 /// Marks a brick that is not held.
 const NONE: u32 = u32::MAX;
@@ -62,15 +62,15 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Cells of `edge` metres round all places where `density` is not 0; nothing where it is
-    /// endless or there would be too many.
-    pub fn around(density: &Density, edge: f64) -> Option<Self> {
+    /// Cells of `edge` metres round all places where `density` is not 0, each for `planes` numbers;
+    /// nothing where it is endless or there would be too many.
+    pub fn around(density: &Density, edge: f64, planes: usize) -> Option<Self> {
         let bounds = density.bounds()?.grown(MARGIN * edge);
         let extent = (bounds.size() / (edge * f64::from(1 << BRICK))).ceil();
         let fits = extent.is_finite()
             && extent.min_element() >= 1.0
             && extent.element_product() <= MOST_SLOTS
-            && density.volume()? <= MOST_CELLS * edge.powi(3);
+            && density.volume()? * planes as f64 <= MOST_NUMBERS * edge.powi(3);
         if !fits {
             return None;
         }

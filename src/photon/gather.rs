@@ -1,0 +1,62 @@
+//! When rays that are scattered are followed further before photons are asked.
+//!
+//! Where a phase function is peaked, light toward the eye hangs on which way photons fly, of which
+//! few photons tell little. What it is after some more scatterings hangs on that less and less: the
+//! second moment of what a path can bring falls with each by that of the phase function. So rays are
+//! scattered on until it is small, as a path tracer would, and there the photons' fluence and flux
+//! say the rest: a final gather (Jensen 1996, "Global Illumination using Photon Maps") that is as
+//! deep as the phase function asks for.
+
+use crate::light::Light;
+use crate::medium::Medium;
+use crate::scene::Scene;
+
+use super::Shooting;
+
+/// Second moment of a phase function above which rays are followed: Henyey-Greenstein functions
+/// above g = .71 have it. Below it photons tell more, in the same time, than more rays do.
+const PEAKED: f64 = 0.5;
+
+/// What may be left of it in the end for [`USUAL`] photons.
+const LEFT: f64 = 0.15;
+
+/// See [`LEFT`].
+const USUAL: f64 = 1e5;
+
+/// How that falls with the number of photons: as the edges of cells do.
+const FALL: f64 = -0.2;
+
+/// How far rays are followed before lattices of moments are asked.
+#[derive(Debug, Clone)]
+pub struct FinalGather {
+    /// The second moment that a scattering in each medium leaves.
+    kept: Vec<f64>,
+    /// What may be left of it.
+    enough: f64,
+}
+
+impl FinalGather {
+    /// For `scene`; nothing where photons are asked at once: where no phase function is peaked,
+    /// orders of scattering are counted, or a lamp is in a medium, near which rays would seldom
+    /// find very much.
+    pub(super) fn of(scene: &Scene, shooting: &Shooting) -> Option<Self> {
+        let kept: Vec<f64> = scene.media.iter().map(|m| m.phase.second_moment().abs()).collect();
+        let holds = |medium: &Medium, light: &Light| {
+            let bounds = medium.density.bounds();
+            light.place().is_some_and(|lamp| bounds.is_none_or(|bounds| bounds.contains(lamp)))
+        };
+        let lamp_inside =
+            scene.lights.lights.iter().any(|l| scene.media.iter().any(|m| holds(m, l)));
+        let peaked = kept.iter().any(|kept| *kept > PEAKED);
+        let follows = peaked && !lamp_inside && shooting.max_scatter.is_none();
+        let enough = LEFT * (shooting.photons.max(1) as f64 / USUAL).powf(FALL);
+        follows.then_some(Self { kept, enough })
+    }
+
+    /// What is left of a second moment after a scattering in a medium; nothing where it is so
+    /// little that moments may be asked instead.
+    pub fn after(&self, left: f64, medium: usize) -> Option<f64> {
+        let left = left * self.kept[medium];
+        (left > self.enough).then_some(left)
+    }
+}

@@ -1,0 +1,104 @@
+//! Final gathers in media with peaked phase functions, against the reference.
+
+use fogbow::image::{Film, write_exr_layers};
+use fogbow::render::{Silent, render, render_reference};
+use fogbow::scene::{LoadOptions, Overrides, RenderSettings, Scene};
+
+const SIZE: usize = 24;
+
+/// Pixels along the edge of a block.
+const BLOCK: usize = 8;
+
+/// A box of peaked haze in a sky with a bright side, over a pale ground, beside a mirror and a ball
+/// of glass, with a lamp aside, a glow and a second haze that scatters evenly.
+const EVERYTHING: &str = r#"
+    [camera]
+    position = [0.0, 0.6, 5.0]
+    target = [0.0, 0.0, 0.0]
+    fov = 40.0
+    [film]
+    size = [24, 24]
+    [[medium]]
+    region = { box = { min = [-1.2, -0.8, -0.8], max = [0.9, 0.9, 0.8] } }
+    sigma_t = 4.0
+    albedo = [0.99, 0.95, 0.9]
+    phase = { type = "henyey-greenstein", g = 0.85 }
+    emission = { color = [0.2, 0.5, 0.2], scale = 0.1 }
+    [[medium]]
+    region = { sphere = { center = [0.7, 0.0, 0.0], radius = 0.6 } }
+    sigma_t = 1.0
+    albedo = 0.8
+    [[light]]
+    type = "environment"
+    texture = "sky.exr"
+    [[light]]
+    type = "spot"
+    position = [3.0, 2.5, 1.0]
+    target = [0.0, 0.0, 0.0]
+    angle = 25.0
+    intensity = 20.0
+    [[surface]]
+    shape = "plane"
+    point = [0.0, -1.0, 0.0]
+    normal = [0.0, 1.0, 0.0]
+    material = { type = "diffuse", reflectance = 0.6 }
+    [[surface]]
+    shape = "quad"
+    center = [-1.6, 0.0, 0.0]
+    u = [0.0, 0.0, -0.8]
+    v = [0.0, 0.8, 0.0]
+    material = { type = "mirror", reflectance = 0.9 }
+    [[surface]]
+    shape = "sphere"
+    center = [1.5, -0.4, 0.9]
+    radius = 0.4
+    material = { type = "glass", ior = 1.5 }
+"#;
+
+fn scene(rays: u32, photons: u64) -> Scene {
+    let folder = tempfile::tempdir().unwrap();
+    let sky = [0.3, 0.3, 4.0, 0.3, 0.2, 0.2, 0.2, 0.2];
+    let layers = [("R", &sky[..]), ("G", &sky[..]), ("B", &sky[..])];
+    write_exr_layers(&folder.path().join("sky.exr"), 4, 2, &layers, &[]).unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::write(&path, EVERYTHING).unwrap();
+    let overrides = Overrides { rays: Some(rays), photons: Some(photons), ..Overrides::default() };
+    Scene::load(&path, &LoadOptions { overrides, ..LoadOptions::default() }).unwrap()
+}
+
+/// Mean of the channels in each block.
+fn blocks(film: &Film) -> Vec<f64> {
+    let layers = ["R", "G", "B"].map(|name| film.layer(name).unwrap());
+    let mut blocks = vec![0.0; (SIZE / BLOCK) * (SIZE / BLOCK)];
+    for layer in &layers {
+        for (index, value) in layer.iter().enumerate() {
+            let (x, y) = (index % SIZE / BLOCK, index / SIZE / BLOCK);
+            blocks[y * (SIZE / BLOCK) + x] += f64::from(*value) / (3 * BLOCK * BLOCK) as f64;
+        }
+    }
+    blocks
+}
+
+/// All that a gather may meet, none of it lost or counted twice. Means of four seeds scatter by
+/// 0.3 % in the whole and by up to 1 % in a block, the reference by as much.
+#[test]
+fn gathers_find_all_light_once() {
+    const SEEDS: u64 = 4;
+    let exact = scene(3000, 0);
+    let right = blocks(&render_reference(&exact, &exact.render, &Silent).film);
+    let scene = scene(128, 100_000);
+    let mut found = vec![0.0; right.len()];
+    for seed in 0..SEEDS {
+        let settings = RenderSettings { seed, ..scene.render };
+        let film = render(&scene, &settings, &Silent).unwrap().film;
+        for (sum, block) in found.iter_mut().zip(blocks(&film)) {
+            *sum += block / SEEDS as f64;
+        }
+    }
+    let total = |blocks: &[f64]| blocks.iter().sum::<f64>();
+    let off = total(&found) / total(&right) - 1.0;
+    assert!(off.abs() < 0.015, "off by {off}: {found:.4?} not {right:.4?}");
+    for (found, right) in found.iter().zip(&right) {
+        assert!((found / right - 1.0).abs() < 0.05, "{found} not {right}");
+    }
+}
