@@ -16,7 +16,14 @@ use fogbow::math::{Rgb, Stage, Stream, luminance};
 use proptest::prelude::*;
 
 fn sample(radiance: Rgb) -> Sample {
-    Sample { radiance, shared: Rgb::ZERO, alpha: 0.5, transmittance: 0.5, depth: 2.0 }
+    Sample {
+        radiance,
+        shared: Rgb::ZERO,
+        calm: Rgb::ZERO,
+        alpha: 0.5,
+        transmittance: 0.5,
+        depth: 2.0,
+    }
 }
 
 /// 37 x 21 pixels, more than one block of ZIP, with a hole that nothing hits.
@@ -27,6 +34,7 @@ fn film() -> Film {
             let v = (y * 37 + x) as f64;
             let pixel = FilmPixel {
                 radiance: Rgb::new(v, 0.5 * v, 0.25 * v),
+                calm: Rgb::ZERO,
                 alpha: v / 777.0,
                 depth: if x < 5 { f64::INFINITY } else { v },
                 transmittance: 0.1,

@@ -5,7 +5,7 @@ use fogbow::math::{Ray, Rgb, Span, Stage, Stream, WorldPoint, warp};
 use fogbow::photon::{PhotonMaps, Shooting, shoot};
 use fogbow::scene::lighting::{self, Draws};
 use fogbow::scene::plan::Needs;
-use fogbow::scene::{LoadOptions, Scene};
+use fogbow::scene::{FinalGather, LoadOptions, Scene};
 use glam::DVec3;
 
 /// A box of thin haze before the camera, lit from the side and from all around.
@@ -48,6 +48,7 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         photons,
         seed: 3,
         max_scatter,
+        final_gather: FinalGather::Auto,
         radius: None,
         levels,
         needs,

@@ -62,7 +62,7 @@ impl DirectingArgs {
 }
 
 /// A parser of the words of `all`.
-fn words<T: Copy + Send + Sync + 'static>(
+pub(super) fn words<T: Copy + Send + Sync + 'static>(
     all: &'static [(&'static str, T)],
 ) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(all.iter().map(|(word, _)| *word)).try_map(move |given| {

@@ -43,6 +43,7 @@ pub(super) fn settings(
         "director": render.director.name(),
         "seed": render.seed,
         "max_scatter": render.max_scatter,
+        "final_gather": render.final_gather.name(),
     }));
     if render.photons != asked {
         settings.insert("photons_asked".into(), json!(asked));

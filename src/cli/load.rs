@@ -7,9 +7,9 @@ use rayon::ThreadPool;
 
 use super::console;
 use super::memory;
-use super::settings::{RunArgs, SettingArgs};
+use super::settings::RunArgs;
 use crate::error::{Error, Result};
-use crate::scene::{LoadOptions, Planning, Scene};
+use crate::scene::{LoadOptions, Overrides, Planning, Scene};
 
 /// How volumes are read.
 #[derive(Debug, Clone, Copy, Default)]
@@ -24,16 +24,15 @@ pub(super) struct Volumes {
     pub(super) planning: Planning,
 }
 
-/// Loads `path` under the settings given, in a pool of as many threads as asked for; also the time
+/// Loads `path` with `overrides` over its settings, in a pool of as many threads as asked for; also the time
 /// that it took.
 pub(super) fn scene(
     path: &Path,
-    settings: &SettingArgs,
+    overrides: Overrides,
     volumes: Volumes,
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Duration)> {
     let Volumes { level_set_as_fog, frame, memory, planning } = volumes;
-    let overrides = settings.overrides();
     let memory = memory.or_else(memory::available);
     let options = LoadOptions { overrides, level_set_as_fog, frame, memory, planning };
     let pool = thread_pool(run.threads)?;

@@ -62,7 +62,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .map_err(|e| Error::file(&args.output, format!("cannot be made: {e}; give a folder")))?;
     let (scene, pool, _) = load::scene(
         &args.scene,
-        &args.settings,
+        args.settings.overrides(),
         Volumes { frame: args.frame, ..Volumes::default() },
         &args.run,
     )?;

@@ -40,7 +40,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let program = limit::program();
     let level_set_as_fog = args.level_set.is_some();
     let volumes = Volumes { level_set_as_fog, frame: args.frame, ..Volumes::default() };
-    let (scene, pool, _) = load::scene(&args.scene, &args.settings, volumes, &args.run)?;
+    let (scene, pool, _) = load::scene(&args.scene, args.settings.overrides(), volumes, &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
     let slow = pool.install(|| slow(&scene))?;

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::builder::TypedValueParser;
 
-use super::directing::DirectingArgs;
+use super::directing::{DirectingArgs, words};
 use crate::image::ViewTransform;
 use crate::scene::{
-    MAX_MAGNITUDE, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
+    FinalGather, MAX_MAGNITUDE, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
 };
 
 /// Settings that every rendering command takes; each stands over the scene file's.
@@ -40,6 +40,9 @@ pub(super) struct SettingArgs {
     #[arg(long, value_name = "N",
         value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_SCATTER)))]
     max_scatter: Option<u32>,
+    /// Where rays that media scatter are followed further before photons are asked.
+    #[arg(long, value_name = "WHERE", value_parser = words(FinalGather::ALL))]
+    final_gather: Option<FinalGather>,
     /// Exposure of the PNG in stops.
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = exposure)]
     exposure: Option<f64>,
@@ -63,6 +66,7 @@ impl SettingArgs {
             directing: self.directing.overrides(),
             seed: self.seed,
             max_scatter: self.max_scatter,
+            final_gather: self.final_gather,
         }
     }
 }

@@ -82,7 +82,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     request.check()?;
     let volumes = Volumes { frame: args.frame, ..Volumes::default() };
-    let (scene, pool, _) = load::scene(&args.scene, &args.settings, volumes, &args.run)?;
+    let (scene, pool, _) = load::scene(&args.scene, args.settings.overrides(), volumes, &args.run)?;
     let console = Console::new(Clock::start());
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
     let results = pool.install(|| {

@@ -76,7 +76,7 @@ fn make(args: &Args, folder: &Path) -> Result<()> {
     let mut loaded = Vec::new();
     // All are read before the first is rendered, which may take long.
     for path in &args.scenes {
-        loaded.push(load::scene(path, &args.settings, Volumes::default(), &args.run)?);
+        loaded.push(load::scene(path, args.settings.overrides(), Volumes::default(), &args.run)?);
     }
     check_scenes(loaded.iter().map(|(scene, ..)| scene))?;
     std::fs::create_dir_all(folder)

@@ -9,6 +9,8 @@ pub struct Sample {
     pub radiance: Rgb,
     /// The part of the radiance that stands in for other rays of the pixel, which leave it out.
     pub shared: Rgb,
+    /// The part of the radiance that hardly differs from ray to ray.
+    pub calm: Rgb,
     /// Coverage, 0 to 1.
     pub alpha: f64,
     /// Transmittance to the first surface, or to infinity where there is none.
@@ -36,6 +38,7 @@ pub struct Accumulator {
     count: u32,
     dropped: u32,
     shared: [f32; 3],
+    calm: [f32; 3],
     mean: Rgb,
     squares: Rgb,
     luminance_squares: f64,
@@ -51,6 +54,7 @@ impl Default for Accumulator {
             count: 0,
             dropped: 0,
             shared: [0.0; 3],
+            calm: [0.0; 3],
             mean: Rgb::ZERO,
             squares: Rgb::ZERO,
             luminance_squares: 0.0,
@@ -63,7 +67,7 @@ impl Default for Accumulator {
 
 impl Accumulator {
     /// 64-bit words that one takes in store.
-    pub const WORDS: usize = 13;
+    pub const WORDS: usize = 14;
 
     /// Takes a sample in. One with a NaN, an infinity or a value beyond the range of f32 (an
     /// infinite depth aside) is counted by [`dropped`](Self::dropped) and otherwise ignored.
@@ -81,6 +85,7 @@ impl Accumulator {
         self.luminance_squares += luminance(before) * luminance(after);
         let shared = self.shared().lerp(sample.shared, weight);
         self.shared = shared.as_vec3().to_array();
+        self.calm = self.calm().lerp(sample.calm, weight).as_vec3().to_array();
         self.alpha += (sample.alpha - self.alpha) * weight;
         self.transmittance += (sample.transmittance - self.transmittance) * weight;
         self.depth = self.depth.min(sample.depth);
@@ -107,10 +112,15 @@ impl Accumulator {
         let numbers =
             [r, g, b, u, v, w, self.luminance_squares, self.alpha, self.transmittance, self.depth];
         let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
-        let [x, y, z] = self.shared.map(f32::to_bits);
-        let mut bits =
-            [pair(self.count, self.dropped), pair(x, y), z.into(), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-        for (word, number) in bits[3..].iter_mut().zip(numbers) {
+        let [[x, y, z], [i, j, k]] = [self.shared, self.calm].map(|rgb| rgb.map(f32::to_bits));
+        let mut bits = [0; Self::WORDS];
+        bits[..4].copy_from_slice(&[
+            pair(self.count, self.dropped),
+            pair(x, y),
+            pair(z, i),
+            pair(j, k),
+        ]);
+        for (word, number) in bits[4..].iter_mut().zip(numbers) {
             *word = number.to_bits();
         }
         bits
@@ -118,12 +128,13 @@ impl Accumulator {
 
     /// What [`to_bits`](Self::to_bits) stored.
     pub fn from_bits(bits: &[u64; Self::WORDS]) -> Self {
-        let number = |index: usize| f64::from_bits(bits[3 + index]);
+        let number = |index: usize| f64::from_bits(bits[4 + index]);
         let [low, high] = [|word: u64| word as u32, |word: u64| (word >> 32) as u32];
         Self {
             count: low(bits[0]),
             dropped: high(bits[0]),
             shared: [low(bits[1]), high(bits[1]), low(bits[2])].map(f32::from_bits),
+            calm: [high(bits[2]), low(bits[3]), high(bits[3])].map(f32::from_bits),
             mean: Rgb::new(number(0), number(1), number(2)),
             squares: Rgb::new(number(3), number(4), number(5)),
             luminance_squares: number(6),
@@ -141,6 +152,11 @@ impl Accumulator {
     /// Mean of what stands in for other samples; 0 without one.
     pub fn shared(&self) -> Rgb {
         Rgb::from_array(self.shared.map(f64::from))
+    }
+
+    /// Mean of what hardly differs from sample to sample; 0 without one.
+    pub fn calm(&self) -> Rgb {
+        Rgb::from_array(self.calm.map(f64::from))
     }
 
     /// Mean coverage; 0 without a sample.

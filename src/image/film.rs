@@ -14,6 +14,8 @@ pub const FAR: f64 = 1e10;
 pub struct FilmPixel {
     /// Mean radiance, W/(m² sr), premultiplied by coverage: `R`, `G`, `B`.
     pub radiance: Rgb,
+    /// The part of it that hardly differs from ray to ray, in which there is no noise to take off.
+    pub calm: Rgb,
     /// Coverage, 0 to 1: `A`.
     pub alpha: f64,
     /// Distance to the first surface in metres; anything beyond [`FAR`], and infinity where nothing
@@ -40,6 +42,7 @@ impl Default for FilmPixel {
     fn default() -> Self {
         Self {
             radiance: Rgb::ZERO,
+            calm: Rgb::ZERO,
             alpha: 0.0,
             depth: f64::INFINITY,
             transmittance: 0.0,
@@ -58,6 +61,7 @@ impl From<&Accumulator> for FilmPixel {
     fn from(samples: &Accumulator) -> Self {
         Self {
             radiance: samples.mean(),
+            calm: samples.calm(),
             alpha: samples.alpha(),
             depth: samples.depth(),
             transmittance: samples.transmittance(),
@@ -117,6 +121,8 @@ pub struct Film {
     window: Window,
     full: [u32; 2],
     layers: Vec<Vec<f32>>,
+    /// What hardly differs from ray to ray.
+    calm: Vec<[f32; 3]>,
     /// What was seen before noise was taken off; empty where it is still there.
     noisy: Vec<Vec<f32>>,
     repaired: u64,
@@ -141,7 +147,7 @@ impl Film {
         let pixels = window.width as usize * window.height as usize;
         let values = FilmPixel::default().values();
         let layers = values.map(|v| vec![v as f32; pixels]).to_vec();
-        Self { window, full, layers, noisy: Vec::new(), repaired: 0 }
+        Self { window, full, layers, calm: vec![[0.0; 3]; pixels], noisy: Vec::new(), repaired: 0 }
     }
 
     /// Where the film lies on the one that it is part of; all of it where it is whole.
@@ -175,6 +181,7 @@ impl Film {
         for (layer, value) in self.layers.iter_mut().zip(pixel.values()) {
             layer[index] = finite(value, &mut self.repaired);
         }
+        self.calm[index] = pixel.calm.to_array().map(|value| finite(value, &mut self.repaired));
     }
 
     /// Sets a block of pixels, row by row, whose upper left corner is at `x`, `y`.
@@ -204,6 +211,9 @@ impl Film {
             for (index, &from) in nearest.iter().enumerate() {
                 layer[index] = layer[from as usize];
             }
+        }
+        for (index, &from) in nearest.iter().enumerate() {
+            self.calm[index] = self.calm[from as usize];
         }
     }
 
@@ -242,6 +252,12 @@ impl Film {
             .zip(&self.layers)
             .chain(kept)
             .map(|(name, layer)| (name, layer.as_slice()))
+    }
+
+    /// Of each pixel, row by row from the top, the part of the radiance that hardly differs from ray to
+    /// ray.
+    pub fn calm(&self) -> &[[f32; 3]] {
+        &self.calm
     }
 
     /// The picture: `R`, `G`, `B` as they are, that is before black.

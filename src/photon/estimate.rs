@@ -6,9 +6,7 @@ use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint};
 use crate::medium::Phase;
 
 use super::kernel::DiskKernel;
-use super::{
-    BeamMap, DirectLattice, FinalGather, Heading, Lattice, Octahedral, Scattering, SurfaceMap,
-};
+use super::{BeamMap, Depth, DirectLattice, Heading, Lattice, Octahedral, Scattering, SurfaceMap};
 
 /// How many times fewer photons each level of the volume photons has.
 pub(super) const THINNING: usize = 8;
@@ -27,7 +25,7 @@ pub struct PhotonMaps<S: Spectrum = Rgb, H: Heading = Octahedral> {
     /// isotropic it holds for all directions.
     pub lattices: Vec<Lattice<S>>,
     /// Where lattices hold moments: how far rays are followed before those are asked.
-    pub gather: Option<FinalGather>,
+    pub gather: Option<Depth>,
     /// For each medium the light that comes straight from lights and is scattered toward the
     /// camera; empty where it is not kept.
     pub direct: Vec<DirectLattice<S>>,

@@ -9,7 +9,7 @@
 
 use crate::light::Light;
 use crate::medium::Medium;
-use crate::scene::Scene;
+use crate::scene::{FinalGather, Scene};
 
 use super::Shooting;
 
@@ -28,35 +28,45 @@ const FALL: f64 = -0.2;
 
 /// How far rays are followed before lattices of moments are asked.
 #[derive(Debug, Clone)]
-pub struct FinalGather {
+pub struct Depth {
     /// The second moment that a scattering in each medium leaves.
     kept: Vec<f64>,
     /// What may be left of it.
     enough: f64,
+    /// Whether rays are scattered once in any case.
+    always: bool,
 }
 
-impl FinalGather {
-    /// For `scene`; nothing where photons are asked at once: where no phase function is peaked,
-    /// orders of scattering are counted, or a lamp is in a medium, near which rays would seldom
-    /// find very much.
+impl Depth {
+    /// For `scene`; nothing where photons are asked at once: where it is so asked for, orders of
+    /// scattering are counted, no phase function is peaked, or a lamp is in a medium, near which
+    /// rays would seldom find very much.
     pub(super) fn of(scene: &Scene, shooting: &Shooting) -> Option<Self> {
         let kept: Vec<f64> = scene.media.iter().map(|m| m.phase.second_moment().abs()).collect();
-        let holds = |medium: &Medium, light: &Light| {
-            let bounds = medium.density.bounds();
-            light.place().is_some_and(|lamp| bounds.is_none_or(|bounds| bounds.contains(lamp)))
-        };
-        let lamp_inside =
-            scene.lights.lights.iter().any(|l| scene.media.iter().any(|m| holds(m, l)));
+        let always = shooting.final_gather == FinalGather::Always;
         let peaked = kept.iter().any(|kept| *kept > PEAKED);
-        let follows = peaked && !lamp_inside && shooting.max_scatter.is_none();
+        let asked = match shooting.final_gather {
+            FinalGather::Auto => peaked,
+            FinalGather::Always => true,
+            FinalGather::Never => false,
+        };
+        let lights = &scene.lights.lights;
+        let holds_lamp = |medium: &Medium| {
+            let bounds = medium.density.bounds();
+            let holds = |lamp| bounds.is_none_or(|bounds| bounds.contains(lamp));
+            lights.iter().filter_map(Light::place).any(holds)
+        };
+        let lamp_inside = scene.media.iter().any(holds_lamp);
         let enough = LEFT * (shooting.photons.max(1) as f64 / USUAL).powf(FALL);
-        follows.then_some(Self { kept, enough })
+        let follows = asked && !lamp_inside && shooting.max_scatter.is_none();
+        follows.then_some(Self { kept, enough, always })
     }
 
-    /// What is left of a second moment after a scattering in a medium; nothing where it is so
-    /// little that moments may be asked instead.
+    /// What is left of a second moment, 1 where nothing has been scattered yet, after a scattering in
+    /// a medium; nothing where it is so little that moments may be asked instead.
     pub fn after(&self, left: f64, medium: usize) -> Option<f64> {
+        let first = left == 1.0;
         let left = left * self.kept[medium];
-        (left > self.enough).then_some(left)
+        (left > self.enough || (self.always && first)).then_some(left)
     }
 }

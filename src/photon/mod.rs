@@ -28,7 +28,7 @@ mod zones;
 
 pub use beam::{BeamMap, Beside};
 pub use estimate::PhotonMaps;
-pub use gather::FinalGather;
+pub use gather::Depth;
 pub use lattice::{DirectLattice, Lattice};
 pub use map::PhotonMap;
 pub use memory::{PhotonMemory, memory};

@@ -6,14 +6,14 @@ use crate::error::{Error, Result};
 use crate::light::{Focus, Reach};
 use crate::math::{Aabb, Spectrum, World, WorldPoint, warp};
 use crate::medium::{Medium, Phase};
-use crate::scene::Scene;
 use crate::scene::plan::Needs;
+use crate::scene::{self, Scene};
 use crate::surface::{Material, Surface};
 use crate::work::Work;
 
 use super::emitters::Emitters;
 use super::estimate::THINNING;
-use super::gather::FinalGather;
+use super::gather::Depth;
 use super::lattice::{
     Builder, Cells, DirectLattice, Holds, Lattice, Track, edge_for_flights, thin_edge,
 };
@@ -65,6 +65,8 @@ pub struct Shooting {
     pub seed: u64,
     /// Highest order of volume scattering that the picture holds; nothing means all.
     pub max_scatter: Option<u32>,
+    /// Where rays are followed before photons are asked.
+    pub final_gather: scene::FinalGather,
     /// Gather radius in metres, where it is given.
     pub radius: Option<f64>,
     /// Levels of thinned volume photons beside the full one, for gathers up to 2^levels times as
@@ -133,7 +135,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
     worth::share_out::<S, H>(&mut paths, &visible);
     let scouted = windowed::<S, H>(&mut paths, count);
     paths.keep = scouted.keep;
-    let gather = FinalGather::of(scene, shooting);
+    let gather = Depth::of(scene, shooting);
     let mut lattices: Vec<Builder<'_, S>> = if keeps {
         let phases = gather.is_none().then_some(&phases[..]);
         lattices(scene, shooting, phases, origin, &visible.media, scouted.flown)

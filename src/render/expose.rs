@@ -326,6 +326,7 @@ mod tests {
                 samples.add(Sample {
                     radiance: Rgb::ONE + shared,
                     shared: if shares { shared } else { Rgb::ZERO },
+                    calm: Rgb::ZERO,
                     alpha: 1.0,
                     transmittance: 1.0,
                     depth: 1.0,

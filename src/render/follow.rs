@@ -19,10 +19,22 @@ pub(super) struct Found<S> {
     pub(super) light: S,
     /// What of it stands in for that of other rays.
     pub(super) shared: S,
+    /// What of it is seen straight, through media, and hardly differs from ray to ray.
+    calm: S,
     /// Distance to the first surface, in metres.
     depth: f64,
     /// Of the media before it.
     transmittance: f64,
+}
+
+impl<S: Spectrum> Found<S> {
+    /// Adds light that is seen, `straight` or in a mirror.
+    fn see(&mut self, light: S, straight: bool) {
+        self.light += light;
+        if straight {
+            self.calm += light;
+        }
+    }
 }
 
 impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
@@ -36,6 +48,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         Sample {
             radiance: (seen.light + deflected).rgb(),
             shared: (seen.shared + stands_in).rgb(),
+            calm: seen.calm.rgb(),
             alpha: if seen.depth.is_finite() { 1.0 } else { 1.0 - seen.transmittance },
             depth: seen.depth,
             transmittance: seen.transmittance,
@@ -53,8 +66,13 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         onward: &mut Onward<S>,
         state: &mut State<S>,
     ) -> Found<S> {
-        let mut found =
-            Found { light: S::ZERO, shared: S::ZERO, depth: f64::INFINITY, transmittance: 1.0 };
+        let mut found = Found {
+            light: S::ZERO,
+            shared: S::ZERO,
+            calm: S::ZERO,
+            depth: f64::INFINITY,
+            transmittance: 1.0,
+        };
         let (mut inside, mut sees_lights) = (0, way.from_eye);
         for depth in 0..MAX_SPECULAR {
             let hit = lighting::first_surface(self.scene, &way.ray, &mut state.draws);
@@ -74,13 +92,13 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
             let Some(hit) = hit else {
                 if sees_lights {
                     let sky = lighting::environment(self.scene, &way.ray, &mut state.draws);
-                    found.light += way.throughput * S::of(sky);
+                    found.see(way.throughput * S::of(sky), way.from_eye);
                 }
                 break;
             };
             if sees_lights {
                 let emitted = lighting::emitted(self.scene, &way.ray, &hit);
-                found.light += way.throughput * S::of(emitted);
+                found.see(way.throughput * S::of(emitted), way.from_eye);
             }
             if !hit.material.is_specular() {
                 found.light += way.throughput * self.reflected(&way.ray, &hit, state);

@@ -1,6 +1,6 @@
 //! The final gather: rays that media scatter, followed until photons' fluence and flux say the rest.
 //!
-//! See [`FinalGather`] for when that is. A ray is scattered at a place spread by opacity along the
+//! See [`Depth`] for when that is. A ray is scattered at a place spread by opacity along the
 //! eye's, as its phase function says, and flies on by null-collision tracking. Wherever it is
 //! scattered again, light that comes straight from lights is sampled; light from all around is found
 //! where it leaves the media, weighed by the balance heuristic (Veach 1997, section 9.2.2) unless it
@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use crate::math::{Ray, Span, Spectrum, World, WorldPoint, warp};
 use crate::medium::{Phase, Profile};
-use crate::photon::{FinalGather, Heading};
+use crate::photon::{Depth, Heading};
 use crate::scene::lighting::{self, Draws, Even};
 use crate::surface::{SurfaceHit, TransportMode};
 
@@ -48,7 +48,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
     /// lights other than the sky, where lattices hold moments, W/(m² sr).
     pub(super) fn gathered(
         &self,
-        gather: &FinalGather,
+        gather: &Depth,
         ray: &Ray<World>,
         profile: &Profile<S>,
         radius: f64,
@@ -100,7 +100,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
     /// Asks the lattices at `p`, or scatters the ray there; whether it goes on.
     fn scatter(
         &self,
-        gather: &FinalGather,
+        gather: &Depth,
         walk: &mut Walk<S>,
         p: WorldPoint,
         medium: usize,
@@ -125,13 +125,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
     }
 
     /// Flies to the next scattering or surface; whether the ray goes on.
-    fn step(
-        &self,
-        gather: &FinalGather,
-        walk: &mut Walk<S>,
-        level: usize,
-        state: &mut State<S>,
-    ) -> bool {
+    fn step(&self, gather: &Depth, walk: &mut Walk<S>, level: usize, state: &mut State<S>) -> bool {
         let hit = lighting::first_surface(self.scene, &walk.ray, &mut state.draws);
         if walk.inside == 0 {
             let end = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);

@@ -189,6 +189,7 @@ pub(super) fn shooting(scene: &Scene, settings: &RenderSettings) -> Shooting {
         traced: None,
         seed: settings.seed,
         max_scatter: settings.max_scatter,
+        final_gather: settings.final_gather,
         radius: settings.radius,
         levels: 0,
         pixels: 1.0,

@@ -86,6 +86,7 @@ impl<'a> PathTracer<'a> {
         Sample {
             radiance: path.radiance.rgb(),
             shared: Rgb::ZERO,
+            calm: Rgb::ZERO,
             alpha: if first.is_some() { 1.0 } else { 1.0 - transmittance },
             depth: first.unwrap_or(f64::INFINITY),
             transmittance,

@@ -199,6 +199,6 @@ impl Directing {
     }
 }
 
-fn name_of<T: PartialEq>(all: &[(&'static str, T)], one: T) -> &'static str {
+pub(super) fn name_of<T: PartialEq>(all: &[(&'static str, T)], one: T) -> &'static str {
     all.iter().find(|(_, other)| *other == one).map_or("", |(name, _)| *name)
 }

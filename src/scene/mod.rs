@@ -35,8 +35,8 @@ pub use load::LoadOptions;
 pub use reader::{FileReference, MAX_MAGNITUDE, Place};
 pub use sequence::Sequence;
 pub use settings::{
-    FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides, Planning,
-    RenderSettings,
+    FilmSettings, FinalGather, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
+    Planning, RenderSettings,
 };
 
 /// All that a picture depends on.

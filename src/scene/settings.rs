@@ -1,6 +1,6 @@
 //! Film and render settings, their defaults, and what the command line puts over them.
 
-use super::directing::{Directing, DirectingOverrides, Director};
+use super::directing::{Directing, DirectingOverrides, Director, name_of};
 use crate::image::{ViewTransform, Window};
 
 /// Largest width and height of a film, in pixels.
@@ -28,6 +28,30 @@ pub struct FilmSettings {
 impl Default for FilmSettings {
     fn default() -> Self {
         Self { size: [960, 540], exposure: 0.0, view: ViewTransform::Agx }
+    }
+}
+
+/// Where rays that media scatter are followed further before photons are asked: then what there is of
+/// noise is grain, where photons alone leave blotches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum FinalGather {
+    /// Where a phase function is peaked, so that photons tell little at once.
+    #[default]
+    Auto,
+    /// In all media that have an end and lie before the camera.
+    Always,
+    /// Nowhere.
+    Never,
+}
+
+impl FinalGather {
+    /// Each by its name.
+    pub const ALL: &[(&str, Self)] =
+        &[("auto", Self::Auto), ("always", Self::Always), ("never", Self::Never)];
+
+    /// Its name in scene files and on the command line.
+    pub fn name(self) -> &'static str {
+        name_of(Self::ALL, self)
     }
 }
 
@@ -60,6 +84,8 @@ pub struct RenderSettings {
     pub seed: u64,
     /// Highest order of volume scattering, 1 being single scattering; no limit by default.
     pub max_scatter: Option<u32>,
+    /// Where scattered rays are followed.
+    pub final_gather: FinalGather,
     /// Whether what the scene does not need is left out.
     pub planning: Planning,
     /// The part of the film that is rendered; all of it where none is given.
@@ -77,6 +103,7 @@ impl Default for RenderSettings {
             directing: Directing::default(),
             seed: 0,
             max_scatter: None,
+            final_gather: FinalGather::Auto,
             planning: Planning::Needed,
             crop: None,
         }
@@ -109,6 +136,8 @@ pub struct Overrides {
     pub seed: Option<u64>,
     /// See [`RenderSettings::max_scatter`].
     pub max_scatter: Option<u32>,
+    /// See [`RenderSettings::final_gather`].
+    pub final_gather: Option<FinalGather>,
 }
 
 impl FilmSettings {
@@ -134,6 +163,7 @@ impl RenderSettings {
             directing: self.directing.overridden(&over.directing),
             seed: over.seed.unwrap_or(self.seed),
             max_scatter: over.max_scatter.or(self.max_scatter),
+            final_gather: over.final_gather.unwrap_or(self.final_gather),
             planning: self.planning,
             crop: self.crop,
         }

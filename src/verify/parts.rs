@@ -89,6 +89,7 @@ fn mean(radiances: &mut dyn Iterator<Item = f64>) -> f64 {
         samples.add(Sample {
             radiance,
             shared: Rgb::ZERO,
+            calm: Rgb::ZERO,
             alpha: 1.0,
             transmittance: 0.0,
             depth: 0.0,

@@ -125,6 +125,7 @@ fn maps(scene: &Scene) -> PhotonMaps {
         pixels: 1.0,
         seed: 0,
         max_scatter: None,
+        final_gather: scene.render.final_gather,
         radius: None,
         levels: 0,
         needs,

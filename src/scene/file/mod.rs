@@ -31,6 +31,7 @@
 //! director = "fixed"           # default; "x", "s", "xs": by its maps; "variance"
 //! seed = 0                     # default
 //! max_scatter = 8              # highest order of volume scattering; default no limit
+//! final_gather = "auto"        # default; "always", "never": are scattered rays followed further
 //!
 //! [director]                   # how the maps are made and what they hand out; defaults
 //! x = "scattering"             # or "transmittance", as in Anson et al. 2006
@@ -101,7 +102,8 @@ use toml::de::DeTable;
 use super::directing::Director;
 use super::reader::{FileReference, Range, Section, Source, Value, one_line};
 use super::settings::{
-    FilmSettings, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, RenderSettings,
+    FilmSettings, FinalGather, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE,
+    RenderSettings,
 };
 use crate::error::{Error, Result};
 use crate::image::ViewTransform;
@@ -229,7 +231,7 @@ fn render(root: &Section<'_>) -> Result<RenderSettings> {
     let section = value.table("a table [render]")?;
     section.only(
         "[render]",
-        &["rays", "photons", "radius", "step", "director", "seed", "max_scatter"],
+        &["rays", "photons", "radius", "step", "director", "seed", "max_scatter", "final_gather"],
     )?;
     let whole =
         |key, default, max| section.or(key, default, |v| v.integer(u64::from(key == "rays"), max));
@@ -244,6 +246,8 @@ fn render(root: &Section<'_>) -> Result<RenderSettings> {
         max_scatter: section
             .maybe("max_scatter", |v| v.integer(0, u64::from(MAX_SCATTER)))?
             .map(|orders| orders as u32),
+        final_gather: section
+            .or("final_gather", default.final_gather, |v| v.word(FinalGather::ALL))?,
         planning: default.planning,
         crop: default.crop,
     })
