@@ -19,7 +19,7 @@ use crate::error::Result;
 use crate::image::can_denoise;
 use crate::render::Clock;
 use crate::scene::plan::RenderPlan;
-use crate::scene::{self, FinalGather, Overrides, Planning, Scene};
+use crate::scene::{self, Planning, Scene};
 
 /// Arguments of `fogbow render`.
 #[derive(Debug, clap::Args)]
@@ -32,7 +32,7 @@ pub(super) struct Args {
     #[arg(long)]
     pub(super) reference: bool,
     /// Take noise off the picture in the end by Open Image Denoise; what was there stays in the layers
-    /// noisy.R, noisy.G and noisy.B. Means --final-gather always where that is not given. Wants a fogbow built with --features denoise.
+    /// noisy.R, noisy.G and noisy.B. Wants a fogbow built with --features denoise.
     #[arg(long)]
     pub(super) denoise: bool,
     /// For a VDB file that has only a level set: turn it into a fog volume.
@@ -51,14 +51,6 @@ pub(super) struct Args {
 }
 
 impl Args {
-    /// What stands over the scene file. Where noise is taken off in the end, grain is better than
-    /// blotches, so that rays are followed unless that is said otherwise.
-    pub(super) fn overrides(&self) -> Overrides {
-        let overrides = self.settings.overrides();
-        let follows = self.denoise.then_some(FinalGather::Always);
-        Overrides { final_gather: overrides.final_gather.or(follows), ..overrides }
-    }
-
     /// How pictures are made.
     pub(super) const fn method(&self) -> Method {
         let level_set_as_fog = self.level_set.is_some();
@@ -81,7 +73,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         (args.method().level_set_as_fog, args.hold.memory, args.plan);
     let volumes = Volumes { level_set_as_fog, frame: None, memory, planning };
     let (mut scene, pool, loading) =
-        load::scene(&args.paths.scene, args.overrides(), volumes, &args.run)?;
+        load::scene(&args.paths.scene, args.settings.overrides(), volumes, &args.run)?;
     let plan = plan(args, &scene);
     plan.iter().for_each(|line| console::message(line));
     let advice = advice(args, &scene);

@@ -9,7 +9,9 @@
 //!
 //! A cell holds the integral of radiance times phase function over directions, W/(m² sr): that of
 //! light scattered toward the eye, which at one place leaves in one direction only. Where the
-//! phase function is isotropic it holds for every direction.
+//! phase function is isotropic it holds for every direction. Where rays are followed until light has
+//! forgotten which way it flew, a cell holds fluence and flux instead, which say what is scattered
+//! into any direction by then.
 
 mod build;
 mod cells;
