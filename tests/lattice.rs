@@ -48,7 +48,7 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         photons,
         seed: 3,
         max_scatter,
-        final_gather: FinalGather::Auto,
+        final_gather: FinalGather::Never,
         radius: None,
         levels,
         needs,

@@ -2,8 +2,8 @@
 //!
 //! Where a phase function is peaked, light toward the eye hangs on which way photons fly, of which
 //! few photons tell little. What it is after some more scatterings hangs on that less and less: the
-//! second moment of what a path can bring falls with each by that of the phase function. So rays are
-//! scattered on until it is small, as a path tracer would, and there the photons' fluence and flux
+//! second moment of what a path can bring falls with each by that of the phase function. So rays can
+//! be scattered on until it is small, as a path tracer would, and there the photons' fluence and flux
 //! say the rest: a final gather (Jensen 1996, "Global Illumination using Photon Maps") that is as
 //! deep as the phase function asks for.
 
@@ -13,11 +13,7 @@ use crate::scene::{FinalGather, Scene};
 
 use super::Shooting;
 
-/// Second moment of a phase function above which rays are followed: Henyey-Greenstein functions
-/// above g = .71 have it. Below it photons tell more, in the same time, than more rays do.
-const PEAKED: f64 = 0.5;
-
-/// What may be left of it in the end for [`USUAL`] photons.
+/// What may be left in the end of the second moment for [`USUAL`] photons.
 const LEFT: f64 = 0.15;
 
 /// See [`LEFT`].
@@ -33,23 +29,15 @@ pub struct Depth {
     kept: Vec<f64>,
     /// What may be left of it.
     enough: f64,
-    /// Whether rays are scattered once in any case.
-    always: bool,
 }
 
 impl Depth {
-    /// For `scene`; nothing where photons are asked at once: where it is so asked for, orders of
-    /// scattering are counted, no phase function is peaked, or a lamp is in a medium, near which
-    /// rays would seldom find very much.
+    /// For `scene`; nothing where photons are asked at once: where that is asked for,
+    /// orders of scattering are counted, or a lamp is in a medium, near which rays would seldom find
+    /// very much.
     pub(super) fn of(scene: &Scene, shooting: &Shooting) -> Option<Self> {
         let kept: Vec<f64> = scene.media.iter().map(|m| m.phase.second_moment().abs()).collect();
-        let always = shooting.final_gather == FinalGather::Always;
-        let peaked = kept.iter().any(|kept| *kept > PEAKED);
-        let asked = match shooting.final_gather {
-            FinalGather::Auto => peaked,
-            FinalGather::Always => true,
-            FinalGather::Never => false,
-        };
+        let asked = shooting.final_gather == FinalGather::Always;
         let lights = &scene.lights.lights;
         let holds_lamp = |medium: &Medium| {
             let bounds = medium.density.bounds();
@@ -59,14 +47,15 @@ impl Depth {
         let lamp_inside = scene.media.iter().any(holds_lamp);
         let enough = LEFT * (shooting.photons.max(1) as f64 / USUAL).powf(FALL);
         let follows = asked && !lamp_inside && shooting.max_scatter.is_none();
-        follows.then_some(Self { kept, enough, always })
+        follows.then_some(Self { kept, enough })
     }
 
     /// What is left of a second moment, 1 where nothing has been scattered yet, after a scattering in
-    /// a medium; nothing where it is so little that moments may be asked instead.
+    /// a medium; nothing where it is so little that moments may be asked instead. The first always
+    /// goes on.
     pub fn after(&self, left: f64, medium: usize) -> Option<f64> {
         let first = left == 1.0;
         let left = left * self.kept[medium];
-        (left > self.enough || (self.always && first)).then_some(left)
+        (first || left > self.enough).then_some(left)
     }
 }

@@ -39,6 +39,10 @@ const NEAR: f64 = 0.02;
 /// How many times as fine as suits the flights cells may be, so that they are thin.
 const FINER: f64 = 1.4;
 
+/// How many times as fine cells for moments are, in transport mean free paths, as others are in mean
+/// free paths.
+const FINE: f64 = 3.0;
+
 /// How many times as many events splitting may make of the same paths.
 const DEARER: f64 = 2.0;
 
@@ -257,8 +261,10 @@ fn lattices<'a, S: Spectrum>(
             None => Holds::Moments,
         };
         // Fluence varies over the way in which light forgets where it came from.
-        let forgets =
-            if phases.is_some() { 1.0 } else { 1.0 - medium.phase.mean_cosine().max(0.0) };
+        let forgets = match phases {
+            Some(_) => 1.0,
+            None => FINE * (1.0 - medium.phase.mean_cosine().max(0.0)),
+        };
         let thin = thin_edge(medium, visible) / forgets;
         let edge = match shooting.radius {
             Some(radius) if radius <= thin => radius,

@@ -19,7 +19,7 @@ use crate::work::Work;
 const RAYS: f64 = 30_000.0;
 
 /// Bytes a pixel: what its samples leave and the film's layers.
-const FILM: u64 = size_of::<Accumulator>() as u64 + 48;
+const FILM: u64 = size_of::<Accumulator>() as u64 + 60;
 
 /// Bytes a pixel of the layers, their copies for the file and the file itself.
 const WRITING: u64 = 48 + 48 + 48;

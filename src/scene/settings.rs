@@ -35,19 +35,16 @@ impl Default for FilmSettings {
 /// noise is grain, where photons alone leave blotches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FinalGather {
-    /// Where a phase function is peaked, so that photons tell little at once.
+    /// Nowhere.
     #[default]
-    Auto,
+    Never,
     /// In all media that have an end and lie before the camera.
     Always,
-    /// Nowhere.
-    Never,
 }
 
 impl FinalGather {
     /// Each by its name.
-    pub const ALL: &[(&str, Self)] =
-        &[("auto", Self::Auto), ("always", Self::Always), ("never", Self::Never)];
+    pub const ALL: &[(&str, Self)] = &[("never", Self::Never), ("always", Self::Always)];
 
     /// Its name in scene files and on the command line.
     pub fn name(self) -> &'static str {
@@ -103,7 +100,7 @@ impl Default for RenderSettings {
             directing: Directing::default(),
             seed: 0,
             max_scatter: None,
-            final_gather: FinalGather::Auto,
+            final_gather: FinalGather::Never,
             planning: Planning::Needed,
             crop: None,
         }

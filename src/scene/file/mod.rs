@@ -31,7 +31,7 @@
 //! director = "fixed"           # default; "x", "s", "xs": by its maps; "variance"
 //! seed = 0                     # default
 //! max_scatter = 8              # highest order of volume scattering; default no limit
-//! final_gather = "auto"        # default; "always", "never": are scattered rays followed further
+//! final_gather = "never"       # default; "always": rays that media scatter are followed further
 //!
 //! [director]                   # how the maps are made and what they hand out; defaults
 //! x = "scattering"             # or "transmittance", as in Anson et al. 2006
