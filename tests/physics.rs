@@ -14,7 +14,7 @@ use fogbow::scene::{LoadOptions, Overrides, RenderSettings, Scene};
 fn scene(folder: &Path, text: &str, rays: u32, photons: u64) -> Scene {
     let path = folder.join("scene.toml");
     std::fs::write(&path, text).unwrap();
-    let overrides = Overrides { rays: Some(rays), photons: Some(400_000), ..Overrides::default() };
+    let overrides = Overrides { rays: Some(rays), photons: Some(photons), ..Overrides::default() };
     Scene::load(&path, &LoadOptions { overrides, ..LoadOptions::default() }).unwrap()
 }
 

@@ -28,6 +28,8 @@ struct Walk<S> {
     light: S,
     /// What is left of the second moment.
     left: f64,
+    /// Which of the lattices' levels is asked.
+    level: usize,
     /// Density with which the last scattering chose the direction, and its place; nothing behind a
     /// mirror.
     scattered: Option<(f64, WorldPoint)>,
@@ -65,14 +67,14 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
             throughput: S::ONE,
             light: S::ZERO,
             left: 1.0,
+            level: self.maps.level(radius),
             scattered: None,
             inside: 0,
         };
-        let level = self.maps.level(radius);
         // What stands in for the light of other rays is told for the whole ray.
         let told = std::mem::take(&mut state.stands_in);
-        if self.scatter(gather, &mut walk, p, medium, level, [c, d], &mut state.draws) {
-            let ended = (0..MAX_EVENTS).any(|_| !self.step(gather, &mut walk, level, state));
+        if self.scatter(gather, &mut walk, p, medium, [c, d], &mut state.draws) {
+            let ended = (0..MAX_EVENTS).any(|_| !self.step(gather, &mut walk, state));
             state.draws.work.capped_paths += u64::from(!ended);
         }
         let weight = place.weight * share;
@@ -104,7 +106,6 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         walk: &mut Walk<S>,
         p: WorldPoint,
         medium: usize,
-        level: usize,
         u: [f64; 2],
         draws: &mut Draws,
     ) -> bool {
@@ -112,12 +113,12 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         let incoming = walk.ray.direction;
         let Some(left) = gather.after(walk.left, medium) else {
             let lattice = &self.maps.lattices[medium];
-            let light = lattice.toward(p, level, -incoming, phase.mean_cosine());
+            let light = lattice.toward(p, walk.level, -incoming, phase.mean_cosine());
             walk.light += walk.throughput * light;
             return false;
         };
         walk.left = left;
-        walk.light += walk.throughput * self.from_sky(p, -incoming, phase, draws);
+        walk.light += walk.throughput * self.skylight(p, -incoming, phase, draws);
         let (direction, pdf) = phase.sample(incoming, u);
         walk.ray = Ray::new(p, direction);
         walk.scattered = Some((pdf, p));
@@ -125,7 +126,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
     }
 
     /// Flies to the next scattering or surface; whether the ray goes on.
-    fn step(&self, gather: &Depth, walk: &mut Walk<S>, level: usize, state: &mut State<S>) -> bool {
+    fn step(&self, gather: &Depth, walk: &mut Walk<S>, state: &mut State<S>) -> bool {
         let hit = lighting::first_surface(self.scene, &walk.ray, &mut state.draws);
         if walk.inside == 0 {
             let end = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
@@ -137,7 +138,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
                 let p = walk.ray.at(t);
                 walk.light += walk.throughput * self.straight(walk, p, medium, state);
                 let u = state.draws.rng.uniform2();
-                return self.scatter(gather, walk, p, medium, level, u, &mut state.draws);
+                return self.scatter(gather, walk, p, medium, u, &mut state.draws);
             }
         }
         let Some(hit) = hit else {
@@ -222,7 +223,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
 
     /// Light of a sky that is brighter in places which is scattered at `p` into the unit direction
     /// `toward`, as far as the ray that is scattered there does not find it.
-    fn from_sky(&self, p: WorldPoint, toward: DVec3, phase: &Phase, draws: &mut Draws) -> S {
+    fn skylight(&self, p: WorldPoint, toward: DVec3, phase: &Phase, draws: &mut Draws) -> S {
         let lights = &self.scene.lights.lights;
         let asks = |index: usize| self.found[index] && !lights[index].is_even();
         if !(0..lights.len()).any(asks) {
