@@ -27,7 +27,9 @@ pub fn memory<S: Spectrum, H: Heading>(work: &Work, look: &PhotonMaps<S, H>) -> 
     let direct: usize = look.direct.iter().map(DirectLattice::memory_bytes).sum();
     let lattices = kept + direct as u64;
     let share = (MOST_PATHS as f64 / work.photon_paths.max(1) as f64).min(1.0);
-    let flights = (work.tracks as f64 * share) as u64 * size_of::<Track<S>>() as u64;
+    // A flight crosses a layer of bricks or two, where it is told by its number.
+    let flight = (size_of::<Track<S>>() + 2 * size_of::<u32>()) as u64;
+    let flights = (work.tracks as f64 * share) as u64 * flight;
     // A sphere is a photon with its place and radius, and the hierarchy has 80 bytes for each node
     // of about five.
     let held = volume * (sphere + 24) + surface * (photon + 16) + lattices;

@@ -1,5 +1,7 @@
 //! From flights to a lattice.
 
+use std::ops::Range;
+
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
@@ -8,6 +10,7 @@ use crate::medium::Phase;
 use crate::scene::Camera;
 
 use super::cells::{Lattice, MOMENTS};
+use super::layered::Layered;
 use super::means::Means;
 use super::shape::{BRICK, Cells, VOLUME, cell_index};
 use super::track::Track;
@@ -65,7 +68,11 @@ impl<'a, S: Spectrum> Builder<'a, S> {
     /// Adds flights. Each layer of bricks is filled by one thread, in the order of the flights, so
     /// that the sums are the same on any number of threads.
     pub fn add(&mut self, tracks: &[&[Track<S>]]) {
-        let mut layers = Vec::with_capacity(self.cells.layers.len());
+        let count = self.cells.layers.len() - 1;
+        let sort =
+            |tracks: &&[Track<S>]| Layered::new(tracks.iter().map(|t| self.crossed(t)), count);
+        let sorted: Vec<Layered> = tracks.par_iter().map(sort).collect();
+        let mut layers = Vec::with_capacity(count);
         let mut rest = &mut self.sums[..];
         let (cells, origin, holds) = (&self.cells, self.origin, self.holds);
         let volume = holds.planes() * VOLUME;
@@ -77,10 +84,22 @@ impl<'a, S: Spectrum> Builder<'a, S> {
             }
         }
         layers.into_par_iter().for_each(|mut layer| {
-            for track in tracks.iter().copied().flatten() {
-                layer.add(track, cells, origin, holds);
+            for (tracks, sorted) in tracks.iter().zip(&sorted) {
+                for number in sorted.of(layer.index) {
+                    layer.add(&tracks[*number as usize], cells, origin, holds);
+                }
             }
         });
+    }
+
+    /// The layers of bricks that a flight may cross.
+    fn crossed(&self, track: &Track<S>) -> Range<usize> {
+        let (axis, side) = (self.cells.layered, f64::from(1 << BRICK));
+        let place = |p: DVec3| ((self.origin[axis] + p[axis] / self.cells.edge) / side).floor();
+        let (start, end) = (place(track.start()), place(track.end()));
+        let layers = self.cells.layers.len() - 1;
+        let within = |place: f64| (place as usize).min(layers);
+        within(start.min(end))..within(start.max(end) + 1.0)
     }
 
     /// The finished lattice, with this many levels of wider cells. Powers were given in units of

@@ -17,6 +17,7 @@ mod build;
 mod cells;
 mod direct;
 mod edge;
+mod layered;
 mod means;
 mod shape;
 mod track;
