@@ -7,8 +7,14 @@ use super::lattice::Track;
 use super::path::{Deposits, Paths};
 use crate::math::Spectrum;
 
-/// Paths that are asked.
+/// Paths that are asked at most.
 const PATHS: u64 = 2048;
+
+/// Paths that are asked at least, if there are so many.
+const FEWEST: u64 = 128;
+
+/// Of so many paths one is asked.
+const ONE_IN: u64 = 16;
 
 /// Paths that are asked at once: few, since one may leave very many photons.
 const AT_ONCE: u64 = 8;
@@ -44,7 +50,8 @@ impl Scouted {
         let (mut traced, mut left, mut tracks, mut events) = (0, 0, Vec::new(), 0);
         let across = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
         let mut flown = 0.0;
-        while traced < PATHS.min(count) && left < ENOUGH {
+        let asked = (count / ONE_IN).clamp(FEWEST, PATHS).min(count);
+        while traced < asked && left < ENOUGH {
             let until = (traced + AT_ONCE).min(count);
             let each =
                 (traced..until).into_par_iter().map(|path| paths.trace::<S, H>(path..path + 1));

@@ -11,8 +11,11 @@ use super::path::{Deposits, Paths};
 use super::visible::Visible;
 use super::{Heading, Placed};
 
-/// Paths that are asked, of all emitters together.
+/// Paths that are asked at most, of all emitters together.
 const PATHS: u64 = 4096;
+
+/// Of so many paths one is asked.
+const ONE_IN: u64 = 16;
 
 /// Paths that are asked of each emitter at least.
 const LEAST: u64 = 64;
@@ -31,7 +34,9 @@ pub(super) fn share_out<S: Spectrum, H: Heading>(paths: &mut Paths<'_>, visible:
     let seen = Seen::new(visible, paths.origin);
     // Flights tell all that photons left beside them would.
     let keep = std::mem::replace(&mut paths.keep, 0.0);
-    let each = (PATHS / count as u64).max(LEAST).min(paths.shooting.photons);
+    let photons = paths.shooting.photons;
+    let asked = PATHS.min(photons / ONE_IN);
+    let each = (asked / count as u64).max(LEAST).min(photons);
     let arriving: Vec<[f64; 2]> = (0..count)
         .map(|index| {
             paths.emitters.choose_by(|other| if other == index { 1.0 } else { 0.0 });
