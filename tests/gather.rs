@@ -79,6 +79,30 @@ fn blocks(film: &Film) -> Vec<f64> {
     blocks
 }
 
+/// By themselves rays are followed where phase functions are peaked, and where noise is taken off
+/// already where they are less so or photons are few.
+#[test]
+fn gathers_are_where_they_pay() {
+    let never = FinalGather::Never;
+    let always = FinalGather::Always;
+    for (g, denoise, expected) in [
+        (0.85, false, always),
+        (0.6, false, never),
+        (0.6, true, always),
+        (0.0, false, never),
+        (0.0, true, always),
+    ] {
+        // So thick that few photons make cells too wide.
+        let text = EVERYTHING.replace("sigma_t = 4.0", "sigma_t = 20.0");
+        let scene = scene(&text.replace("0.85", &format!("{g:?}")), 2, 2000);
+        let by = |final_gather| {
+            let settings = RenderSettings { final_gather, denoise, ..scene.render };
+            render(&scene, &settings, &Silent).unwrap().film
+        };
+        assert!(by(FinalGather::Auto) == by(expected), "g {g}, denoised {denoise}");
+    }
+}
+
 /// What gathers find in a haze that scatters evenly is what photons tell at once, to 2 %; means of
 /// one seed scatter by 0.4 %.
 #[test]

@@ -49,6 +49,7 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         seed: 3,
         max_scatter,
         final_gather: FinalGather::Never,
+        denoise: false,
         radius: None,
         levels,
         needs,

@@ -99,7 +99,7 @@ fn slabs_by_photon_map_and_march() {
         for (from_above, expected) in [(true, reflectance), (false, transmittance)] {
             let text = slab(albedo, thickness, g, from_above);
             let photons = if g > 0.8 { 300_000 } else { 100_000 };
-            let scene = scene(folder.path(), &text, 16, photons);
+            let scene = scene(folder.path(), &text, 128, photons);
             let values: Vec<f64> = (0..SEEDS)
                 .map(|seed| {
                     let settings = RenderSettings { seed: u64::from(seed), ..scene.render };
@@ -129,6 +129,8 @@ fn a_white_furnace_stays_white() {
         "region = { sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }\nsigma_t = 3.0",
         "region = { box = { min = [-1.0, -0.5, -1.0], max = [1.0, 0.7, 1.0] } }\nsigma_t = 2.0\n\
          phase = { type = \"henyey-greenstein\", g = 0.6 }",
+        "region = { box = { min = [-1.0, -0.5, -1.0], max = [1.0, 0.7, 1.0] } }\nsigma_t = 6.0\n\
+         phase = { type = \"henyey-greenstein\", g = 0.9 }",
     ];
     for medium in shapes {
         let text = format!(
@@ -199,7 +201,7 @@ fn airlight_of_a_lamp_in_endless_fog() {
 #[test]
 fn shipped_scenes_agree_with_the_reference() {
     let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
-    for (name, size) in [("smoke", [48, 64]), ("fire", [48, 64])] {
+    for (name, size) in [("smoke", [48, 64]), ("fire", [48, 64]), ("cloud", [48, 32])] {
         let load = |rays| {
             let overrides = Overrides {
                 size: Some(size),

@@ -16,8 +16,6 @@ pub(super) struct Method {
     pub(super) reference: bool,
     /// Whether a level set of a bare VDB is taken as a fog volume.
     pub(super) level_set_as_fog: bool,
-    /// Whether noise is taken off it in the end.
-    pub(super) denoise: bool,
 }
 
 /// What the picture is made with; the same input gives the same settings. `asked` are the photons
@@ -81,6 +79,7 @@ pub(super) fn key(scene: &Scene, method: Method, asked: u64) -> Map<String, Valu
     key.remove("exposure");
     key.remove("view");
     key.insert("level_set_as_fog".into(), json!(method.level_set_as_fog));
+    key.insert("denoise".into(), json!(scene.render.denoise));
     key.insert("everything".into(), json!(scene.render.planning == Planning::Everything));
     key
 }
@@ -88,8 +87,7 @@ pub(super) fn key(scene: &Scene, method: Method, asked: u64) -> Map<String, Valu
 /// A hash of all that a picture's files depend on, where no photons are left out.
 pub(super) fn recipe(scene: &Scene, method: Method) -> String {
     let key = key(scene, method, scene.render.photons);
-    let denoise = if method.denoise { " denoised" } else { "" };
-    let all = format!("{} {:?}{denoise}", Value::Object(key), scene.film);
+    let all = format!("{} {:?}", Value::Object(key), scene.film);
     blake3::hash(all.as_bytes()).to_hex().to_string()
 }
 

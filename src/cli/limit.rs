@@ -60,7 +60,7 @@ pub(super) fn fit(
     if !fits(&without, limit) {
         return Err(refusal(&without, &without, limit, asked.is_some()));
     }
-    if method.denoise {
+    if scene.render.denoise {
         let denoising = denoising(scene, without);
         if !fits(&denoising, limit) {
             return Err(refusal(&denoising, &denoising, limit, asked.is_some()));

@@ -112,7 +112,7 @@ impl Job<'_> {
         warnings.extend(thinned);
         let checkpoints = self.checkpoints(scene, asked)?;
         let mut rendered = self.render(scene, pool, kept, checkpoints.as_ref())?;
-        if self.method.denoise && rendered.ended != Ended::Stopped {
+        if scene.render.denoise && rendered.ended != Ended::Stopped {
             rendered.denoise()?;
         }
 
@@ -200,7 +200,7 @@ impl Job<'_> {
     /// When rendering must end for the files to be written in time.
     fn deadline(&self, scene: &Scene) -> Option<Deadline<'_>> {
         let time = self.hold.time?;
-        let denoising = if self.method.denoise { DENOISING } else { 0.0 };
+        let denoising = if scene.render.denoise { DENOISING } else { 0.0 };
         let after = writing(scene) + seconds_of(scene, denoising);
         let at = self.start.checked_add(time - after.min(time / 4))?;
         Some(Deadline { clock: self.clock, at })

@@ -19,7 +19,7 @@ use crate::error::Result;
 use crate::image::can_denoise;
 use crate::render::Clock;
 use crate::scene::plan::RenderPlan;
-use crate::scene::{self, Planning, Scene};
+use crate::scene::{self, Overrides, Planning, Scene};
 
 /// Arguments of `fogbow render`.
 #[derive(Debug, clap::Args)]
@@ -51,10 +51,15 @@ pub(super) struct Args {
 }
 
 impl Args {
+    /// Settings that stand over those of the scene file.
+    pub(super) fn overrides(&self) -> Overrides {
+        Overrides { denoise: Some(self.denoise), ..self.settings.overrides() }
+    }
+
     /// How pictures are made.
     pub(super) const fn method(&self) -> Method {
         let level_set_as_fog = self.level_set.is_some();
-        Method { reference: self.reference, level_set_as_fog, denoise: self.denoise }
+        Method { reference: self.reference, level_set_as_fog }
     }
 }
 
@@ -73,7 +78,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         (args.method().level_set_as_fog, args.hold.memory, args.plan);
     let volumes = Volumes { level_set_as_fog, frame: None, memory, planning };
     let (mut scene, pool, loading) =
-        load::scene(&args.paths.scene, args.settings.overrides(), volumes, &args.run)?;
+        load::scene(&args.paths.scene, args.overrides(), volumes, &args.run)?;
     let plan = plan(args, &scene);
     plan.iter().for_each(|line| console::message(line));
     let advice = advice(args, &scene);

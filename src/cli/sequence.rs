@@ -35,7 +35,7 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
     Output::check(&target.at(first))?;
     let interrupt = Interrupt::listen()?;
     let options = LoadOptions {
-        overrides: args.settings.overrides(),
+        overrides: args.overrides(),
         level_set_as_fog: args.level_set.is_some(),
         frame: None,
         memory: args.hold.memory.or_else(memory::available),

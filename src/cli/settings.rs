@@ -67,6 +67,7 @@ impl SettingArgs {
             seed: self.seed,
             max_scatter: self.max_scatter,
             final_gather: self.final_gather,
+            denoise: None,
         }
     }
 }

@@ -22,6 +22,12 @@ const USUAL: f64 = 1e5;
 /// How that falls with the number of photons: as the edges of cells do.
 const FALL: f64 = -0.2;
 
+/// Second moment of phase functions from which on grain is less of an error than what photons leave.
+const PEAKED: f64 = 0.5;
+
+/// As [`PEAKED`], where noise is taken off the picture: grain goes, blotches stay.
+const PEAKED_DENOISED: f64 = 0.25;
+
 /// How far rays are followed before lattices of moments are asked.
 #[derive(Debug, Clone)]
 pub struct Depth {
@@ -32,12 +38,30 @@ pub struct Depth {
 }
 
 impl Depth {
-    /// For `scene`; nothing where photons are asked at once: where that is asked for,
-    /// orders of scattering are counted, or a lamp is in a medium, near which rays would seldom find
-    /// very much.
+    /// For `scene`; nothing where photons are asked at once: where no phase function is peaked, or
+    /// rays cannot be followed.
     pub(super) fn of(scene: &Scene, shooting: &Shooting) -> Option<Self> {
-        let kept: Vec<f64> = scene.media.iter().map(|m| m.phase.second_moment().abs()).collect();
-        let asked = shooting.final_gather == FinalGather::Always;
+        let depth = Self::possible(scene, shooting)?;
+        let peaked = if shooting.denoise { PEAKED_DENOISED } else { PEAKED };
+        let asked = match shooting.final_gather {
+            FinalGather::Auto => depth.kept.iter().any(|kept| *kept > peaked),
+            FinalGather::Never => false,
+            FinalGather::Always => true,
+        };
+        asked.then_some(depth)
+    }
+
+    /// For `scene`, where photons are so few that lattices would have wide cells; nothing where rays
+    /// had better ask photons along them all the same.
+    pub(super) fn for_few(scene: &Scene, shooting: &Shooting) -> Option<Self> {
+        let asked = shooting.final_gather == FinalGather::Auto && shooting.denoise;
+        Self::possible(scene, shooting).filter(|_| asked)
+    }
+
+    /// Nothing where orders of scattering are counted, or a lamp is in a medium, near which rays would
+    /// seldom find very much.
+    fn possible(scene: &Scene, shooting: &Shooting) -> Option<Self> {
+        let kept = scene.media.iter().map(|m| m.phase.second_moment().abs()).collect();
         let lights = &scene.lights.lights;
         let holds_lamp = |medium: &Medium| {
             let bounds = medium.density.bounds();
@@ -46,7 +70,7 @@ impl Depth {
         };
         let lamp_inside = scene.media.iter().any(holds_lamp);
         let enough = LEFT * (shooting.photons.max(1) as f64 / USUAL).powf(FALL);
-        let follows = asked && !lamp_inside && shooting.max_scatter.is_none();
+        let follows = !lamp_inside && shooting.max_scatter.is_none();
         follows.then_some(Self { kept, enough })
     }
 

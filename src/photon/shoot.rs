@@ -50,7 +50,7 @@ const DEARER: f64 = 2.0;
 const RAISES: u32 = 8;
 
 /// Paths that are traced as one piece of work.
-const CHUNK: u64 = 2048;
+const CHUNK: u64 = 512;
 
 /// Pieces of work whose flights are in memory at once.
 const BATCH: usize = 64;
@@ -71,6 +71,8 @@ pub struct Shooting {
     pub max_scatter: Option<u32>,
     /// Where rays are followed before photons are asked.
     pub final_gather: scene::FinalGather,
+    /// Whether noise is taken off the picture in the end.
+    pub denoise: bool,
     /// Gather radius in metres, where it is given.
     pub radius: Option<f64>,
     /// Levels of thinned volume photons beside the full one, for gathers up to 2^levels times as
@@ -139,14 +141,21 @@ pub fn shoot<S: Spectrum, H: Heading>(
     worth::share_out::<S, H>(&mut paths, &visible);
     let scouted = windowed::<S, H>(&mut paths, count);
     paths.keep = scouted.keep;
-    let gather = Depth::of(scene, shooting);
-    let mut lattices: Vec<Builder<'_, S>> = if keeps {
-        let phases = gather.is_none().then_some(&phases[..]);
-        lattices(scene, shooting, phases, origin, &visible.media, scouted.flown)
-    } else {
-        Vec::new()
+    let depths = match Depth::of(scene, shooting) {
+        Some(depth) => [Some(depth), None],
+        None => [None, Depth::for_few(scene, shooting)],
     };
-    let gather = gather.filter(|_| !lattices.is_empty());
+    let empty = |gather: Option<Depth>| -> (Option<Depth>, Vec<Builder<'_, S>>) {
+        let phases = gather.is_none().then_some(&phases[..]);
+        let lattices = lattices(scene, shooting, phases, origin, &visible.media, scouted.flown);
+        (gather, lattices)
+    };
+    let (gather, mut lattices) = depths
+        .into_iter()
+        .filter(|_| keeps)
+        .map(empty)
+        .find(|(_, l)| !l.is_empty())
+        .unwrap_or_default();
     // Cells at a medium's border reach beyond it.
     paths.tracked = lattices.iter().map(Builder::bounds).reduce(Aabb::union);
     if !lattices.is_empty() && (gather.is_some() || !needs_beams(scene)) {
@@ -263,7 +272,7 @@ fn lattices<'a, S: Spectrum>(
         // Fluence varies over the way in which light forgets where it came from.
         let forgets = match phases {
             Some(_) => 1.0,
-            None => FINE * (1.0 - medium.phase.mean_cosine().max(0.0)),
+            None => (FINE * (1.0 - medium.phase.mean_cosine())).min(1.0),
         };
         let thin = thin_edge(medium, visible) / forgets;
         let edge = match shooting.radius {

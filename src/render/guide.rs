@@ -152,6 +152,7 @@ fn pilot<S: Spectrum, H: Heading>(
         seed: settings.seed ^ PILOT_SEED,
         levels: 0,
         pixels: f64::from(PILOT_PIXELS) / settings.directing.resolution,
+        denoise: false,
         ..shooting(scene, settings)
     };
     let (photons, mut work) = photon::shoot::<S, H>(scene, &shooting, &|_| ())?;
@@ -190,6 +191,7 @@ pub(super) fn shooting(scene: &Scene, settings: &RenderSettings) -> Shooting {
         seed: settings.seed,
         max_scatter: settings.max_scatter,
         final_gather: settings.final_gather,
+        denoise: settings.denoise,
         radius: settings.radius,
         levels: 0,
         pixels: 1.0,

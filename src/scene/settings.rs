@@ -35,8 +35,11 @@ impl Default for FilmSettings {
 /// noise is grain, where photons alone leave blotches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FinalGather {
-    /// Nowhere.
+    /// Where a phase function is peaked; where noise is taken off the picture, already where it is
+    /// less so.
     #[default]
+    Auto,
+    /// Nowhere.
     Never,
     /// In all media that have an end and lie before the camera.
     Always,
@@ -44,7 +47,8 @@ pub enum FinalGather {
 
 impl FinalGather {
     /// Each by its name.
-    pub const ALL: &[(&str, Self)] = &[("never", Self::Never), ("always", Self::Always)];
+    pub const ALL: &[(&str, Self)] =
+        &[("auto", Self::Auto), ("never", Self::Never), ("always", Self::Always)];
 
     /// Its name in scene files and on the command line.
     pub fn name(self) -> &'static str {
@@ -83,6 +87,8 @@ pub struct RenderSettings {
     pub max_scatter: Option<u32>,
     /// Where scattered rays are followed.
     pub final_gather: FinalGather,
+    /// Whether noise is to be taken off the picture when it is done.
+    pub denoise: bool,
     /// Whether what the scene does not need is left out.
     pub planning: Planning,
     /// The part of the film that is rendered; all of it where none is given.
@@ -100,7 +106,8 @@ impl Default for RenderSettings {
             directing: Directing::default(),
             seed: 0,
             max_scatter: None,
-            final_gather: FinalGather::Never,
+            final_gather: FinalGather::Auto,
+            denoise: false,
             planning: Planning::Needed,
             crop: None,
         }
@@ -135,6 +142,8 @@ pub struct Overrides {
     pub max_scatter: Option<u32>,
     /// See [`RenderSettings::final_gather`].
     pub final_gather: Option<FinalGather>,
+    /// See [`RenderSettings::denoise`].
+    pub denoise: Option<bool>,
 }
 
 impl FilmSettings {
@@ -161,6 +170,7 @@ impl RenderSettings {
             seed: over.seed.unwrap_or(self.seed),
             max_scatter: over.max_scatter.or(self.max_scatter),
             final_gather: over.final_gather.unwrap_or(self.final_gather),
+            denoise: over.denoise.unwrap_or(self.denoise),
             planning: self.planning,
             crop: self.crop,
         }

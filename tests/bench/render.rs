@@ -126,6 +126,7 @@ fn maps(scene: &Scene) -> PhotonMaps {
         seed: 0,
         max_scatter: None,
         final_gather: scene.render.final_gather,
+        denoise: scene.render.denoise,
         radius: None,
         levels: 0,
         needs,

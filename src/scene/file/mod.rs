@@ -31,7 +31,7 @@
 //! director = "fixed"           # default; "x", "s", "xs": by its maps; "variance"
 //! seed = 0                     # default
 //! max_scatter = 8              # highest order of volume scattering; default no limit
-//! final_gather = "never"       # default; "always": rays that media scatter are followed further
+//! final_gather = "auto"        # default; "never", "always": rays that media scatter go further
 //!
 //! [director]                   # how the maps are made and what they hand out; defaults
 //! x = "scattering"             # or "transmittance", as in Anson et al. 2006
@@ -248,6 +248,7 @@ fn render(root: &Section<'_>) -> Result<RenderSettings> {
             .map(|orders| orders as u32),
         final_gather: section
             .or("final_gather", default.final_gather, |v| v.word(FinalGather::ALL))?,
+        denoise: default.denoise,
         planning: default.planning,
         crop: default.crop,
     })
