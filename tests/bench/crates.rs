@@ -1,0 +1,192 @@
+//! What kiddo and obvhs do by themselves, in the way of their own benchmarks and examples.
+
+use std::num::NonZero;
+use std::time::Duration;
+
+use fogbow::math::{Ray, Span, World};
+use fogbow::photon::{BeamMap, PhotonMap, Placed};
+use glam::Vec3A;
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::builder::build_bvh2;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::RayHit;
+use obvhs::{Boundable, BvhBuildParams};
+use rayon::prelude::*;
+
+use super::rates::{Bench, Row};
+use super::{ORIGIN, around};
+
+/// Neighbours of a query for the nearest few.
+const NEAREST: usize = 8;
+
+/// A photon with its radius.
+struct Ball {
+    center: Vec3A,
+    radius: f32,
+}
+
+impl Boundable for Ball {
+    fn aabb(&self) -> Aabb {
+        Aabb::new(self.center - self.radius, self.center + self.radius)
+    }
+}
+
+impl Ball {
+    /// How far along the ray it is nearest, where the ray crosses it.
+    fn crossed(&self, ray: &obvhs::ray::Ray) -> Option<f32> {
+        let to = self.center - ray.origin;
+        let along = to.dot(ray.direction);
+        let aside = to - ray.direction * along;
+        (aside.length_squared() <= self.radius * self.radius).then_some(along)
+    }
+}
+
+/// fogbow's maps beside the trees that they are made of, on the same photons, places and rays.
+pub fn compare(
+    bench: &Bench,
+    placed: &[Placed],
+    queries: &[Placed],
+    rays: &[Ray<World>],
+    radius: f32,
+) {
+    trees(bench, placed, queries, radius);
+    hierarchies(bench, placed, rays, radius);
+}
+
+fn trees(bench: &Bench, placed: &[Placed], queries: &[Placed], radius: f32) {
+    type Tree = ImmutableKdTree<f32, 3>;
+    let places: Vec<[f32; 3]> = placed.iter().map(|p| p.place).collect();
+    let photons = ("photons/s", placed.len() as f64);
+    bench.group(&[
+        Row::new("build a surface map", photons, || drop(PhotonMap::new(ORIGIN, placed))),
+        Row::new("kiddo: build, serial", photons, || drop(Tree::new_from_slice(&places))),
+        Row::new("kiddo: build, parallel", photons, || {
+            drop(Tree::new_from_slice_parallel(&places));
+        }),
+    ]);
+
+    let (map, tree) = (PhotonMap::new(ORIGIN, placed), Tree::new_from_slice(&places));
+    let tree = tree.expect("finite places");
+    let asked = ("gathers/s", queries.len() as f64);
+    let squared = radius * radius;
+    let all = |each: &(dyn Fn(&Placed) -> u64 + Sync)| queries.par_iter().map(each).sum::<u64>();
+    let found = all(&|p| around(&map, p)) as f64;
+    println!("around a place: {:.0} found", found / queries.len() as f64);
+    bench.group(&[
+        Row::of("around a place", &[asked, ("photons/s", found)], || {
+            all(&|p| around(&map, p));
+        }),
+        Row::new("kiddo: within, unsorted, visited", asked, || {
+            all(&|p| {
+                let mut found = 0;
+                tree.query(&p.place)
+                    .within::<SquaredEuclidean<f32>>(squared)
+                    .unsorted()
+                    .visit(|_| found += 1);
+                found
+            });
+        }),
+        Row::new("kiddo: within, unsorted, as a list", asked, || {
+            all(&|p| {
+                let found = tree.query(&p.place).within::<SquaredEuclidean<f32>>(squared);
+                found.unsorted().execute().len() as u64
+            });
+        }),
+        Row::new("kiddo: within, sorted", asked, || {
+            all(&|p| {
+                let found = tree.query(&p.place).within::<SquaredEuclidean<f32>>(squared);
+                found.execute().len() as u64
+            });
+        }),
+    ]);
+    let nearest = NonZero::new(NEAREST).expect("some");
+    bench.group(&[
+        Row::new("the 8 nearest", asked, || {
+            let origin = |p: &Placed| p.at(ORIGIN);
+            all(&|p| map.distance_to_nearest(origin(p), NEAREST).map_or(0, |d| u64::from(d > 0.0)));
+        }),
+        Row::new("kiddo: the 8 nearest", asked, || {
+            all(&|p| {
+                let found = tree.query(&p.place).nearest_n::<SquaredEuclidean<f32>>(nearest);
+                found.execute().len() as u64
+            });
+        }),
+    ]);
+}
+
+fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>], radius: f32) {
+    let ball = |p: &Placed| Ball { center: Vec3A::from(p.place), radius };
+    let balls: Vec<Ball> = placed.iter().map(ball).collect();
+    let radii = vec![radius; placed.len()];
+    let photons = ("photons/s", placed.len() as f64);
+    let wide = |params| build_cwbvh(&balls, params, &mut Duration::default());
+    let binary = |params| build_bvh2(&balls, params, &mut Duration::default());
+    bench.group(&[
+        Row::new("build a beam map", photons, || drop(BeamMap::new(ORIGIN, placed, &radii))),
+        Row::new("obvhs: CWBVH, fastest", photons, || drop(wide(BvhBuildParams::fastest_build()))),
+        Row::new("obvhs: CWBVH, very fast", photons, || {
+            drop(wide(BvhBuildParams::very_fast_build()));
+        }),
+        Row::new("obvhs: CWBVH, medium", photons, || drop(wide(BvhBuildParams::medium_build()))),
+        Row::new("obvhs: BVH2, very fast", photons, || {
+            drop(binary(BvhBuildParams::very_fast_build()));
+        }),
+    ]);
+
+    let map = BeamMap::new(ORIGIN, placed, &radii);
+    let met = |ray: &Ray<World>| {
+        let mut met = 0;
+        map.along(ray, Span::AHEAD, 1.0, |_| met += 1);
+        met
+    };
+    let found = rays.par_iter().map(met).sum::<u64>() as f64;
+    println!("along a ray: {:.0} found", found / rays.len() as f64);
+    let asked = ("gathers/s", rays.len() as f64);
+    let (wide, binary) =
+        (wide(BvhBuildParams::very_fast_build()), binary(BvhBuildParams::very_fast_build()));
+    // In the order of the leaves, as the crate's examples advise.
+    let sorted = |indices: &[u32]| -> Vec<Ball> {
+        indices.iter().map(|index| ball(&placed[*index as usize])).collect()
+    };
+    let (of_wide, of_binary) = (sorted(&wide.primitive_indices), sorted(&binary.primitive_indices));
+    let local = |ray: &Ray<World>| {
+        let origin = (ray.origin - ORIGIN).as_vec3a();
+        obvhs::ray::Ray::new_inf(origin, ray.direction.as_vec3a())
+    };
+    let all = |each: &(dyn Fn(obvhs::ray::Ray) -> u64 + Sync)| {
+        rays.par_iter().map(|ray| each(local(ray))).sum::<u64>()
+    };
+    bench.group(&[
+        Row::of("along a ray", &[asked, ("photons/s", found)], || {
+            rays.par_iter().map(met).sum::<u64>();
+        }),
+        Row::new("obvhs: CWBVH, every hit", asked, || {
+            all(&|ray| {
+                let mut hits = 0;
+                wide.ray_traverse_anyhit(ray, |ray, index| {
+                    hits += u64::from(of_wide[index].crossed(ray).is_some());
+                });
+                hits
+            });
+        }),
+        Row::new("obvhs: BVH2, every hit", asked, || {
+            all(&|ray| {
+                let mut hits = 0;
+                binary.ray_traverse_anyhit(ray, |ray, index| {
+                    hits += u64::from(of_binary[index].crossed(ray).is_some());
+                });
+                hits
+            });
+        }),
+        Row::new("obvhs: CWBVH, nearest hit", asked, || {
+            all(&|ray| {
+                let mut hit = RayHit::none();
+                let near = |ray: &obvhs::ray::Ray, index: usize| {
+                    of_wide[index].crossed(ray).filter(|t| *t > 0.0).unwrap_or(f32::INFINITY)
+                };
+                u64::from(wide.ray_traverse(ray, &mut hit, near))
+            });
+        }),
+    ]);
+}

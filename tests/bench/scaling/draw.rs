@@ -1,0 +1,138 @@
+//! The sweeps as panels of one SVG.
+
+use std::error::Error;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::axis::{AXES, Axis};
+use super::subject::SUBJECTS;
+use super::{Point, sweep};
+
+const SIZE: (u32, u32) = (1140, 720);
+
+/// Room beyond the outermost points, as a factor.
+const MARGIN: f64 = 1.4;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Seconds against what is varied between logarithmic axes, a panel for each.
+pub fn draw(points: &[Point]) -> Result<String, Box<dyn Error>> {
+    let mut svg = String::new();
+    {
+        let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+        root.fill(&WHITE)?;
+        let panels = root.split_evenly((2, 3));
+        let seconds = around(points.iter().map(|point| point.whole));
+        for (axis, panel) in AXES.into_iter().zip(&panels) {
+            chart(panel, points, axis, seconds)?;
+        }
+        legend(&panels[AXES.len()])?;
+        root.present()?;
+    }
+    Ok(svg)
+}
+
+fn chart(
+    panel: &Area<'_>,
+    points: &[Point],
+    axis: Axis,
+    seconds: (f64, f64),
+) -> Result<(), Box<dyn Error>> {
+    let places = || points.iter().filter(|point| point.axis == axis);
+    let ends = around(places().map(|point| point.x));
+    let mut chart = ChartBuilder::on(panel)
+        .margin(12)
+        .x_label_area_size(40)
+        .y_label_area_size(52)
+        .build_cartesian_2d(
+            (ends.0..ends.1).log_scale().with_key_points(ticks(ends)),
+            (seconds.0..seconds.1).log_scale().with_key_points(ticks(seconds)),
+        )?;
+    let label = |v: &f64| figure(*v);
+    chart
+        .configure_mesh()
+        .light_line_style(BLACK.mix(0.04))
+        .bold_line_style(BLACK.mix(0.12))
+        .x_desc(axis.title())
+        .y_desc("processor seconds")
+        .x_label_formatter(&label)
+        .y_label_formatter(&label)
+        .label_style(("sans-serif", 13))
+        .draw()?;
+    // Through the middle of the panel.
+    let (x, y) = ((ends.0 * ends.1).sqrt(), (seconds.0 * seconds.1).sqrt());
+    let reach = (ends.1 / x).min((seconds.1 / y).powf(1.0 / axis.guide()));
+    let guide = [1.0 / reach, reach].map(|at| (x * at, y * at.powf(axis.guide())));
+    chart.draw_series(DashedLineSeries::new(guide, 5, 4, BLACK.mix(0.4).into()))?;
+    let name = if axis.guide() < 1.0 { "slope 1/3" } else { "slope 1" };
+    let at = (guide[1].0 / MARGIN / 1.1, guide[1].1);
+    let style = ("sans-serif", 12).into_font().color(&BLACK.mix(0.6));
+    let place = plotters::style::text_anchor::Pos::new(
+        plotters::style::text_anchor::HPos::Right,
+        plotters::style::text_anchor::VPos::Top,
+    );
+    chart.draw_series([Text::new(name, at, style.pos(place))])?;
+    for (index, subject) in SUBJECTS.iter().enumerate() {
+        let sweep = sweep(points, axis, subject.name);
+        let color = color(index);
+        let line = sweep.iter().map(|point| (point.x, point.whole));
+        chart.draw_series(LineSeries::new(line, color.stroke_width(2)))?;
+        for point in sweep {
+            let at = (point.x, point.whole);
+            chart.draw_series([Circle::new(at, 4, WHITE.filled())])?;
+            let style = if point.lattice { color.filled() } else { color.stroke_width(2) };
+            chart.draw_series([Circle::new(at, 4, style)])?;
+        }
+    }
+    Ok(())
+}
+
+/// What colours and dots mean, where a sixth panel would be.
+fn legend(panel: &Area<'_>) -> Result<(), Box<dyn Error>> {
+    let font = || ("sans-serif", 15).into_font().color(&BLACK.mix(0.8));
+    let mut y = 60;
+    for (index, subject) in SUBJECTS.iter().enumerate() {
+        panel.draw(&PathElement::new([(70, y), (110, y)], color(index).stroke_width(3)))?;
+        panel.draw(&Text::new(subject.name, (124, y - 8), font()))?;
+        y += 30;
+    }
+    for (name, style) in [
+        ("light kept on a lattice", BLACK.mix(0.7).filled()),
+        ("photons gathered along rays", BLACK.mix(0.7).stroke_width(2)),
+    ] {
+        panel.draw(&Circle::new((90, y), 4, style))?;
+        panel.draw(&Text::new(name, (124, y - 8), font()))?;
+        y += 30;
+    }
+    Ok(())
+}
+
+/// Colours evenly round the wheel, every other one darker.
+fn color(index: usize) -> RGBAColor {
+    let lightness = if index.is_multiple_of(2) { 0.55 } else { 0.35 };
+    HSLColor(index as f64 / SUBJECTS.len() as f64, 0.75, lightness).to_rgba()
+}
+
+/// Ends of an axis that has all `values` on it.
+fn around(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let ends = values.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+    (ends.0 / MARGIN, ends.1 * MARGIN)
+}
+
+/// Places on an axis that are told: powers of ten, with their doubles and fives where there are few.
+fn ticks((low, high): (f64, f64)) -> Vec<f64> {
+    let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
+    let at = |steps: &[f64]| -> Vec<f64> {
+        let all = powers.clone().flat_map(|power| steps.iter().map(move |s| s * 10f64.powi(power)));
+        all.filter(|tick| (low..=high).contains(tick)).collect()
+    };
+    let fine = at(&[1.0, 2.0, 5.0]);
+    if fine.len() <= 8 { fine } else { at(&[1.0]) }
+}
+
+/// A number as short as can be.
+fn figure(value: f64) -> String {
+    let power = value.log10().floor() as i32;
+    if (-2..4).contains(&power) { format!("{value}") } else { format!("{value:e}") }
+}
