@@ -38,23 +38,23 @@ const SIDE: u32 = 96;
 const PHOTONS: u64 = 20_000;
 const RAYS: u32 = 2;
 const GROWTH: u32 = 4;
-const STEPS: u32 = 5;
 
 const SEEDS: u64 = 4;
 
-/// Rays of a pixel of each reference.
-const REFERENCE: u32 = 1024;
+/// Scenes of `volumes/` with their steps and rays of a pixel of each reference.
+const SCENES: [(&str, u32, u32); 2] = [("smoke", 5, 1024), ("cloud", 4, 256)];
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let quick = words.iter().any(|word| word == "--quick");
-    let mut names: Vec<&str> =
-        words.iter().map(String::as_str).filter(|word| !word.starts_with('-')).collect();
-    if names.is_empty() {
-        names = vec!["smoke", "cloud"];
+    let named = words.iter().map(String::as_str).filter(|word| !word.starts_with('-'));
+    let known = |name| SCENES.into_iter().find(|scene| scene.0 == name).unwrap_or((name, 4, 256));
+    let mut scenes: Vec<_> = named.map(known).collect();
+    if scenes.is_empty() {
+        scenes = SCENES.to_vec();
     }
-    for name in names {
-        converge(name, if quick { 3 } else { STEPS }, if quick { 16 } else { REFERENCE });
+    for (name, steps, rays) in scenes {
+        if quick { converge(name, 3, 16) } else { converge(name, steps, rays) }
     }
 }
 

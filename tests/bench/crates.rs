@@ -15,7 +15,7 @@ use obvhs::{Boundable, BvhBuildParams};
 use rayon::prelude::*;
 
 use super::rates::{Bench, Row};
-use super::{ORIGIN, around};
+use super::{AROUND, ORIGIN, RADIUS, around};
 
 /// Neighbours of a query for the nearest few.
 const NEAREST: usize = 8;
@@ -43,40 +43,32 @@ impl Ball {
 }
 
 /// fogbow's maps beside the trees that they are made of, on the same photons, places and rays.
-pub fn compare(
-    bench: &Bench,
-    placed: &[Placed],
-    queries: &[Placed],
-    rays: &[Ray<World>],
-    radius: f32,
-) {
-    trees(bench, placed, queries, radius);
-    hierarchies(bench, placed, rays, radius);
+pub fn compare(bench: &Bench, placed: &[Placed], queries: &[Placed], rays: &[Ray<World>]) {
+    trees(bench, placed, queries);
+    hierarchies(bench, placed, rays);
 }
 
-fn trees(bench: &Bench, placed: &[Placed], queries: &[Placed], radius: f32) {
+fn trees(bench: &Bench, placed: &[Placed], queries: &[Placed]) {
     type Tree = ImmutableKdTree<f32, 3>;
     let places: Vec<[f32; 3]> = placed.iter().map(|p| p.place).collect();
     let photons = ("photons/s", placed.len() as f64);
     bench.group(&[
-        Row::new("build a surface map", photons, || drop(PhotonMap::new(ORIGIN, placed))),
-        Row::new("kiddo: build, serial", photons, || drop(Tree::new_from_slice(&places))),
-        Row::new("kiddo: build, parallel", photons, || {
-            drop(Tree::new_from_slice_parallel(&places));
+        Row::new("build a surface map", photons, || PhotonMap::new(ORIGIN, placed)),
+        Row::new("kiddo: build, serial", photons, || {
+            Tree::builder().with_serial_construction().build_from_slice(&places)
         }),
+        Row::new("kiddo: build, parallel", photons, || Tree::new_from_slice_parallel(&places)),
     ]);
 
     let (map, tree) = (PhotonMap::new(ORIGIN, placed), Tree::new_from_slice(&places));
     let tree = tree.expect("finite places");
     let asked = ("gathers/s", queries.len() as f64);
-    let squared = radius * radius;
+    let squared = AROUND * AROUND;
     let all = |each: &(dyn Fn(&Placed) -> u64 + Sync)| queries.par_iter().map(each).sum::<u64>();
     let found = all(&|p| around(&map, p)) as f64;
     println!("around a place: {:.0} found", found / queries.len() as f64);
     bench.group(&[
-        Row::of("around a place", &[asked, ("photons/s", found)], || {
-            all(&|p| around(&map, p));
-        }),
+        Row::of("around a place", &[asked, ("photons/s", found)], || all(&|p| around(&map, p))),
         Row::new("kiddo: within, unsorted, visited", asked, || {
             all(&|p| {
                 let mut found = 0;
@@ -85,53 +77,49 @@ fn trees(bench: &Bench, placed: &[Placed], queries: &[Placed], radius: f32) {
                     .unsorted()
                     .visit(|_| found += 1);
                 found
-            });
+            })
         }),
         Row::new("kiddo: within, unsorted, as a list", asked, || {
             all(&|p| {
                 let found = tree.query(&p.place).within::<SquaredEuclidean<f32>>(squared);
                 found.unsorted().execute().len() as u64
-            });
+            })
         }),
         Row::new("kiddo: within, sorted", asked, || {
             all(&|p| {
                 let found = tree.query(&p.place).within::<SquaredEuclidean<f32>>(squared);
                 found.execute().len() as u64
-            });
+            })
         }),
     ]);
     let nearest = NonZero::new(NEAREST).expect("some");
     bench.group(&[
         Row::new("the 8 nearest", asked, || {
             let origin = |p: &Placed| p.at(ORIGIN);
-            all(&|p| map.distance_to_nearest(origin(p), NEAREST).map_or(0, |d| u64::from(d > 0.0)));
+            all(&|p| map.distance_to_nearest(origin(p), NEAREST).map_or(0, |d| u64::from(d > 0.0)))
         }),
         Row::new("kiddo: the 8 nearest", asked, || {
             all(&|p| {
                 let found = tree.query(&p.place).nearest_n::<SquaredEuclidean<f32>>(nearest);
                 found.execute().len() as u64
-            });
+            })
         }),
     ]);
 }
 
-fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>], radius: f32) {
-    let ball = |p: &Placed| Ball { center: Vec3A::from(p.place), radius };
+fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>]) {
+    let ball = |p: &Placed| Ball { center: Vec3A::from(p.place), radius: RADIUS };
     let balls: Vec<Ball> = placed.iter().map(ball).collect();
-    let radii = vec![radius; placed.len()];
+    let radii = vec![RADIUS; placed.len()];
     let photons = ("photons/s", placed.len() as f64);
     let wide = |params| build_cwbvh(&balls, params, &mut Duration::default());
     let binary = |params| build_bvh2(&balls, params, &mut Duration::default());
     bench.group(&[
-        Row::new("build a beam map", photons, || drop(BeamMap::new(ORIGIN, placed, &radii))),
-        Row::new("obvhs: CWBVH, fastest", photons, || drop(wide(BvhBuildParams::fastest_build()))),
-        Row::new("obvhs: CWBVH, very fast", photons, || {
-            drop(wide(BvhBuildParams::very_fast_build()));
-        }),
-        Row::new("obvhs: CWBVH, medium", photons, || drop(wide(BvhBuildParams::medium_build()))),
-        Row::new("obvhs: BVH2, very fast", photons, || {
-            drop(binary(BvhBuildParams::very_fast_build()));
-        }),
+        Row::new("build a beam map", photons, || BeamMap::new(ORIGIN, placed, &radii)),
+        Row::new("obvhs: CWBVH, fastest", photons, || wide(BvhBuildParams::fastest_build())),
+        Row::new("obvhs: CWBVH, very fast", photons, || wide(BvhBuildParams::very_fast_build())),
+        Row::new("obvhs: CWBVH, medium", photons, || wide(BvhBuildParams::medium_build())),
+        Row::new("obvhs: BVH2, very fast", photons, || binary(BvhBuildParams::very_fast_build())),
     ]);
 
     let map = BeamMap::new(ORIGIN, placed, &radii);
@@ -159,7 +147,7 @@ fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>], radius: f3
     };
     bench.group(&[
         Row::of("along a ray", &[asked, ("photons/s", found)], || {
-            rays.par_iter().map(met).sum::<u64>();
+            rays.par_iter().map(met).sum::<u64>()
         }),
         Row::new("obvhs: CWBVH, every hit", asked, || {
             all(&|ray| {
@@ -168,7 +156,7 @@ fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>], radius: f3
                     hits += u64::from(of_wide[index].crossed(ray).is_some());
                 });
                 hits
-            });
+            })
         }),
         Row::new("obvhs: BVH2, every hit", asked, || {
             all(&|ray| {
@@ -177,16 +165,16 @@ fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>], radius: f3
                     hits += u64::from(of_binary[index].crossed(ray).is_some());
                 });
                 hits
-            });
-        }),
-        Row::new("obvhs: CWBVH, nearest hit", asked, || {
-            all(&|ray| {
-                let mut hit = RayHit::none();
-                let near = |ray: &obvhs::ray::Ray, index: usize| {
-                    of_wide[index].crossed(ray).filter(|t| *t > 0.0).unwrap_or(f32::INFINITY)
-                };
-                u64::from(wide.ray_traverse(ray, &mut hit, near))
-            });
+            })
         }),
     ]);
+    bench.group(&[Row::new("obvhs: CWBVH, nearest hit", asked, || {
+        all(&|ray| {
+            let mut hit = RayHit::none();
+            let near = |ray: &obvhs::ray::Ray, index: usize| {
+                of_wide[index].crossed(ray).filter(|t| *t > 0.0).unwrap_or(f32::INFINITY)
+            };
+            u64::from(wide.ray_traverse(ray, &mut hit, near))
+        })
+    })]);
 }

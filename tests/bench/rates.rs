@@ -22,21 +22,22 @@ pub struct Row<'a> {
 
 impl<'a> Row<'a> {
     /// What `work` does, counted in one unit.
-    pub fn new(
+    pub fn new<T>(
         name: impl Into<String>,
         count: (&'static str, f64),
-        work: impl Fn() + Sync + 'a,
+        work: impl Fn() -> T + Sync + 'a,
     ) -> Self {
         Self::of(name, &[count], work)
     }
 
     /// What `work` does, counted in several.
-    pub fn of(
+    pub fn of<T>(
         name: impl Into<String>,
         counts: &[(&'static str, f64)],
-        work: impl Fn() + Sync + 'a,
+        work: impl Fn() -> T + Sync + 'a,
     ) -> Self {
-        Self { name: name.into(), counts: counts.to_vec(), work: Box::new(work) }
+        let work = Box::new(move || drop(black_box(work())));
+        Self { name: name.into(), counts: counts.to_vec(), work }
     }
 }
 
@@ -61,7 +62,7 @@ impl Bench {
         for _ in 0..ROUNDS {
             for (row, seconds) in rows.iter().zip(&mut seconds) {
                 for (pool, seconds) in self.pools.iter().zip(seconds) {
-                    let ((), spent) = Spent::on(|| pool.install(|| black_box((row.work)())));
+                    let ((), spent) = Spent::on(|| pool.install(&row.work));
                     seconds.push(spent.unhindered());
                 }
             }

@@ -59,7 +59,8 @@ impl Sub for Spent {
         Self {
             elapsed: self.elapsed - earlier.elapsed,
             ran: self.ran - earlier.ran,
-            waited: self.waited - earlier.waited,
+            // A thread that has ended takes what it waited with it.
+            waited: (self.waited - earlier.waited).max(0.0),
         }
     }
 }
