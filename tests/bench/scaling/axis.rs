@@ -68,8 +68,8 @@ impl Axis {
     /// The values of a sweep, evenly spread by their logarithms.
     pub fn values(self, quick: bool) -> Vec<f64> {
         let (first, last, count) = match self {
-            Self::Photons => (1e5, 1.6e6, 5),
-            Self::Pixels => (1024.0, 65536.0, 7), // sides 32 to 256
+            Self::Photons => (5e4, 8e5, 5),
+            Self::Pixels => (4096.0, 131_072.0, 6), // sides 64 to 362
             Self::Rays => (2.0, 64.0, 6),
             Self::Voxels => (64.0, 512.0, 7), // along the longest side
             Self::Thickness => (0.125, 32.0, 9), // times that of the scene

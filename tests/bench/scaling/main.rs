@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&folder)?;
     let kept = folder.join(if quick { "quick.csv" } else { "measured.csv" });
     if !asked("--draw") {
-        write(&kept, &measured(quick)?)?;
+        measure(quick, &kept)?;
     }
     let points = read(&kept)?;
     table(&points);
@@ -70,8 +70,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Every sweep of every scene, the rounds over all of them.
-fn measured(quick: bool) -> Result<Vec<Point>, Box<dyn Error>> {
+/// Every sweep of every scene, the rounds over all of them; after each the medians go to `kept`.
+fn measure(quick: bool, kept: &Path) -> Result<(), Box<dyn Error>> {
     let pool = ThreadPoolBuilder::new().num_threads(1).build()?;
     let folder = tempfile::tempdir()?;
     let mut all: Vec<(&Subject, Settings, Vec<Point>)> = Vec::new();
@@ -95,9 +95,11 @@ fn measured(quick: bool) -> Result<Vec<Point>, Box<dyn Error>> {
             let stages = took.stages.map(|stage| stage.ran);
             points.push(Point { lattice, stages, whole, ..points[0].clone() });
         }
+        let medians: Vec<Point> = all.iter().map(|(_, _, points)| middle(&points[1..])).collect();
+        write(kept, &medians)?;
         println!("round {round} of {rounds} is done");
     }
-    Ok(all.iter().map(|(_, _, points)| middle(&points[1..])).collect())
+    Ok(())
 }
 
 /// One point of medians.

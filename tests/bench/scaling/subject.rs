@@ -43,7 +43,7 @@ pub type Sweep = Vec<(f64, Settings)>;
 
 /// What all sweeps start from.
 pub const BASE: Settings =
-    Settings { photons: 100_000, side: 96, rays: 8, voxels: None, thicker: 1.0 };
+    Settings { photons: 50_000, side: 96, rays: 2, voxels: None, thicker: 1.0 };
 
 /// Share of the scene's own extinction at which its thickness is seen.
 const THIN: f64 = 1.0 / 64.0;
