@@ -16,7 +16,7 @@ use fogbow::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint, warp};
 use fogbow::photon::{Photon, PhotonMap, PhotonMaps, Placed, Shooting, shoot};
 use fogbow::render::{Silent, render};
 use fogbow::scene::plan::Needs;
-use fogbow::scene::{LoadOptions, Overrides, Scene};
+use fogbow::scene::{FinalGather, LoadOptions, Overrides, Scene};
 use fogbow::work::Work;
 use rayon::prelude::*;
 
@@ -36,19 +36,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     let bench = Bench::new()?;
     for name in ["smoke", "fire", "cloud", "road"] {
         let scene = load(name)?;
-        let (_, work) = shot(&scene);
+        let (_, work) = shot(&scene, FinalGather::Auto);
         let counts = [
             ("paths/s", PHOTONS as f64),
             ("stored/s", (work.volume_photons + work.surface_photons) as f64),
             ("flights/s", work.tracks as f64),
         ];
         let counts: Vec<_> = counts.into_iter().filter(|(_, count)| *count > 0.0).collect();
-        bench.group(&[Row::of(format!("{name}: shoot and build"), &counts, || shot(&scene))]);
+        bench.group(&[Row::of(format!("{name}: shoot and build"), &counts, || {
+            shot(&scene, FinalGather::Auto)
+        })]);
     }
 
     for name in ["cloud", "road"] {
         let scene = load(name)?;
-        let (rays, (maps, _)) = (camera_rays(&scene), shot(&scene));
+        let (rays, (maps, _)) = (camera_rays(&scene), shot(&scene, FinalGather::Never));
         let found = rays.par_iter().map(|ray| beside(&maps, ray)).sum::<u64>() as f64;
         let counts = [("gathers/s", rays.len() as f64), ("photons/s", found)];
         bench.group(&[Row::of(format!("{name}: along camera rays"), &counts, || {
@@ -82,8 +84,8 @@ fn load(name: &str) -> fogbow::Result<Scene> {
     Scene::load(&folder.join(format!("{name}.toml")), &options)
 }
 
-/// The maps of a scene's photons, and what making them took.
-fn shot(scene: &Scene) -> (PhotonMaps, Work) {
+/// The maps of a scene's photons, where rays are followed here, and what making them took.
+fn shot(scene: &Scene, final_gather: FinalGather) -> (PhotonMaps, Work) {
     let needs = Needs::of(scene, &scene.render);
     let shooting = Shooting {
         photons: PHOTONS,
@@ -91,8 +93,8 @@ fn shot(scene: &Scene) -> (PhotonMaps, Work) {
         pixels: 1.0,
         seed: 0,
         max_scatter: None,
-        final_gather: scene.render.final_gather,
-        denoise: scene.render.denoise,
+        final_gather,
+        denoise: false,
         radius: None,
         levels: 0,
         needs,
