@@ -20,7 +20,17 @@ const LATTICES: u64 = 1 << 30;
 /// Fewer photons show nothing.
 const FEWEST: u64 = 1000;
 
-/// How often fewer photons are tried.
+/// So many are tried first where memory is limited, since a look at many takes much itself.
+const FIRST: u64 = 20_000;
+
+/// Photons grow with this power of the memory of lattices, whose cells' edge is as the -1/5th power of
+/// their number.
+const GROWTH: f64 = 5.0 / 3.0;
+
+/// One part in so many by which more photons are not worth another try.
+const SLIGHT: u64 = 8;
+
+/// How often other numbers of photons are tried.
 const TRIES: usize = 6;
 
 /// Of the photons of one try, at most this share is taken for the next.
@@ -71,25 +81,47 @@ pub(super) fn fit(
         return Ok(None);
     }
     let all = scene.render.photons;
-    for _ in 0..TRIES {
+    if asked.is_none() {
         let needed = render::memory_needed(scene, &scene.render, program)?;
-        let photons = scene.render.photons;
-        if fits(&needed, limit) {
-            let thinned = format!(
-                "{photons} photons instead of {all}, so that about {} of memory are enough",
-                show(needed.peak)
-            );
-            return Ok((photons < all).then_some(thinned));
-        }
-        if asked.is_none() || photons <= FEWEST {
-            return Err(refusal(&needed, &without, limit, asked.is_some()));
-        }
-        let room = limit.saturating_sub(SPARE + limit / OFF + without.peak) as f64;
-        let share = room / (needed.peak - without.peak).max(1) as f64;
-        scene.render.photons = ((photons as f64 * share.min(FILLED)) as u64).max(FEWEST);
+        return if fits(&needed, limit) {
+            Ok(None)
+        } else {
+            Err(refusal(&needed, &without, limit, false))
+        };
     }
-    let needed = render::memory_needed(scene, &scene.render, program)?;
-    Err(refusal(&needed, &without, limit, asked.is_some()))
+    let room = limit.saturating_sub(SPARE + limit / OFF + without.peak) as f64;
+    let mut photons = all.min(FIRST);
+    let mut fitting = None;
+    let mut refused = without;
+    for _ in 0..TRIES {
+        scene.render.photons = photons;
+        let needed = render::memory_needed(scene, &scene.render, program)?;
+        let share = FILLED * room / (needed.peak - without.peak).max(1) as f64;
+        // Lattices grow more slowly than photons do, so that more of these may be tried.
+        let share = if share > 1.0 { share.powf(GROWTH) } else { share };
+        let next = ((photons as f64 * share) as u64).clamp(FEWEST.min(all), all);
+        if fits(&needed, limit) {
+            fitting = Some((photons, needed.peak));
+            if photons == all || next <= photons + photons / SLIGHT {
+                break;
+            }
+        } else {
+            refused = needed;
+            if photons <= FEWEST {
+                break;
+            }
+        }
+        photons = next;
+    }
+    let Some((photons, peak)) = fitting else {
+        return Err(refusal(&refused, &without, limit, true));
+    };
+    scene.render.photons = photons;
+    let thinned = format!(
+        "{photons} photons instead of {all}, so that about {} of memory are enough",
+        show(peak)
+    );
+    Ok((photons < all).then_some(thinned))
 }
 
 /// What `without` photons, which are gone by then, is needed while noise is taken off.
