@@ -19,6 +19,7 @@ CYCLES = {
 FOGBOW = {
     "fogbow-fixed": "fixed",
     "fogbow-xs": "xs",
+    "fogbow-oidn": "fixed-oidn",
     "fogbow-xs-oidn": "xs-oidn",
     "fogbow-traced-oidn": "reference-oidn",
     "fogbow-reference": "reference",

@@ -13,6 +13,7 @@ from matplotlib.ticker import NullFormatter  # noqa: E402
 STYLES = {
     "fogbow-fixed": ("#d1495b", "o", "-"),
     "fogbow-xs": ("#edae49", "o", "-"),
+    "fogbow-oidn": ("#d81159", "^", "-"),
     "fogbow-xs-oidn": ("#a63d40", "s", "-"),
     "fogbow-traced-oidn": ("#f26419", "D", "-"),
     "cycles-biased-oidn": ("#003d5b", "s", "--"),

@@ -67,7 +67,7 @@ def main() -> None:
     parser.add_argument("--fogbow", required=True, help="the program")
     parser.add_argument("--libraries", required=True, help="folder of its denoiser")
     parser.add_argument("--photons", type=int)
-    methods = ("fixed", "xs", "xs-oidn", "reference", "reference-oidn")
+    methods = ("fixed", "fixed-oidn", "xs", "xs-oidn", "reference", "reference-oidn")
     parser.add_argument("--method", choices=methods, required=True)
     options = parser.parse_args()
     scene_file: Path = options.out.with_suffix(".toml")
