@@ -13,8 +13,11 @@ const PATHS: u64 = 2048;
 /// Paths that are asked at least, if there are so many.
 const FEWEST: u64 = 128;
 
-/// Of so many paths one is asked.
+/// Of so many paths one is asked, unless photons have to be thinned.
 const ONE_IN: u64 = 16;
+
+/// How many times too many photons may be left before that is done with care.
+const MANY: f64 = 2.0;
 
 /// Paths that are asked at once: few, since one may leave very many photons.
 const AT_ONCE: u64 = 8;
@@ -50,8 +53,11 @@ impl Scouted {
         let (mut traced, mut left, mut tracks, mut events) = (0, 0, Vec::new(), 0);
         let across = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
         let mut flown = 0.0;
-        let asked = (count / ONE_IN).clamp(FEWEST, PATHS).min(count);
-        while traced < asked && left < ENOUGH {
+        let (few, most) = ((count / ONE_IN).clamp(FEWEST, PATHS), PATHS.min(count));
+        let sought = (KEPT * count as f64).max(SPARED);
+        let expected = |left: usize, traced: u64| left as f64 * count as f64 / traced.max(1) as f64;
+        let wanting = |left, traced| traced < few || expected(left, traced) > MANY * sought;
+        while traced < most && left < ENOUGH && wanting(left, traced) {
             let until = (traced + AT_ONCE).min(count);
             let each =
                 (traced..until).into_par_iter().map(|path| paths.trace::<S, H>(path..path + 1));
@@ -63,8 +69,7 @@ impl Scouted {
             }
             traced = until;
         }
-        let expected = left as f64 * count as f64 / traced.max(1) as f64;
-        let keep = ((KEPT * count as f64).max(SPARED) / expected.max(1.0)).min(1.0);
+        let keep = (sought / expected(left, traced).max(1.0)).min(1.0);
         let share = traced as f64 / count.max(1) as f64;
         let flown = flown / share.max(f64::MIN_POSITIVE);
         let events = events as f64 / traced.max(1) as f64;
