@@ -6,7 +6,7 @@ use super::header::Method;
 use super::memory;
 use crate::error::{Error, Result};
 use crate::render::{self, Memory};
-use crate::scene::Scene;
+use crate::scene::{RenderSettings, Scene};
 
 /// Bytes of the program and its libraries where the system does not tell.
 const PROGRAM: u64 = 36 << 20;
@@ -89,19 +89,35 @@ pub(super) fn fit(
             Err(refusal(&needed, &without, limit, false))
         };
     }
+    let (photons, peak) = most_photons(scene, limit, &without, program)?;
+    scene.render.photons = photons;
+    let thinned = format!(
+        "{photons} photons instead of {all}, so that about {} of memory are enough",
+        show(peak)
+    );
+    Ok((photons < all).then_some(thinned))
+}
+
+/// About as many photons as fit into `limit` bytes, at most those asked for, and the bytes that are
+/// then needed.
+///
+/// # Errors
+/// Where the fewest do not fit.
+fn most_photons(scene: &Scene, limit: u64, without: &Memory, program: u64) -> Result<(u64, u64)> {
+    let all = scene.render.photons;
     let room = limit.saturating_sub(SPARE + limit / OFF + without.peak) as f64;
     let mut photons = all.min(FIRST);
     let mut fitting = None;
-    let mut refused = without;
+    let mut refused = *without;
     for _ in 0..TRIES {
-        scene.render.photons = photons;
-        let needed = render::memory_needed(scene, &scene.render, program)?;
+        let settings = RenderSettings { photons, ..scene.render };
+        let needed = render::memory_needed(scene, &settings, program)?;
         let share = FILLED * room / (needed.peak - without.peak).max(1) as f64;
         // Lattices grow more slowly than photons do, so that more of these may be tried.
         let share = if share > 1.0 { share.powf(GROWTH) } else { share };
         let next = ((photons as f64 * share) as u64).clamp(FEWEST.min(all), all);
         if fits(&needed, limit) {
-            fitting = Some((photons, needed.peak));
+            fitting = fitting.max(Some((photons, needed.peak)));
             if photons == all || next <= photons + photons / SLIGHT {
                 break;
             }
@@ -113,15 +129,7 @@ pub(super) fn fit(
         }
         photons = next;
     }
-    let Some((photons, peak)) = fitting else {
-        return Err(refusal(&refused, &without, limit, true));
-    };
-    scene.render.photons = photons;
-    let thinned = format!(
-        "{photons} photons instead of {all}, so that about {} of memory are enough",
-        show(peak)
-    );
-    Ok((photons < all).then_some(thinned))
+    fitting.ok_or_else(|| refusal(&refused, without, limit, true))
 }
 
 /// What `without` photons, which are gone by then, is needed while noise is taken off.

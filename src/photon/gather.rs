@@ -38,24 +38,20 @@ pub struct Depth {
 }
 
 impl Depth {
-    /// For `scene`; nothing where photons are asked at once: where no phase function is peaked, or
-    /// rays cannot be followed.
-    pub(super) fn of(scene: &Scene, shooting: &Shooting) -> Option<Self> {
-        let depth = Self::possible(scene, shooting)?;
+    /// What may be done in `scene`, the best first; the first is taken for which lattices can be made.
+    /// Nothing is to ask photons at once: best where no phase function is peaked, and all there is
+    /// where rays cannot be followed. Where noise is taken off, to follow rays is better than to gather
+    /// photons along them.
+    pub(super) fn choices(scene: &Scene, shooting: &Shooting) -> Vec<Option<Self>> {
+        let Some(depth) = Self::possible(scene, shooting) else { return vec![None] };
         let peaked = if shooting.denoise { PEAKED_DENOISED } else { PEAKED };
-        let asked = match shooting.final_gather {
-            FinalGather::Auto => depth.kept.iter().any(|kept| *kept > peaked),
-            FinalGather::Never => false,
-            FinalGather::Always => true,
-        };
-        asked.then_some(depth)
-    }
-
-    /// For `scene`, where photons are so few that lattices would have wide cells; nothing where rays
-    /// had better ask photons along them all the same.
-    pub(super) fn for_few(scene: &Scene, shooting: &Shooting) -> Option<Self> {
-        let asked = shooting.final_gather == FinalGather::Auto && shooting.denoise;
-        Self::possible(scene, shooting).filter(|_| asked)
+        let is_peaked = depth.kept.iter().any(|kept| *kept > peaked);
+        match shooting.final_gather {
+            FinalGather::Never => vec![None],
+            FinalGather::Auto if !is_peaked && !shooting.denoise => vec![None],
+            FinalGather::Auto if !is_peaked => vec![None, Some(depth)],
+            FinalGather::Auto | FinalGather::Always => vec![Some(depth), None],
+        }
     }
 
     /// Nothing where orders of scattering are counted, or a lamp is in a medium, near which rays would

@@ -14,7 +14,7 @@ const PATHS: u64 = 2048;
 const FEWEST: u64 = 128;
 
 /// Of so many paths one is asked, unless photons have to be thinned.
-const ONE_IN: u64 = 16;
+pub(super) const ONE_IN: u64 = 16;
 
 /// How many times too many photons may be left before that is done with care.
 const MANY: f64 = 2.0;

@@ -40,7 +40,7 @@ const NEAR: f64 = 0.02;
 const FINER: f64 = 1.4;
 
 /// How many times as fine cells for moments are, in transport mean free paths, as others are in mean
-/// free paths.
+/// free paths, where that makes them wider than those.
 const FINE: f64 = 3.0;
 
 /// How many times as many events splitting may make of the same paths.
@@ -141,16 +141,12 @@ pub fn shoot<S: Spectrum, H: Heading>(
     worth::share_out::<S, H>(&mut paths, &visible);
     let scouted = windowed::<S, H>(&mut paths, count);
     paths.keep = scouted.keep;
-    let depths = match Depth::of(scene, shooting) {
-        Some(depth) => [Some(depth), None],
-        None => [None, Depth::for_few(scene, shooting)],
-    };
     let empty = |gather: Option<Depth>| -> (Option<Depth>, Vec<Builder<'_, S>>) {
         let phases = gather.is_none().then_some(&phases[..]);
         let lattices = lattices(scene, shooting, phases, origin, &visible.media, scouted.flown);
         (gather, lattices)
     };
-    let (gather, mut lattices) = depths
+    let (gather, mut lattices) = Depth::choices(scene, shooting)
         .into_iter()
         .filter(|_| keeps)
         .map(empty)

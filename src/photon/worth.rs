@@ -8,14 +8,12 @@ use crate::math::{Spectrum, WorldPoint};
 
 use super::lattice::Track;
 use super::path::{Deposits, Paths};
+use super::scout::ONE_IN;
 use super::visible::Visible;
 use super::{Heading, Placed};
 
 /// Paths that are asked at most, of all emitters together.
 const PATHS: u64 = 4096;
-
-/// Of so many paths one is asked.
-const ONE_IN: u64 = 16;
 
 /// Paths that are asked of each emitter at least.
 const LEAST: u64 = 64;

@@ -49,6 +49,7 @@
 
 mod ablation;
 mod answer;
+pub mod axis;
 mod candidate;
 mod convergence;
 mod curve;

@@ -7,11 +7,11 @@ use fogbow::math::{Ray, Span, World};
 use fogbow::photon::{BeamMap, PhotonMap, Placed};
 use glam::Vec3A;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::RayHit;
-use obvhs::{Boundable, BvhBuildParams};
 use rayon::prelude::*;
 
 use super::rates::{Bench, Row};
@@ -20,26 +20,12 @@ use super::{AROUND, ORIGIN, RADIUS, around};
 /// Neighbours of a query for the nearest few.
 const NEAREST: usize = 8;
 
-/// A photon with its radius.
-struct Ball {
-    center: Vec3A,
-    radius: f32,
-}
-
-impl Boundable for Ball {
-    fn aabb(&self) -> Aabb {
-        Aabb::new(self.center - self.radius, self.center + self.radius)
-    }
-}
-
-impl Ball {
-    /// How far along the ray it is nearest, where the ray crosses it.
-    fn crossed(&self, ray: &obvhs::ray::Ray) -> Option<f32> {
-        let to = self.center - ray.origin;
-        let along = to.dot(ray.direction);
-        let aside = to - ray.direction * along;
-        (aside.length_squared() <= self.radius * self.radius).then_some(along)
-    }
+/// How far along the ray the photon at `center` is nearest, where the ray crosses its ball.
+fn crossed(center: Vec3A, ray: &obvhs::ray::Ray) -> Option<f32> {
+    let to = center - ray.origin;
+    let along = to.dot(ray.direction);
+    let aside = to - ray.direction * along;
+    (aside.length_squared() <= RADIUS * RADIUS).then_some(along)
 }
 
 /// fogbow's maps beside the trees that they are made of, on the same photons, places and rays.
@@ -108,8 +94,9 @@ fn trees(bench: &Bench, placed: &[Placed], queries: &[Placed]) {
 }
 
 fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>]) {
-    let ball = |p: &Placed| Ball { center: Vec3A::from(p.place), radius: RADIUS };
-    let balls: Vec<Ball> = placed.iter().map(ball).collect();
+    let center = |p: &Placed| Vec3A::from(p.place);
+    let ball = |p: &Placed| Aabb::new(center(p) - RADIUS, center(p) + RADIUS);
+    let balls: Vec<Aabb> = placed.iter().map(ball).collect();
     let radii = vec![RADIUS; placed.len()];
     let photons = ("photons/s", placed.len() as f64);
     let wide = |params| build_cwbvh(&balls, params, &mut Duration::default());
@@ -134,8 +121,8 @@ fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>]) {
     let (wide, binary) =
         (wide(BvhBuildParams::very_fast_build()), binary(BvhBuildParams::very_fast_build()));
     // In the order of the leaves, as the crate's examples advise.
-    let sorted = |indices: &[u32]| -> Vec<Ball> {
-        indices.iter().map(|index| ball(&placed[*index as usize])).collect()
+    let sorted = |indices: &[u32]| -> Vec<Vec3A> {
+        indices.iter().map(|index| center(&placed[*index as usize])).collect()
     };
     let (of_wide, of_binary) = (sorted(&wide.primitive_indices), sorted(&binary.primitive_indices));
     let local = |ray: &Ray<World>| {
@@ -153,7 +140,7 @@ fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>]) {
             all(&|ray| {
                 let mut hits = 0;
                 wide.ray_traverse_anyhit(ray, |ray, index| {
-                    hits += u64::from(of_wide[index].crossed(ray).is_some());
+                    hits += u64::from(crossed(of_wide[index], ray).is_some());
                 });
                 hits
             })
@@ -162,7 +149,7 @@ fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>]) {
             all(&|ray| {
                 let mut hits = 0;
                 binary.ray_traverse_anyhit(ray, |ray, index| {
-                    hits += u64::from(of_binary[index].crossed(ray).is_some());
+                    hits += u64::from(crossed(of_binary[index], ray).is_some());
                 });
                 hits
             })
@@ -172,7 +159,7 @@ fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>]) {
         all(&|ray| {
             let mut hit = RayHit::none();
             let near = |ray: &obvhs::ray::Ray, index: usize| {
-                of_wide[index].crossed(ray).filter(|t| *t > 0.0).unwrap_or(f32::INFINITY)
+                crossed(of_wide[index], ray).filter(|t| *t > 0.0).unwrap_or(f32::INFINITY)
             };
             u64::from(wide.ray_traverse(ray, &mut hit, near))
         })

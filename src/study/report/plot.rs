@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 use serde::Serialize;
 
+use super::super::axis::{Ends, around, color_of, ticks};
 use super::super::candidate::GOLD;
 use super::super::request::Metric;
 use super::super::results::{PointResult, Results};
@@ -53,8 +54,6 @@ pub(super) fn error_against_time(
     Ok(Some(Plot { title, svg }))
 }
 
-type Ends = (f64, f64);
-
 fn draw(
     svg: &mut String,
     results: &Results,
@@ -70,8 +69,8 @@ fn draw(
         .x_label_area_size(44)
         .y_label_area_size(84)
         .build_cartesian_2d(
-            (times.0..times.1).log_scale().with_key_points(ticks(times)),
-            (errors.0..errors.1).log_scale().with_key_points(ticks(errors)),
+            (times.0..times.1).log_scale().with_key_points(ticks(times, MOST_TICKS)),
+            (errors.0..errors.1).log_scale().with_key_points(ticks(errors, MOST_TICKS)),
         )?;
     let label = |v: &f64| super::figure(*v);
     chart
@@ -130,12 +129,6 @@ fn draw(
     Ok(())
 }
 
-/// Colours evenly round the wheel, every other one darker, so that neighbours differ.
-fn color_of(index: usize, of: usize) -> RGBAColor {
-    let lightness = if index.is_multiple_of(2) { 0.55 } else { 0.35 };
-    HSLColor(index as f64 / of as f64, 0.75, lightness).to_rgba()
-}
-
 fn place(results: &Results, point: &PointResult, metric: Metric) -> Option<Place> {
     let target = results.target();
     // Gold against itself shows its noise, not its error.
@@ -147,44 +140,8 @@ fn place(results: &Results, point: &PointResult, metric: Metric) -> Option<Place
     (error.estimate > 0.0).then(|| Place { time: point.seconds.clone(), error })
 }
 
-/// Places on an axis that are told: powers of ten, with their doubles and fives where there are few.
-fn ticks((low, high): Ends) -> Vec<f64> {
-    let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
-    let at = |steps: &[f64]| -> Vec<f64> {
-        let all = powers.clone().flat_map(|power| steps.iter().map(move |s| s * 10f64.powi(power)));
-        all.filter(|tick| (low..=high).contains(tick)).collect()
-    };
-    [&[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0][..], &[1.0, 2.0, 5.0], &[1.0]]
-        .iter()
-        .map(|steps| at(steps))
-        .find(|ticks| ticks.len() <= MOST_TICKS)
-        .unwrap_or_else(|| at(&[1.0]))
-}
-
 /// What of an interval lies between the `ends` of an axis.
 fn within(range: [f64; 2], ends: Ends) -> (f64, f64) {
     let [low, high] = range.map(|v| v.clamp(ends.0, ends.1));
     (low, high)
-}
-
-/// Ends of an axis that has all `values` on it, and a `margin` as a factor on both sides. Wider
-/// intervals are cut off there: those of two seeds can span many decades.
-fn around(values: impl Iterator<Item = f64>, margin: f64) -> Option<Ends> {
-    let ends = values.fold(None, |ends: Option<Ends>, v| {
-        let (low, high) = ends.unwrap_or((v, v));
-        Some((low.min(v), high.max(v)))
-    });
-    ends.map(|(low, high)| (low / margin, high * margin))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_axis_is_told_at_several_places() {
-        assert_eq!(ticks((0.95, 2.2)), [1.0, 1.5, 2.0]);
-        assert_eq!(ticks((0.15, 25.0)), [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
-        assert_eq!(ticks((0.5e-6, 2.0)).len(), 7);
-    }
 }

@@ -14,7 +14,7 @@ import reference
 from equal_error import both, time_to
 from metrics import errors, read
 
-FOGBOW = ("fogbow-fixed", "fogbow-xs", "fogbow-oidn", "fogbow-xs-oidn", "fogbow-traced-oidn")
+FOGBOW = tuple(name for name in plot.STYLES if name.startswith("fogbow-"))
 FOREWORD = """\
 Seconds are CPU seconds over {threads} threads: of fogbow all that comes after loading, of a peer
 its render call (Cycles' holds reading the grid and building, told as "fixed"; Mitsuba's kernels

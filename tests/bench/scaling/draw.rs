@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use fogbow::study::axis::{around, color_of, ticks};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
@@ -14,6 +15,9 @@ const SIZE: (u32, u32) = (1140, 720);
 /// Room beyond the outermost points, as a factor.
 const MARGIN: f64 = 1.4;
 
+/// The most places told on an axis, unless there are as many powers of ten.
+const MOST_TICKS: usize = 8;
+
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Seconds against what is varied between logarithmic axes, a panel for each.
@@ -23,7 +27,7 @@ pub fn draw(points: &[Point]) -> Result<String, Box<dyn Error>> {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
         let panels = root.split_evenly((2, 3));
-        let seconds = around(points.iter().map(|point| point.whole));
+        let seconds = around(points.iter().map(|point| point.whole), MARGIN).ok_or("a point")?;
         for (axis, panel) in AXES.into_iter().zip(&panels) {
             chart(panel, points, axis, seconds)?;
         }
@@ -40,14 +44,14 @@ fn chart(
     seconds: (f64, f64),
 ) -> Result<(), Box<dyn Error>> {
     let places = || points.iter().filter(|point| point.axis == axis);
-    let ends = around(places().map(|point| point.x));
+    let ends = around(places().map(|point| point.x), MARGIN).ok_or("a point")?;
     let mut chart = ChartBuilder::on(panel)
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(52)
         .build_cartesian_2d(
-            (ends.0..ends.1).log_scale().with_key_points(ticks(ends)),
-            (seconds.0..seconds.1).log_scale().with_key_points(ticks(seconds)),
+            (ends.0..ends.1).log_scale().with_key_points(ticks(ends, MOST_TICKS)),
+            (seconds.0..seconds.1).log_scale().with_key_points(ticks(seconds, MOST_TICKS)),
         )?;
     let label = |v: &f64| figure(*v);
     chart
@@ -75,7 +79,7 @@ fn chart(
     chart.draw_series([Text::new(name, at, style.pos(place))])?;
     for (index, subject) in SUBJECTS.iter().enumerate() {
         let sweep = sweep(points, axis, subject.name);
-        let color = color(index);
+        let color = color_of(index, SUBJECTS.len());
         let line = sweep.iter().map(|point| (point.x, point.whole));
         chart.draw_series(LineSeries::new(line, color.stroke_width(2)))?;
         for point in sweep {
@@ -93,7 +97,10 @@ fn legend(panel: &Area<'_>) -> Result<(), Box<dyn Error>> {
     let font = || ("sans-serif", 15).into_font().color(&BLACK.mix(0.8));
     let mut y = 60;
     for (index, subject) in SUBJECTS.iter().enumerate() {
-        panel.draw(&PathElement::new([(70, y), (110, y)], color(index).stroke_width(3)))?;
+        panel.draw(&PathElement::new(
+            [(70, y), (110, y)],
+            color_of(index, SUBJECTS.len()).stroke_width(3),
+        ))?;
         panel.draw(&Text::new(subject.name, (124, y - 8), font()))?;
         y += 30;
     }
@@ -106,29 +113,6 @@ fn legend(panel: &Area<'_>) -> Result<(), Box<dyn Error>> {
         y += 30;
     }
     Ok(())
-}
-
-/// Colours evenly round the wheel, every other one darker.
-fn color(index: usize) -> RGBAColor {
-    let lightness = if index.is_multiple_of(2) { 0.55 } else { 0.35 };
-    HSLColor(index as f64 / SUBJECTS.len() as f64, 0.75, lightness).to_rgba()
-}
-
-/// Ends of an axis that has all `values` on it.
-fn around(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    let ends = values.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-    (ends.0 / MARGIN, ends.1 * MARGIN)
-}
-
-/// Places on an axis that are told: powers of ten, with their doubles and fives where there are few.
-fn ticks((low, high): (f64, f64)) -> Vec<f64> {
-    let powers = low.log10().floor() as i32..=high.log10().ceil() as i32;
-    let at = |steps: &[f64]| -> Vec<f64> {
-        let all = powers.clone().flat_map(|power| steps.iter().map(move |s| s * 10f64.powi(power)));
-        all.filter(|tick| (low..=high).contains(tick)).collect()
-    };
-    let fine = at(&[1.0, 2.0, 5.0]);
-    if fine.len() <= 8 { fine } else { at(&[1.0]) }
 }
 
 /// A number as short as can be.
