@@ -36,8 +36,12 @@ const HALO: f64 = 4.0;
 /// Distance from a medium, in its smallest extents, within which the eye counts as inside.
 const NEAR: f64 = 0.02;
 
-/// How many times as fine as suits the flights cells may be, so that they are thin.
+/// How many times as fine as suits the flights cells may be, so that they are thin, where lattices
+/// of moments can be had instead.
 const FINER: f64 = 1.4;
+
+/// As [`FINER`], where beams are what is left: noise of cells costs less than to gather.
+const FINEST: f64 = 2.0;
 
 /// How many times as fine cells for moments are, in transport mean free paths, as others are in mean
 /// free paths, where that makes them wider than those.
@@ -141,12 +145,14 @@ pub fn shoot<S: Spectrum, H: Heading>(
     worth::share_out::<S, H>(&mut paths, &visible);
     let scouted = windowed::<S, H>(&mut paths, count);
     paths.keep = scouted.keep;
+    let choices = Depth::choices(scene, shooting);
+    let finer = if choices.iter().any(Option::is_some) { FINER } else { FINEST };
     let empty = |gather: Option<Depth>| -> (Option<Depth>, Vec<Builder<'_, S>>) {
-        let phases = gather.is_none().then_some(&phases[..]);
-        let lattices = lattices(scene, shooting, phases, origin, &visible.media, scouted.flown);
+        let toward_eye = gather.is_none().then_some((&phases[..], finer));
+        let lattices = lattices(scene, shooting, toward_eye, origin, &visible.media, scouted.flown);
         (gather, lattices)
     };
-    let (gather, mut lattices) = Depth::choices(scene, shooting)
+    let (gather, mut lattices) = choices
         .into_iter()
         .filter(|_| keeps)
         .map(empty)
@@ -246,12 +252,13 @@ fn windowed<S: Spectrum, H: Heading>(paths: &mut Paths<'_>, count: u64) -> Scout
 }
 
 /// Empty lattices, one a medium, where light can be kept on lattices: where all media have an end
-/// and lie before the eye, and cells are thin. They hold what `phases`, one a medium, scatter toward
-/// the eye, or else moments. All flights together are `flown` metres long.
+/// and lie before the eye, and cells are thin. They hold what phase functions, one a medium, scatter
+/// `toward_eye` where cells are at most so many times as fine as suits the flights, or else moments.
+/// All flights together are `flown` metres long.
 fn lattices<'a, S: Spectrum>(
     scene: &'a Scene,
     shooting: &Shooting,
-    phases: Option<&'a [Phase]>,
+    toward_eye: Option<(&'a [Phase], f64)>,
     origin: WorldPoint,
     visible: &[WorldPoint],
     flown: f64,
@@ -260,15 +267,16 @@ fn lattices<'a, S: Spectrum>(
         if !is_before(scene, medium) {
             return None;
         }
-        let phase = phases.map_or(&Phase::ISOTROPIC, |phases| &phases[index]);
-        let holds = match phases {
-            Some(_) => Holds::TowardEye(phase, &scene.camera),
-            None => Holds::Moments,
-        };
-        // Fluence varies over the way in which light forgets where it came from.
-        let forgets = match phases {
-            Some(_) => 1.0,
-            None => (FINE * (1.0 - medium.phase.mean_cosine())).min(1.0),
+        let (phase, holds, forgets, finer) = match toward_eye {
+            Some((phases, finer)) => {
+                (&phases[index], Holds::TowardEye(&phases[index], &scene.camera), 1.0, finer)
+            }
+            // Fluence varies over the way in which light forgets where it came from. Moments are
+            // asked at many places, which even out what wide cells blur.
+            None => {
+                let forgets = (FINE * (1.0 - medium.phase.mean_cosine())).min(1.0);
+                (&Phase::ISOTROPIC, Holds::Moments, forgets, f64::INFINITY)
+            }
         };
         let thin = thin_edge(medium, visible) / forgets;
         let edge = match shooting.radius {
@@ -276,8 +284,7 @@ fn lattices<'a, S: Spectrum>(
             Some(_) => return None,
             None => {
                 let edge = edge_for_flights(medium.density.volume()?, flown, phase);
-                // Moments are asked at many places, which even out what wide cells blur.
-                if edge > FINER * thin && phases.is_some() {
+                if edge > finer * thin {
                     return None;
                 }
                 edge.min(thin)
