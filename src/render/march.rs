@@ -280,7 +280,7 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
         let lattice = self.maps.lattices.get(medium).filter(|_| self.maps.gather.is_none());
         let indirect = lattice.map_or(S::ZERO, |l| l.at(p, level));
         let direct = self.maps.direct.get(medium);
-        indirect + direct.map_or(S::ZERO, |d| d.at(self.scene, p, &mut state.draws))
+        indirect + direct.map_or(S::ZERO, |d| d.near(self.scene, p, &mut state.draws))
     }
 
     /// Light of the photons along `ray`.

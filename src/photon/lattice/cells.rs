@@ -1,10 +1,12 @@
 //! The finished lattice.
 
-use glam::{DVec3, IVec3};
+use std::ops::{Add, Mul};
+
+use glam::{DVec3, IVec3, Vec3};
 
 use crate::math::{Rgb, Spectrum, WorldPoint};
 
-use super::shape::{BRICK, Cells, trilinear};
+use super::shape::{BRICK, Cells};
 
 /// Values along an edge of a brick: its own and its neighbours' first.
 pub(super) const SIDE: usize = (1 << BRICK) + 1;
@@ -90,4 +92,16 @@ fn blend<S: Spectrum>(brick: &Brick<S>, within: IVec3, f: DVec3) -> S {
         S::unpack(brick[first + (x as usize * SIDE + y as usize) * SIDE + z as usize])
     };
     S::long(trilinear(corner, f.as_vec3()))
+}
+
+/// The trilinear value between eight corners, which `corner` tells, at the fraction `f` of the way
+/// from the first along each axis.
+fn trilinear<T: Add<Output = T> + Mul<f32, Output = T>>(
+    mut corner: impl FnMut(i32, i32, i32) -> T,
+    f: Vec3,
+) -> T {
+    let lerp = |from: T, to: T, f: f32| from * (1.0 - f) + to * f;
+    let mut along = |x, y| lerp(corner(x, y, 0), corner(x, y, 1), f.z);
+    let mut side = |x| lerp(along(x, 0), along(x, 1), f.y);
+    lerp(side(0), side(1), f.x)
 }

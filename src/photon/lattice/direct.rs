@@ -12,7 +12,7 @@ use crate::scene::Scene;
 use crate::scene::lighting::{self, Draws};
 
 use super::edge::edge_for_direct;
-use super::shape::{BRICK, Cells, VOLUME, cell_index, trilinear};
+use super::shape::{BRICK, Cells, VOLUME, cell_index};
 
 /// Cells within which a lamp is too near for its light to be kept.
 const NEAR: f64 = 8.0;
@@ -98,14 +98,16 @@ impl<S: Spectrum> DirectLattice<S> {
         }
     }
 
-    /// The light scattered at `p` per unit of sigma_s, W/(m² sr): trilinear between the centres of
-    /// the cells, 0 where there are none. `draws` counts the work, each cell's once.
-    pub fn at(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> S {
+    /// The light scattered at `p` per unit of sigma_s, W/(m² sr), of one of the eight cells round it,
+    /// drawn with the weight that it has in trilinear interpolation: that is what comes out on
+    /// average, and of the cells that few rays ask for an eighth has to be found. 0 where there are
+    /// none. `draws` counts the work, each cell's once.
+    pub fn near(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> S {
         let local = self.cells.local(p) - 0.5;
         let low = local.floor();
-        let first = low.as_ivec3();
-        let corner = |x, y, z| self.cell(scene, first + IVec3::new(x, y, z), draws);
-        S::long(trilinear(corner, (local - low).as_vec3()))
+        let [x, y, z] =
+            (local - low).to_array().map(|share| i32::from(draws.rng.uniform() < share));
+        S::long(self.cell(scene, low.as_ivec3() + IVec3::new(x, y, z), draws))
     }
 
     /// The value of a cell. Threads that ask for it at once find the same.

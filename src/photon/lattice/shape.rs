@@ -1,8 +1,6 @@
 //! Which cells a lattice has.
 
-use std::ops::{Add, Mul};
-
-use glam::{DVec3, IVec3, Vec3};
+use glam::{DVec3, IVec3};
 
 use crate::math::{Aabb, World, WorldPoint};
 use crate::medium::Density;
@@ -28,18 +26,6 @@ const NONE: u32 = u32::MAX;
 /// Place among a brick's cells, z fastest.
 pub(super) fn cell_index(within: IVec3) -> usize {
     ((within.x << (2 * BRICK)) + (within.y << BRICK) + within.z) as usize
-}
-
-/// The trilinear value between eight corners, which `corner` tells, at the fraction `f` of the way
-/// from the first along each axis.
-pub(super) fn trilinear<T: Add<Output = T> + Mul<f32, Output = T>>(
-    mut corner: impl FnMut(i32, i32, i32) -> T,
-    f: Vec3,
-) -> T {
-    let lerp = |from: T, to: T, f: f32| from * (1.0 - f) + to * f;
-    let mut along = |x, y| lerp(corner(x, y, 0), corner(x, y, 1), f.z);
-    let mut side = |x| lerp(along(x, 0), along(x, 1), f.y);
-    lerp(side(0), side(1), f.x)
 }
 
 /// The cells of a lattice: bricks of 8³ round a medium.
