@@ -1,8 +1,6 @@
 //! The finished lattice.
 
-use std::ops::{Add, Mul};
-
-use glam::{DVec3, IVec3, Vec3};
+use glam::{DVec3, IVec3};
 
 use crate::math::{Rgb, Spectrum, WorldPoint};
 
@@ -85,23 +83,14 @@ impl<S: Spectrum> Lattice<S> {
     }
 }
 
-/// The trilinear value at the fraction `f` of the cell `within` a brick.
+/// The trilinear value at the fraction `f` of the way from the centre of the cell `within` a brick to
+/// the next along each axis.
 fn blend<S: Spectrum>(brick: &Brick<S>, within: IVec3, f: DVec3) -> S {
     let first = (within.x as usize * SIDE + within.y as usize) * SIDE + within.z as usize;
-    let corner = |x: i32, y: i32, z: i32| {
-        S::unpack(brick[first + (x as usize * SIDE + y as usize) * SIDE + z as usize])
-    };
-    S::long(trilinear(corner, f.as_vec3()))
-}
-
-/// The trilinear value between eight corners, which `corner` tells, at the fraction `f` of the way
-/// from the first along each axis.
-fn trilinear<T: Add<Output = T> + Mul<f32, Output = T>>(
-    mut corner: impl FnMut(i32, i32, i32) -> T,
-    f: Vec3,
-) -> T {
-    let lerp = |from: T, to: T, f: f32| from * (1.0 - f) + to * f;
-    let mut along = |x, y| lerp(corner(x, y, 0), corner(x, y, 1), f.z);
-    let mut side = |x| lerp(along(x, 0), along(x, 1), f.y);
-    lerp(side(0), side(1), f.x)
+    let f = f.as_vec3();
+    let corner = |x, y, z| S::unpack(brick[first + (x * SIDE + y) * SIDE + z]);
+    let lerp = |from: S::Short, to: S::Short, f: f32| from * (1.0 - f) + to * f;
+    let along = |x, y| lerp(corner(x, y, 0), corner(x, y, 1), f.z);
+    let side = |x| lerp(along(x, 0), along(x, 1), f.y);
+    S::long(lerp(side(0), side(1), f.x))
 }
