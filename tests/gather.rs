@@ -1,5 +1,7 @@
 //! Final gathers in media with peaked phase functions, against the reference.
 
+use std::fmt::Write as _;
+
 use fogbow::image::{Film, write_exr_layers};
 use fogbow::render::{Silent, render, render_reference};
 use fogbow::scene::{FinalGather, LoadOptions, Overrides, RenderSettings, Scene};
@@ -142,4 +144,37 @@ fn gathers_find_all_light_once() {
     for (found, right) in found.iter().zip(&right) {
         assert!((found / right - 1.0).abs() < 0.05, "{found} not {right}");
     }
+}
+
+/// Light that lamps of all kinds, more than are all asked, send into a peaked haze is mostly scattered
+/// twice or thrice on its way to the eye. Cells of moments leave it 1 % bright, means of one seed scatter
+/// by 0.7 %, the reference by 0.4 %; light counted twice would be tens of per cent.
+#[test]
+fn gathers_find_what_lamps_send() {
+    let mut text = EVERYTHING.split("[[medium]]").next().unwrap().replace("24, 24", "48, 48");
+    text += r#"
+        [[medium]]
+        region = { box = { min = [-1.2, -0.8, -0.8], max = [0.9, 0.9, 0.8] } }
+        sigma_t = 1.5
+        albedo = 0.98
+        phase = { type = "henyey-greenstein", g = 0.8 }
+        [[light]]
+        type = "sun"
+        direction = [0.5, -0.8, 0.2]
+        irradiance = 4.0
+        [[light]]
+        type = "area"
+        center = [0.0, 3.0, 0.0]
+        u = [1.0, 0.0, 0.0]
+        v = [0.0, 0.0, 1.0]
+        radiance = 3.0
+    "#;
+    for place in ["2.5, 0.0, -1.5", "0.0, -2.5, -1.5", "-2.0, 2.0, -1.5", "-2.5, -1.0, -1.5"] {
+        writeln!(text, "[[light]]\ntype = 'point'\nposition = [{place}]\nintensity = 5.0").unwrap();
+    }
+    let (fast, exact) = (scene(&text, 64, 400_000), scene(&text, 1000, 0));
+    let total = |film: &Film| film.layer("G").unwrap().iter().map(|v| f64::from(*v)).sum::<f64>();
+    let found = total(&render(&fast, &fast.render, &Silent).unwrap().film);
+    let right = total(&render_reference(&exact, &exact.render, &Silent).film);
+    assert!((found / right - 1.0).abs() < 0.04, "{found} not {right}");
 }

@@ -46,6 +46,13 @@ pub struct LightSample {
     pub delta: bool,
 }
 
+impl LightSample {
+    /// Whether any light comes.
+    pub fn shines(&self) -> bool {
+        self.pdf > 0.0 && self.radiance != Rgb::ZERO
+    }
+}
+
 /// The start of a photon's path.
 #[derive(Debug, Clone, Copy)]
 pub struct PhotonStart {

@@ -2,7 +2,8 @@
 //!
 //! See [`Depth`] for when that is. A ray is scattered at a place spread by opacity along the
 //! eye's, as its phase function says, and flies on by null-collision tracking. Wherever it is
-//! scattered again, light that comes straight from lights is sampled; light from all around is found
+//! scattered again, light that comes straight from lights is sampled, of which rays sent nearly at
+//! those find a part; light from all around is found
 //! where it leaves the media, weighed by the balance heuristic (Veach 1997, section 9.2.2) unless it
 //! is the same on all sides; a diffuse surface ends it, with the light that photons brought there.
 
@@ -21,24 +22,47 @@ use super::march::Marcher;
 const MAX_EVENTS: u32 = 10_000;
 
 /// A ray on its way.
-struct Walk<S> {
+pub(super) struct Walk<S> {
     ray: Ray<World>,
     /// What its light counts.
-    throughput: S,
+    pub(super) throughput: S,
     light: S,
     /// What is left of the second moment.
     left: f64,
     /// Which of the lattices' levels is asked.
     level: usize,
-    /// Density with which the last scattering chose the direction, and its place; nothing behind a
-    /// mirror.
-    scattered: Option<(f64, WorldPoint)>,
+    /// What the last scattering chose; nothing behind a mirror.
+    scattered: Option<Scattered>,
     /// How many solids of glass it is inside of.
     inside: i32,
 }
 
+impl<S: Spectrum> Walk<S> {
+    /// Starts along `ray`.
+    pub(super) const fn along(ray: Ray<World>) -> Self {
+        Self {
+            ray,
+            throughput: S::ONE,
+            light: S::ZERO,
+            left: 1.0,
+            level: 0,
+            scattered: None,
+            inside: 0,
+        }
+    }
+}
+
+/// How the last scattering chose a ray's direction.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scattered {
+    pub(super) at: WorldPoint,
+    pub(super) medium: usize,
+    /// Density of the direction, 1/sr.
+    pub(super) pdf: f64,
+}
+
 /// Where a flight led.
-enum Flown {
+pub(super) enum Flown {
     /// As far as there is.
     Through,
     /// Scattered at this distance by this medium.
@@ -62,15 +86,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         let p = ray.at(place.t);
         let Some((medium, share)) = self.scatterer(p, state) else { return S::ZERO };
         state.draws.work.gathers += 1;
-        let mut walk = Walk {
-            ray: *ray,
-            throughput: S::ONE,
-            light: S::ZERO,
-            left: 1.0,
-            level: self.maps.level(radius),
-            scattered: None,
-            inside: 0,
-        };
+        let mut walk = Walk { level: self.maps.level(radius), ..Walk::along(*ray) };
         // What stands in for the light of other rays is told for the whole ray.
         let told = std::mem::take(&mut state.stands_in);
         if self.scatter(gather, &mut walk, p, medium, [c, d], &mut state.draws) {
@@ -119,9 +135,10 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         };
         walk.left = left;
         walk.light += walk.throughput * self.skylight(p, -incoming, phase, draws);
+        walk.light += walk.throughput * self.sent_at_lights(p, incoming, medium, draws);
         let (direction, pdf) = phase.sample(incoming, u);
         walk.ray = Ray::new(p, direction);
-        walk.scattered = Some((pdf, p));
+        walk.scattered = Some(Scattered { at: p, medium, pdf });
         true
     }
 
@@ -158,7 +175,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
     }
 
     /// Flies through the media as far as `end`, and adds what they give off.
-    fn fly(&self, walk: &mut Walk<S>, end: f64, draws: &mut Draws) -> Flown {
+    pub(super) fn fly(&self, walk: &mut Walk<S>, end: f64, draws: &mut Draws) -> Flown {
         let media = &self.scene.media;
         let span = Span::new(0.0, end);
         let mut flights = media.flights(&walk.ray, span, walk.throughput, &mut draws.rng);
@@ -210,14 +227,15 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
             if self.found[index] {
                 return S::ZERO;
             }
+            let left = walk.scattered.map_or(1.0, |s| self.left_to(&s, -toward, index));
             // Light from where the phase function lets little come is seldom asked for.
-            let value = phase.eval(-light.direction.dot(toward));
+            let value = left * phase.eval(-light.direction.dot(toward));
             let survival = (value / warp::uniform_sphere_pdf()).min(1.0);
             if draws.rng.uniform() >= survival {
                 return S::ZERO;
             }
             let of = lighting::scattered(self.scene, p, toward, &scatterers, light, draws);
-            of / (survival * choice * light.pdf)
+            of * (left / (survival * choice * light.pdf))
         })
     }
 
@@ -243,7 +261,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
 
     /// Adds what the ray sees of the sky.
     fn sky(&self, walk: &mut Walk<S>, draws: &mut Draws) {
-        let Some((pdf, from)) = walk.scattered else {
+        let Some(Scattered { pdf, at: from, .. }) = walk.scattered else {
             let sky = lighting::environment(self.scene, &walk.ray, draws);
             walk.light += walk.throughput * S::of(sky);
             return;

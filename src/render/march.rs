@@ -30,6 +30,10 @@ const LOOKUPS: u32 = 8;
 /// Such places where cells are widest.
 const FEWEST_LOOKUPS: u32 = 2;
 
+/// [`concentration`](Phase::concentration) of a phase function from which final gathers send rays
+/// nearly at lights.
+const AIMED: f64 = 6.0;
+
 /// How far beyond a surface photons in front of it are gathered, in radii.
 const MOST_BEYOND: f64 = 4.0;
 
@@ -80,6 +84,8 @@ pub struct Marcher<'a, S: Spectrum, H: Heading> {
     /// For each light whether final gathers find what comes straight from it: the sky, where
     /// lattices keep that.
     pub(super) found: Vec<bool>,
+    /// For each medium whether final gathers send rays nearly at lights where it scatters.
+    pub(super) aims: Vec<bool>,
 }
 
 impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
@@ -108,7 +114,8 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
             .collect();
         let phases = media.iter().map(|m| m.phase).collect();
         let peaked = maps.scatterings.iter().any(|scattering| scattering.peak.is_some());
-        Self { scene, maps, needs, peaked, lookups, isotropic, phases, kept, all_kept, found }
+        let aims = media.iter().map(|m| m.phase.concentration() > AIMED).collect();
+        Self { scene, maps, needs, peaked, lookups, isotropic, phases, kept, all_kept, found, aims }
     }
 
     /// What the media in front of `hit` do to the ray of `way`.

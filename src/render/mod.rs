@@ -3,6 +3,7 @@
 //! Only this room knows both the budget of a pixel and the estimators; below it plain numbers are
 //! passed. The unbiased reference renders the same scene onto the same film.
 
+mod aimed;
 mod checkpoint;
 mod checkpoint_file;
 mod clock;

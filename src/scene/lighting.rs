@@ -122,7 +122,7 @@ pub fn each_light<S: Spectrum>(
     let u = draws.rng.uniform();
     let mut of = |index: usize, probability: f64, draws: &mut Draws| {
         let sample = scene.lights.lights[index].sample(at, place(index, draws));
-        let light = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO);
+        let light = sample.filter(LightSample::shines);
         light.map_or(S::ZERO, |light| contribution(index, &light, probability, draws))
     };
     if !draws.needs.light_choice {
