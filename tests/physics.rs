@@ -43,11 +43,11 @@ fn slab(albedo: f64, thickness: f64, g: f64, from_above: bool) -> String {
         position = [0.0, {y}, 0.0]
         target = [0.0, 0.5, 0.0]
         up = [0.0, 0.0, 1.0]
-        height = 12.0
+        height = 6.0
         [film]
         size = [16, 16]
         [[medium]]
-        region = {{ box = {{ min = [-20.0, 0.0, -20.0], max = [20.0, 1.0, 20.0] }} }}
+        region = {{ box = {{ min = [-9.0, 0.0, -9.0], max = [9.0, 1.0, 9.0] }} }}
         sigma_t = {thickness:?}
         albedo = {albedo:?}
         phase = {{ type = "henyey-greenstein", g = {g:?} }}
@@ -98,7 +98,7 @@ fn slabs_by_photon_map_and_march() {
     for (albedo, thickness, g, reflectance, transmittance) in SLABS {
         for (from_above, expected) in [(true, reflectance), (false, transmittance)] {
             let text = slab(albedo, thickness, g, from_above);
-            let photons = if g > 0.8 { 300_000 } else { 100_000 };
+            let photons = if g > 0.8 { 75_000 } else { 25_000 };
             let scene = scene(folder.path(), &text, 128, photons);
             let values: Vec<f64> = (0..SEEDS)
                 .map(|seed| {
