@@ -25,7 +25,7 @@ class Reached:
         return f"{self.bound}{space}{self.seconds:.3g}"
 
 
-def _front(curve: list[tuple[float, float]]) -> list[tuple[float, float]]:
+def front(curve: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """The points that are better than all sooner ones, by time."""
     front: list[tuple[float, float]] = []
     for seconds, error in sorted(curve):
@@ -36,7 +36,7 @@ def _front(curve: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 def time_to(curve: list[tuple[float, float]], error: float) -> Reached:
     """When `curve`, points of seconds and error, first gets to `error`."""
-    points = _front(curve)
+    points = front(curve)
     if points[0][1] <= error:
         return Reached(points[0][0], BELOW)
     for (t0, e0), (t1, e1) in pairwise(points):

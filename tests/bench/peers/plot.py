@@ -9,6 +9,8 @@ matplotlib.rcParams["svg.hashsalt"] = "fogbow"
 from matplotlib import pyplot  # noqa: E402
 from matplotlib.ticker import NullFormatter  # noqa: E402
 
+from equal_error import front  # noqa: E402
+
 # Colour, marker and line of each renderer: fogbow's in warm colours, peers in cold ones.
 STYLES = {
     "fogbow-fixed": ("#d1495b", "o", "-"),
@@ -25,19 +27,19 @@ ROWS = (("relmse", "relative MSE"), ("flip", "FLIP"))
 
 
 def draw(scenes: list[dict], path: Path) -> None:
-    """`scenes` hold a title and points with renderer, seconds and errors."""
+    """`scenes` hold a title and points with renderer, seconds and errors. Lines join those points of
+    a renderer that are better than all sooner ones; the others are faint."""
     size = (4.2 * len(scenes), 3.4 * len(ROWS))
     figure, grid = pyplot.subplots(len(ROWS), len(scenes), figsize=size, squeeze=False)
     for column, scene in enumerate(scenes):
         for (error, label), axes in zip(ROWS, grid[:, column]):
             for renderer, (color, marker, line) in STYLES.items():
                 own = [p for p in scene["points"] if p["renderer"] == renderer]
-                own.sort(key=lambda p: (p["photons"] or 0, p["rays"]))
                 points = [(p["seconds"], p[error]) for p in own]
                 if points:
-                    axes.loglog(
-                        *zip(*points), color=color, marker=marker, ls=line, ms=4, label=renderer
-                    )
+                    look = {"color": color, "marker": marker, "ms": 4}
+                    axes.loglog(*zip(*points), ls="", alpha=0.3, **look)
+                    axes.loglog(*zip(*front(points)), ls=line, label=renderer, **look)
             axes.set_ylabel(label)
             axes.xaxis.set_minor_formatter(NullFormatter())
             axes.grid(which="both", alpha=0.25)
