@@ -11,6 +11,13 @@ use super::{BeamMap, Depth, DirectLattice, Heading, Lattice, Octahedral, Scatter
 /// How many times fewer photons each level of the volume photons has.
 pub(super) const THINNING: usize = 8;
 
+/// Places along a ray at which lattices are asked.
+const LOOKUPS: u32 = 8;
+
+/// Such places where cells are widest, or noise is taken off the picture: it takes grain off, and
+/// each place may be a cell of direct light to fill.
+const FEWEST_LOOKUPS: u32 = 2;
+
 /// The photons of one render: in how many channels, and what is kept of their direction in media,
 /// the plan decides.
 #[derive(Debug)]
@@ -29,6 +36,8 @@ pub struct PhotonMaps<S: Spectrum = Rgb, H: Heading = Octahedral> {
     /// For each medium the light that comes straight from lights and is scattered toward the
     /// camera; empty where it is not kept.
     pub direct: Vec<DirectLattice<S>>,
+    /// Whether noise is taken off the picture in the end.
+    pub denoise: bool,
     /// How each medium scatters the light of volume photons.
     pub scatterings: Vec<Scattering>,
     /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
@@ -52,6 +61,7 @@ impl<S: Spectrum, H: Heading> PhotonMaps<S, H> {
             lattices: Vec::new(),
             gather: None,
             direct: Vec::new(),
+            denoise: false,
             scatterings: Vec::new(),
             volume_radius: radius,
             surface: SurfaceMap::default(),
@@ -102,5 +112,11 @@ impl<S: Spectrum, H: Heading> PhotonMaps<S, H> {
     pub fn level(&self, radius: f64) -> usize {
         let octaves = (radius / self.volume_radius).max(1.0).log2().round();
         (octaves as usize).min(self.volume.len() - 1)
+    }
+
+    /// At how many places along a ray lattices of this level are asked.
+    pub fn lookups(&self, level: usize) -> u32 {
+        let most = if self.denoise { FEWEST_LOOKUPS } else { LOOKUPS };
+        (most >> level).max(FEWEST_LOOKUPS)
     }
 }

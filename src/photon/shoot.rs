@@ -195,6 +195,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
         lattices,
         gather,
         direct,
+        denoise: shooting.denoise,
         scatterings,
         volume_radius,
         surface,

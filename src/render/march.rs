@@ -24,12 +24,6 @@ const PLACES: u32 = 4;
 /// many spread by opacity do where all lights are lamps.
 const PLACES_BESIDE: u32 = 2;
 
-/// Places along a ray, spread by opacity, at which lattices are asked.
-const LOOKUPS: u32 = 8;
-
-/// Such places where cells are widest.
-const FEWEST_LOOKUPS: u32 = 2;
-
 /// [`concentration`](Phase::concentration) of a phase function from which final gathers send rays
 /// nearly at lights.
 const AIMED: f64 = 6.0;
@@ -257,8 +251,7 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
         sum
     }
 
-    /// Light kept on lattices that is scattered along `ray`, at places spread by opacity: fewer
-    /// where cells are wider.
+    /// Light kept on lattices that is scattered along `ray`, at places spread by opacity.
     fn kept_along(
         &self,
         ray: &Ray<World>,
@@ -267,7 +260,7 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
         state: &mut State<S>,
     ) -> S {
         let level = self.maps.level(radius);
-        let lookups = (LOOKUPS >> level).max(FEWEST_LOOKUPS);
+        let lookups = self.maps.lookups(level);
         let mut sum = S::ZERO;
         for index in 0..lookups {
             let u = stratum(index, lookups, state);
