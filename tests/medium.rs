@@ -222,12 +222,47 @@ fn a_fine_profile_is_exact() {
 
                 let middle = (piece.span.start + piece.span.end) / 2.0;
                 let (transmittance, sigma_t) = profile.at(middle).unwrap();
-                let thickness = piece.before + piece.sigma_t * (middle - piece.span.start);
-                assert!(near(transmittance, (-thickness).exp()), "{name}");
-                assert_eq!(sigma_t, piece.sigma_t, "{name}");
+                let along = middle - piece.span.start;
+                assert_eq!(transmittance, (-piece.thickness_to(along)).exp(), "{name}");
+                assert!(near(sigma_t, piece.sigma_t), "{name}");
             }
             assert!(end <= span.end);
             assert!(profile.at(end + 1.0).is_none() && profile.at(span.start - 1.0).is_none());
+        }
+    }
+}
+
+/// Where density is a straight line within each cell, a profile is exact also between its borders,
+/// however thick a cell is.
+#[test]
+fn a_profile_knows_how_extinction_rises_within_cells() {
+    let stripes = |p: DVec3| (p.x / VOXEL * 12.9898).sin().abs();
+    let other = |p: DVec3| (p.y / VOXEL * 78.233).sin().abs();
+    for sigma_t in [1.0, 300.0, 1e5] {
+        let along_x = || medium(Density::Voxel(grid(0.4, stripes, vec![])), Rgb::splat(sigma_t));
+        let along_y =
+            || medium(Density::Voxel(grid(1.3, other, vec![])), Rgb::splat(sigma_t) * 0.3);
+        for media in [vec![along_x()], vec![along_x(), along_y()]] {
+            let media = Media::new(media);
+            for (ray, _) in rays() {
+                // Where no cell touches the faces of the grid.
+                let middle = -ray.origin.xyz.dot(ray.direction);
+                let span = Span::new(middle - 0.6, middle + 0.6).intersect(Span::AHEAD);
+                let profile = traced(&media, &ray, span, 0.0, 0.5);
+                for i in 0..500 {
+                    let t = span.start + span.length() * (f64::from(i) + 0.5) / 500.0;
+                    let Some((transmittance, extinction)) = profile.at(t) else { panic!("{t}") };
+                    let density = |m: &Medium| m.sigma_t * m.density.value(ray.at(t));
+                    let expected: Rgb = media.iter().map(density).sum();
+                    let off = (extinction - expected).abs().max_element();
+                    assert!(off < 1e-6 * sigma_t, "{extinction} for {expected} at {t}");
+                    let thickness = media.optical_thickness(&ray, Span::new(span.start, t)).x;
+                    if thickness < 600.0 {
+                        let off = (-transmittance.x.ln() - thickness).abs();
+                        assert!(off < 1e-6 * (1.0 + thickness), "{off} at {t} behind {thickness}");
+                    }
+                }
+            }
         }
     }
 }
@@ -257,8 +292,8 @@ fn source_integral(piece: &Piece) -> Rgb {
     (0..N)
         .map(|i| {
             let s = (f64::from(i) + 0.5) * dt;
-            let transmittance = (-piece.before - piece.sigma_t * s).exp();
-            transmittance * piece.sigma_t * source(piece.span.start + s) * dt
+            let flux = (-piece.thickness_to(s)).exp() * piece.sigma_t_at(s);
+            flux * source(piece.span.start + s) * dt
         })
         .sum()
 }

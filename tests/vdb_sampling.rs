@@ -192,9 +192,9 @@ fn pieces_follow_one_another_and_sum_up() {
             Span::new(far - 5.0, far + random.uniform() * 20.0)
         };
         let (mut sum, mut last) = (0.0, f64::NEG_INFINITY);
-        let _ = grid.cells(&ray, span, |piece, integral| {
+        let _ = grid.cells(&ray, span, |piece, integral, rise| {
             assert!(piece.start >= last && piece.end >= piece.start, "{piece:?} after {last}");
-            assert!(integral.is_finite() && integral >= 0.0);
+            assert!(integral.is_finite() && integral >= 0.0 && rise.is_finite());
             last = piece.end;
             sum += integral;
             ControlFlow::Continue(())

@@ -7,6 +7,8 @@ use crate::shape::Region;
 use crate::vdb::Grid;
 use crate::work::Work;
 
+use super::piece::Ramp;
+
 /// The density field of a medium, without unit.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is one a medium")]
@@ -48,7 +50,7 @@ impl Density {
                 steps += 1;
             }),
             Self::Voxel(grid) => {
-                let _ = grid.cells(&grid.transform().ray_to_local(ray), span, |_, integral| {
+                let _ = grid.cells(&grid.transform().ray_to_local(ray), span, |_, integral, _| {
                     sum += integral;
                     steps += 1;
                     ControlFlow::Continue(())
@@ -65,30 +67,30 @@ impl Density {
         matches!(self, Self::Voxel(_))
     }
 
-    /// Hands out consecutive pieces of `ray` (unit direction) front to back, each with its mean
-    /// density. Where density is 0 there need be no piece.
+    /// Hands out consecutive pieces of `ray` (unit direction) front to back, each with its density.
+    /// Where density is 0 there need be no piece.
     ///
     /// Homogeneous media give one piece a region crossing. Grids give one piece a crossed cell,
     /// integrated exactly, where `step` is at most a voxel; otherwise one piece of `step` metres
     /// each, by one sample at the fraction `jitter` of it. A little less than `step` divides the
     /// part of `span` inside the grid evenly, so that the mean over `jitter` is the exact integral.
-    pub fn pieces(
+    pub(super) fn pieces(
         &self,
         ray: &Ray<World>,
         span: Span,
         step: f64,
         jitter: f64,
-        mut f: impl FnMut(Span, f64),
+        mut f: impl FnMut(Span, Ramp),
     ) {
         match self {
             Self::Homogeneous(region) => {
-                region.spans(ray, span, |piece| f(piece, 1.0));
+                region.spans(ray, span, |piece| f(piece, Ramp::flat(1.0)));
             }
             Self::Voxel(grid) => {
                 let local = grid.transform().ray_to_local(ray);
                 if step <= grid.transform().unit_lengths().max_element() {
-                    let _ = grid.cells(&local, span, |piece, integral| {
-                        f(piece, integral / piece.length());
+                    let _ = grid.cells(&local, span, |piece, integral, rise| {
+                        f(piece, Ramp::new(integral / piece.length(), rise));
                         ControlFlow::Continue(())
                     });
                 } else {
@@ -100,7 +102,8 @@ impl Density {
                     let step = span.length() / (span.length() / step).ceil().max(1.0);
                     let lead = jitter * step;
                     grid.samples(&local, span, span.start + lead, step, |t, value| {
-                        f(Span::new(t - lead, t - lead + step).intersect(span), value);
+                        let piece = Span::new(t - lead, t - lead + step).intersect(span);
+                        f(piece, Ramp::flat(value));
                     });
                 }
             }

@@ -11,6 +11,7 @@ mod emission;
 mod flight;
 mod media;
 pub mod phase;
+mod piece;
 mod profile;
 mod refine;
 
@@ -20,7 +21,8 @@ pub use emission::{Emission, EmissionSampler, EmissionStart};
 pub use flight::{Collision, Flights};
 pub use media::{Media, Mixture};
 pub use phase::Phase;
-pub use profile::{Piece, Place, Profile};
+pub use piece::Piece;
+pub use profile::{Place, Profile};
 
 use glam::BVec3;
 

@@ -7,20 +7,8 @@ use crate::math::{Ray, Rgb, Span, Spectrum, World};
 use crate::work::Work;
 
 use super::media::thickness_of;
+use super::piece::{Piece, Ramp};
 use super::{Emission, Media, Medium};
-
-/// A stretch of a ray with its mean coefficients.
-#[derive(Debug, Clone, Copy)]
-pub struct Piece<S = Rgb> {
-    /// Where it is, in metres along the ray.
-    pub span: Span,
-    /// Mean extinction coefficient, 1/m.
-    pub sigma_t: S,
-    /// Mean emission coefficient, W/(m³ sr).
-    pub emission: S,
-    /// Optical thickness from the start of the ray to the start of the piece.
-    pub before: S,
-}
 
 /// A place on a ray where light may scatter toward its start.
 #[derive(Debug, Clone, Copy)]
@@ -52,10 +40,10 @@ pub struct Profile<S = Rgb> {
     emission_lookups: u64,
 }
 
-/// One field along the ray: pieces with a mean value, and what a unit of the value amounts to.
+/// One field along the ray: pieces with their values, and what a unit of the value amounts to.
 #[derive(Debug, Default)]
 struct Track<S> {
-    pieces: Vec<(Span, f64)>,
+    pieces: Vec<(Span, Ramp)>,
     sigma_t: S,
     emission: EmissionRate<S>,
 }
@@ -109,8 +97,8 @@ impl<S: Spectrum> Profile<S> {
         let pieces = &mut self.pieces;
         medium.density.pieces(ray, span, step, jitter, |piece, value| {
             steps += 1;
-            if value > 0.0 && !piece.is_empty() {
-                push(pieces, &mut total, piece, sigma_t * value, S::ZERO);
+            if value.mean > 0.0 && !piece.is_empty() {
+                push(pieces, &mut total, piece, value.times(sigma_t), S::ZERO);
             }
         });
         (self.total, self.steps) = (total, steps);
@@ -130,7 +118,7 @@ impl<S: Spectrum> Profile<S> {
             let mut steps = 0;
             medium.density.pieces(ray, span, step, jitter, |piece, value| {
                 steps += 1;
-                if value > 0.0 && !piece.is_empty() {
+                if value.mean > 0.0 && !piece.is_empty() {
                     track.pieces.push((piece, value));
                 }
             });
@@ -145,10 +133,10 @@ impl<S: Spectrum> Profile<S> {
                 track.emission = EmissionRate::PerUnit(S::of(*color));
                 let local = grid.transform().ray_to_local(ray);
                 let mut steps = 0;
-                let _ = grid.cells(&local, span, |piece, integral| {
+                let _ = grid.cells(&local, span, |piece, integral, _| {
                     steps += 1;
                     if integral > 0.0 && !piece.is_empty() {
-                        track.pieces.push((piece, integral / piece.length()));
+                        track.pieces.push((piece, Ramp::flat(integral / piece.length())));
                     }
                     ControlFlow::Continue(())
                 });
@@ -172,8 +160,8 @@ impl<S: Spectrum> Profile<S> {
                     &mut self.pieces,
                     &mut self.total,
                     piece,
-                    track.sigma_t * value,
-                    emission(track.emission, value, piece),
+                    value.times(track.sigma_t),
+                    emission(track.emission, value.mean, piece),
                 );
             }
         } else {
@@ -191,18 +179,23 @@ impl<S: Spectrum> Profile<S> {
         let mut at: Vec<usize> = vec![0; self.tracks.len()];
         for border in self.borders.windows(2) {
             let piece = Span::new(border[0], border[1]);
-            let (mut sigma_t, mut emitted) = (S::ZERO, S::ZERO);
+            let mut sigma_t = Ramp { mean: S::ZERO, rise: S::ZERO };
+            let mut emitted = S::ZERO;
             for (track, at) in self.tracks.iter().zip(&mut at) {
                 while track.pieces.get(*at).is_some_and(|p| p.0.end <= piece.start) {
                     *at += 1;
                 }
-                if let Some((_, value)) = track.pieces.get(*at).filter(|p| p.0.start <= piece.start)
+                if let Some((whole, value)) =
+                    track.pieces.get(*at).filter(|p| p.0.start <= piece.start)
                 {
-                    sigma_t += track.sigma_t * *value;
-                    emitted += emission(track.emission, *value, piece);
+                    let value = value.part(*whole, piece);
+                    let Ramp { mean, rise } = value.times(track.sigma_t);
+                    sigma_t.mean += mean;
+                    sigma_t.rise += rise;
+                    emitted += emission(track.emission, value.mean, piece);
                 }
             }
-            if sigma_t != S::ZERO || emitted != S::ZERO {
+            if sigma_t.mean != S::ZERO || emitted != S::ZERO {
                 push(&mut self.pieces, &mut self.total, piece, sigma_t, emitted);
             }
         }
@@ -237,8 +230,9 @@ impl<S: Spectrum> Profile<S> {
         (-self.total).exp()
     }
 
-    /// Light emitted along the ray that arrives at its start, W/(m² sr): exact for coefficients
-    /// constant over each piece (the exponential integrator of Novák et al. 2018, section 2).
+    /// Light emitted along the ray that arrives at its start, W/(m² sr): exact where emission is
+    /// proportional to extinction within each piece (the exponential integrator of Novák et al. 2018,
+    /// section 2).
     pub fn emitted(&self) -> S {
         let mut sum = S::ZERO;
         for piece in &self.pieces {
@@ -257,13 +251,14 @@ impl<S: Spectrum> Profile<S> {
         let index = self.pieces.partition_point(|p| p.span.start <= t).checked_sub(1)?;
         let piece = &self.pieces[index];
         (t <= piece.span.end).then(|| {
-            let thickness = piece.before + piece.sigma_t * (t - piece.span.start);
+            let along = t - piece.span.start;
+            let thickness = piece.thickness_to(along);
             let transmittance = if self.grey {
                 S::splat((-thickness.channel(0)).exp())
             } else {
                 (-thickness).exp()
             };
-            (transmittance, piece.sigma_t)
+            (transmittance, piece.sigma_t_at(along))
         })
     }
 
@@ -281,12 +276,8 @@ impl<S: Spectrum> Profile<S> {
         let before = |piece: &Piece<S>| piece.before.channel(channel);
         let index = self.pieces.partition_point(|p| before(p) <= target).checked_sub(1)?;
         let piece = &self.pieces[index];
-        let sigma_t = piece.sigma_t.channel(channel);
-        if sigma_t <= 0.0 {
-            return None;
-        }
-        let along = ((target - before(piece)) / sigma_t).min(piece.span.length());
-        let flux = (-piece.before - thickness_of(piece.sigma_t, along)).exp() * piece.sigma_t;
+        let along = piece.reach(target, channel)?;
+        let flux = (-piece.thickness_to(along)).exp() * piece.sigma_t_at(along);
         self.place(piece.span.start + along, flux)
     }
 
@@ -334,11 +325,12 @@ fn push<S: Spectrum>(
     pieces: &mut Vec<Piece<S>>,
     total: &mut S,
     span: Span,
-    sigma_t: S,
+    sigma_t: Ramp<S>,
     emission: S,
 ) {
-    pieces.push(Piece { span, sigma_t, emission, before: *total });
-    *total += thickness_of(sigma_t, span.length());
+    let Ramp { mean, rise } = sigma_t;
+    pieces.push(Piece { span, sigma_t: mean, rise, emission, before: *total });
+    *total += thickness_of(mean, span.length());
 }
 
 /// The integral of exp(-sigma_t s) for s from 0 to `length`, in metres.

@@ -24,41 +24,45 @@ impl Grid<f32> {
     /// per unit of extinction.
     pub fn integrate(&self, ray: &Ray<Index>, span: Span) -> f64 {
         let mut sum = 0.0;
-        let _ = self.cells(ray, span, |_, integral| {
+        let _ = self.cells(ray, span, |_, integral, _| {
             sum += integral;
             ControlFlow::Continue(())
         });
         sum
     }
 
-    /// Hands out the pieces of `ray` within `span`, front to back, with the integral of the value
-    /// over each: one a crossed cell, one a constant block. Blocks of zeros are left out. `f` ends
-    /// the walk with [`ControlFlow::Break`], which is then returned.
+    /// Hands out the pieces of `ray` within `span`, front to back: one a crossed cell, one a constant
+    /// block. Blocks of zeros are left out. `f` gets the integral of the value over the piece, and by
+    /// how much the value rises from its mean to the end of the piece: along the straight line
+    /// through the nodes of the quadrature, which may pass below 0. It ends the walk with
+    /// [`ControlFlow::Break`], which is then returned.
     #[inline]
     pub fn cells(
         &self,
         ray: &Ray<Index>,
         span: Span,
-        mut f: impl FnMut(Span, f64) -> ControlFlow<()>,
+        mut f: impl FnMut(Span, f64, f64) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let mut walk = Walk::new(self, ray, span);
         while let Some(piece) = walk.next_piece() {
             let t0 = walk.t0;
-            let mut give = |start: f64, end: f64, sum: f64| f(Span::new(t0 + start, t0 + end), sum);
+            let mut give = |start: f64, end: f64, sum: f64, rise: f64| {
+                f(Span::new(t0 + start, t0 + end), sum, rise)
+            };
             match piece.region.content {
                 Child::Constant(0.0) => {}
                 Child::Constant(v) => {
-                    give(piece.start, piece.end, f64::from(v) * (piece.end - piece.start))?;
+                    give(piece.start, piece.end, f64::from(v) * (piece.end - piece.start), 0.0)?;
                 }
                 Child::Node(i) => {
                     let brick = &self.tree().bricks[i as usize];
                     let [min, max] = self.tree().ranges[i as usize].map(f64::from);
                     // Rounding at a face must not leave the bounds that majorants rely on.
-                    brick_cells(&walk.ray, brick, &piece, &mut |start, end, sum| {
+                    brick_cells(&walk.ray, brick, &piece, &mut |start, end, sum, rise| {
                         let length = end - start;
                         let (least, most) = (min * length, max * length);
                         let sum = if sum > least { sum } else { least };
-                        give(start, end, if sum < most { sum } else { most })
+                        give(start, end, if sum < most { sum } else { most }, rise)
                     })?;
                 }
             }
@@ -74,7 +78,7 @@ fn brick_cells(
     ray: &LocalRay,
     brick: &Brick<f32>,
     piece: &Piece<f32>,
-    give: &mut impl FnMut(f64, f64, f64) -> ControlFlow<()>,
+    give: &mut impl FnMut(f64, f64, f64, f64) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
     let entry = ray.entry - piece.region.min.as_dvec3();
     let first = piece.cell - piece.region.min;
@@ -92,7 +96,8 @@ fn brick_cells(
         let end = if leaves { piece.end } else { nearest };
         if end > start {
             let cell = first + passed * ray.step;
-            give(start, end, cell_integral(brick, cell, entry, ray.direction, start, end))?;
+            let [integral, rise] = cell_integral(brick, cell, entry, ray.direction, start, end);
+            give(start, end, integral, rise)?;
             start = end;
         }
         if leaves {
@@ -119,7 +124,7 @@ fn inner_crossings(ray: &LocalRay, entry: DVec3, first: IVec3) -> [[f64; 8]; 3] 
     crossings
 }
 
-/// The integral over one cell between two s.
+/// The integral over one cell between two s, and the rise to the second.
 #[inline]
 fn cell_integral(
     brick: &Brick<f32>,
@@ -128,10 +133,11 @@ fn cell_integral(
     direction: DVec3,
     start: f64,
     end: f64,
-) -> f64 {
+) -> [f64; 2] {
     let corners = corners(brick, number(cell & 7)); // in range already: this tells the compiler
     let (middle, half) = ((start + end) * 0.5, (end - start) * 0.5);
     let origin = entry - cell.as_dvec3() + direction * middle;
     let offset = direction * (half * NODE);
-    half * (f32::blend(corners, origin - offset) + f32::blend(corners, origin + offset))
+    let values = [origin - offset, origin + offset].map(|at| f32::blend(corners, at));
+    [half * (values[0] + values[1]), (values[1] - values[0]) / (2.0 * NODE)]
 }

@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (all, seen) = (count(&steps), count(&inside));
     let mut cells = 0;
     for (ray, span) in &rays {
-        let _ = grid.cells(ray, *span, |_, _| {
+        let _ = grid.cells(ray, *span, |_, _, _| {
             cells += 1;
             std::ops::ControlFlow::Continue(())
         });

@@ -44,7 +44,7 @@ fn furnaces(effort: Effort) -> Vec<Case> {
         };
         let name = format!("white-furnace/{name}");
         let source = "energy is kept: the sky's radiance";
-        both(&name, source, scenes::mean, radiance, Work::of(effort, 8, 40_000, 32), text)
+        both(&name, source, scenes::mean, radiance, Work::of(effort, 8, 40_000, 32), vec![], text)
     };
     [("isotropic", 0.0, 1.0), ("g=0.9", 0.9, 1.0), ("bright", 0.0, 1e5)].map(case).into()
 }

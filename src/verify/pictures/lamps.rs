@@ -55,7 +55,7 @@ fn fluences(effort: Effort) -> Vec<Case> {
         let (photons, rays) = if far { (40_000, 16) } else { (20_000, 8) };
         let work = Work::of(effort, 4, photons, rays);
         let work = if far { Work { error: 2.0 * work.error, ..work } } else { work };
-        both(&name, source, measure, expected - straight, work, text)
+        both(&name, source, measure, expected - straight, work, vec![], text)
     };
     POINT_FLUENCES.map(case).into()
 }
@@ -90,7 +90,7 @@ fn airlights(effort: Effort) -> Vec<Case> {
         };
         let name = format!("airlight/angle={angle}");
         let work = Work::of(effort, 200, 0, 1000);
-        both(&name, "Sun et al. 2005, equation 9", scenes::mean, expected, work, text)
+        both(&name, "Sun et al. 2005, equation 9", scenes::mean, expected, work, vec![], text)
     };
     [0.1, 0.5, 1.0, 2.0, 3.0].map(case).into()
 }

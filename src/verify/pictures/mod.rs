@@ -104,27 +104,28 @@ impl Work {
 }
 
 /// A case run by the photon map and by the reference; `text` gives the scene for a number of rays
-/// and of photons.
+/// and of photons, `grids` what lies beside it as `grids.vdb`.
 fn both(
     name: &str,
     source: &'static str,
     measure: impl Fn(&Film) -> f64 + Copy + Send + Sync + 'static,
     expected: f64,
     work: Work,
+    grids: Vec<GridToWrite>,
     text: impl Fn(u64, u64) -> String + Send + Sync + 'static,
 ) -> Case {
     Case::new(Group::ClosedForms, name, [source, NOISE], move |parts: &Parts| {
         let close = Closeness { bias: 0.01, error: work.error };
         let scene = text(work.rays, work.photons);
         let mut checks =
-            compare("photon map", &parts.render, &scene, &[], measure, expected, close)?;
+            compare("photon map", &parts.render, &scene, &grids, measure, expected, close)?;
         let close = Closeness { bias: 0.0, ..close };
         let scene = text(work.reference, 0);
         checks.extend(compare(
             "reference",
             &parts.reference,
             &scene,
-            &[],
+            &grids,
             measure,
             expected,
             close,

@@ -1,15 +1,18 @@
 //! Slabs and half-spaces: what they send back and let through.
 
+use glam::IVec3;
+
 use super::super::adding_doubling::slab;
 use super::super::case::{Case, Effort, Group};
 use super::super::known::HALF_SPACES;
-use super::super::{Check, scenes};
+use super::super::{Check, fields, scenes};
 use super::{Work, both};
 use crate::error::Result;
 
 pub(super) fn cases(effort: Effort) -> Vec<Case> {
     let mut cases = slabs(effort);
     cases.extend(half_spaces(effort));
+    cases.extend(half_spaces_of_voxels(effort));
     cases.push(reciprocity(effort));
     cases
 }
@@ -73,7 +76,7 @@ fn slabs(effort: Effort) -> Vec<Case> {
             let name = format!("slab/{what}/albedo={albedo}/thickness={thickness}/g={g}");
             let text = move |rays, photons| of.text(from_above, rays, photons);
             let work = Work::of(effort, 16, 20_000, 32);
-            cases.push(both(&name, "adding-doubling", scenes::mean, expected, work, text));
+            cases.push(both(&name, "adding-doubling", scenes::mean, expected, work, vec![], text));
         }
     }
     cases
@@ -88,9 +91,52 @@ fn half_spaces(effort: Effort) -> Vec<Case> {
         // Where much is absorbed paths are short and few come back.
         let rays = if albedo < 0.8 { 32 } else { 8 };
         let source = "1 - H(1) sqrt(1 - albedo), Chandrasekhar 1960";
-        both(&name, source, scenes::mean, expected, Work::of(effort, 16, 20_000, rays), text)
+        let work = Work::of(effort, 16, 20_000, rays);
+        both(&name, source, scenes::mean, expected, work, vec![], text)
     };
     HALF_SPACES.map(case).into()
+}
+
+/// Half-spaces that begin within one voxel, however thick it is: what they send back depends on
+/// optical thickness alone, and not on how density rises.
+fn half_spaces_of_voxels(effort: Effort) -> Vec<Case> {
+    let thicknesses: &[f64] = if effort == Effort::Full { &[1.0, 30.0, 1000.0] } else { &[1000.0] };
+    let mut cases = Vec::new();
+    for &sigma_t in thicknesses {
+        for (albedo, expected) in [HALF_SPACES[0], HALF_SPACES[1]] {
+            let name = format!("half-space/voxels/sigma_t={sigma_t:e}/albedo={albedo}");
+            let text = move |rays, photons| {
+                format!(
+                    r#"
+                    [camera]
+                    type = "orthographic"
+                    position = [0.1, 20.0, 0.2]
+                    target = [0.1, 0.0, 0.2]
+                    up = [0.0, 0.0, 1.0]
+                    height = 4.0
+                    [film]
+                    size = [8, 8]
+                    [render]
+                    rays = {rays}
+                    photons = {photons}
+                    [[medium]]
+                    file = "grids.vdb"
+                    sigma_t = {sigma_t:?}
+                    albedo = {albedo:?}
+                    [[light]]
+                    type = "environment"
+                    texture = "sky.exr"
+                    "#
+                )
+            };
+            let (min, end) = (IVec3::new(-3, -3, -3), IVec3::new(3, 1, 3));
+            let grid = fields::blocks("density", 1.0, min, end, |voxel| f64::from(voxel.y < 0));
+            let source = "1 - H(1) sqrt(1 - albedo), Chandrasekhar 1960";
+            let work = Work::of(effort, 16, 20_000, 32);
+            cases.push(both(&name, source, scenes::mean, expected, work, vec![grid], text));
+        }
+    }
+    cases
 }
 
 /// A slab under the sun, seen from one angle and lit from another: L(a, b) / cos b is that of the
