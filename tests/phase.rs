@@ -89,10 +89,14 @@ fn mean_cosine_is_that_of_the_function() {
 }
 
 #[test]
-fn second_moment_is_that_of_the_function() {
+fn legendre_coefficients_are_those_of_the_function() {
     for (name, phase) in all() {
-        let mean = over_sphere(&phase, |cos_theta| 1.5 * cos_theta * cos_theta - 0.5);
-        assert!((mean - phase.second_moment()).abs() < 0.02, "{name}: {mean}");
+        let polynomials: [fn(f64) -> f64; 3] =
+            [|c| c, |c| 1.5 * c * c - 0.5, |c| 2.5 * c * c * c - 1.5 * c];
+        for (polynomial, found) in polynomials.into_iter().zip(phase.legendre()) {
+            let mean = over_sphere(&phase, polynomial);
+            assert!((mean - found).abs() < 0.02, "{name}: {found} for {mean}");
+        }
     }
 }
 

@@ -1,11 +1,12 @@
 //! When rays that are scattered are followed further before photons are asked.
 //!
 //! Where a phase function is peaked, light toward the eye hangs on which way photons fly, of which
-//! few photons tell little. What it is after some more scatterings hangs on that less and less: the
-//! second moment of what a path can bring falls with each by that of the phase function. So rays can
-//! be scattered on until it is small, as a path tracer would, and there the photons' fluence and flux
-//! say the rest: a final gather (Jensen 1996, "Global Illumination using Photon Maps") that is as
-//! deep as the phase function asks for.
+//! few photons tell little. What it is after some more scatterings hangs on that less and less: with
+//! each, every moment of what a path can bring falls by that of the phase function. So rays can be
+//! scattered on, as a path tracer would, until the moments that lattices do not hold are small, and
+//! there the photons' fluence, flux and, where scattering is peaked, second moments say the rest: a
+//! final gather (Jensen 1996, "Global Illumination using Photon Maps") that is as deep as the phase
+//! function asks for.
 
 use crate::light::Light;
 use crate::medium::Medium;
@@ -13,8 +14,12 @@ use crate::scene::{FinalGather, Scene};
 
 use super::Shooting;
 
-/// What may be left in the end of the second moment for [`USUAL`] photons.
-const LEFT: f64 = 0.15;
+/// What may be left in the end of the first moment that lattices do not hold, for [`USUAL`] photons:
+/// where they hold the first degree, and where they hold the second.
+const LEFT: [f64; 2] = [0.15, 0.08];
+
+/// As [`LEFT`], where noise is taken off the picture: it costs less to follow rays further.
+const LEFT_DENOISED: [f64; 2] = [0.15, 0.03];
 
 /// See [`LEFT`].
 const USUAL: f64 = 1e5;
@@ -31,10 +36,16 @@ const PEAKED_DENOISED: f64 = 0.25;
 /// How far rays are followed before lattices of moments are asked.
 #[derive(Debug, Clone)]
 pub struct Depth {
-    /// The second moment that a scattering in each medium leaves.
-    kept: Vec<f64>,
-    /// What may be left of it.
-    enough: f64,
+    /// Legendre coefficients of each medium's phase function.
+    legendre: Vec<[f64; 3]>,
+    /// What may be left of the first moment that lattices do not hold, by the degree that they do.
+    enough: [f64; 2],
+}
+
+/// Degree of the moments that are kept of light in a medium with this phase function: the second
+/// where it tells much.
+pub(super) fn degree(legendre: &[f64; 3]) -> usize {
+    if legendre[1].abs() > PEAKED { 2 } else { 1 }
 }
 
 impl Depth {
@@ -45,7 +56,7 @@ impl Depth {
     pub(super) fn choices(scene: &Scene, shooting: &Shooting) -> Vec<Option<Self>> {
         let Some(depth) = Self::possible(scene, shooting) else { return vec![None] };
         let peaked = if shooting.denoise { PEAKED_DENOISED } else { PEAKED };
-        let is_peaked = depth.kept.iter().any(|kept| *kept > peaked);
+        let is_peaked = depth.legendre.iter().any(|of| of[1].abs() > peaked);
         match shooting.final_gather {
             FinalGather::Never => vec![None],
             FinalGather::Auto if !is_peaked && !shooting.denoise => vec![None],
@@ -57,7 +68,7 @@ impl Depth {
     /// Nothing where orders of scattering are counted, or a lamp is in a medium, near which rays would
     /// seldom find very much.
     fn possible(scene: &Scene, shooting: &Shooting) -> Option<Self> {
-        let kept = scene.media.iter().map(|m| m.phase.second_moment().abs()).collect();
+        let legendre = scene.media.iter().map(|m| m.phase.legendre()).collect();
         let lights = &scene.lights.lights;
         let holds_lamp = |medium: &Medium| {
             let bounds = medium.density.bounds();
@@ -65,17 +76,25 @@ impl Depth {
             lights.iter().filter_map(Light::place).any(holds)
         };
         let lamp_inside = scene.media.iter().any(holds_lamp);
-        let enough = LEFT * (shooting.photons.max(1) as f64 / USUAL).powf(FALL);
+        let left = if shooting.denoise { LEFT_DENOISED } else { LEFT };
+        let enough = left.map(|left| left * (shooting.photons.max(1) as f64 / USUAL).powf(FALL));
         let follows = !lamp_inside && shooting.max_scatter.is_none();
-        follows.then_some(Self { kept, enough })
+        follows.then_some(Self { legendre, enough })
     }
 
-    /// What is left of a second moment, 1 where nothing has been scattered yet, after a scattering in
-    /// a medium; nothing where it is so little that moments may be asked instead. The first always
-    /// goes on.
+    /// The Legendre coefficients of degrees 1 to 3 of a medium's phase function.
+    pub fn legendre(&self, medium: usize) -> [f64; 3] {
+        self.legendre[medium]
+    }
+
+    /// What is left of the moment beyond those that lattices hold, 1 where nothing has been scattered
+    /// yet, after a scattering in a medium; nothing where it is so little that moments may be asked
+    /// instead. The first always goes on.
     pub fn after(&self, left: f64, medium: usize) -> Option<f64> {
         let first = left == 1.0;
-        let left = left * self.kept[medium];
-        (first || left > self.enough).then_some(left)
+        let legendre = &self.legendre[medium];
+        let degree = degree(legendre);
+        let left = left * legendre[degree].abs();
+        (first || left > self.enough[degree - 1]).then_some(left)
     }
 }

@@ -13,7 +13,7 @@ use crate::work::Work;
 
 use super::emitters::Emitters;
 use super::estimate::THINNING;
-use super::gather::Depth;
+use super::gather::{Depth, degree};
 use super::lattice::{
     Builder, Cells, DirectLattice, Holds, Lattice, Track, edge_for_flights, thin_edge,
 };
@@ -275,8 +275,9 @@ fn lattices<'a, S: Spectrum>(
             // Fluence varies over the way in which light forgets where it came from. Moments are
             // asked at many places, which even out what wide cells blur.
             None => {
+                let degree = degree(&medium.phase.legendre());
                 let forgets = (FINE * (1.0 - medium.phase.mean_cosine())).min(1.0);
-                (&Phase::ISOTROPIC, Holds::Moments, forgets, f64::INFINITY)
+                (&Phase::ISOTROPIC, Holds::Moments(degree), forgets, f64::INFINITY)
             }
         };
         let thin = thin_edge(medium, visible) / forgets;

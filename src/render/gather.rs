@@ -1,4 +1,4 @@
-//! The final gather: rays that media scatter, followed until photons' fluence and flux say the rest.
+//! The final gather: rays that media scatter, followed until moments of photons' light say the rest.
 //!
 //! See [`Depth`] for when that is. A ray is scattered at a place spread by opacity along the
 //! eye's, as its phase function says, and flies on by null-collision tracking. Wherever it is
@@ -27,7 +27,7 @@ pub(super) struct Walk<S> {
     /// What its light counts.
     pub(super) throughput: S,
     light: S,
-    /// What is left of the second moment.
+    /// What is left of the first moment that lattices do not hold.
     left: f64,
     /// Which of the lattices' levels is asked.
     level: usize,
@@ -129,7 +129,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         let incoming = walk.ray.direction;
         let Some(left) = gather.after(walk.left, medium) else {
             let lattice = &self.maps.lattices[medium];
-            let light = lattice.toward(p, walk.level, -incoming, phase.mean_cosine());
+            let light = lattice.toward(p, walk.level, -incoming, gather.legendre(medium));
             walk.light += walk.throughput * light;
             return false;
         };

@@ -150,15 +150,20 @@ impl Phase {
         (0..DEFLECTIONS).map(value).sum::<f64>() / f64::from(DEFLECTIONS)
     }
 
-    /// Mean of the second Legendre polynomial of the cosine over the scattered light: what a
-    /// scattering leaves of the second moment of radiance.
-    pub fn second_moment(&self) -> f64 {
-        let value = |index: u32| {
+    /// Means of the Legendre polynomials of degrees 1 to 3 of the cosine over the scattered light:
+    /// what a scattering leaves of the moments of radiance of these degrees. All but the first are
+    /// found by a few hundred deflections.
+    pub fn legendre(&self) -> [f64; 3] {
+        let mut sums = [0.0; 2];
+        for index in 0..DEFLECTIONS {
             let u = (f64::from(index) + 0.5) / f64::from(DEFLECTIONS);
             let cosine = self.sample(DVec3::Z, [u, 0.5]).0.z;
-            1.5 * cosine * cosine - 0.5
-        };
-        (0..DEFLECTIONS).map(value).sum::<f64>() / f64::from(DEFLECTIONS)
+            let square = cosine * cosine;
+            sums[0] += 1.5 * square - 0.5;
+            sums[1] += (2.5 * square - 1.5) * cosine;
+        }
+        let [second, third] = sums.map(|sum| sum / f64::from(DEFLECTIONS));
+        [self.mean_cosine(), second, third]
     }
 
     /// Mean of the cosine over the scattered light.

@@ -9,9 +9,10 @@ use crate::math::{Aabb, Spectrum, World, WorldPoint, warp};
 use crate::medium::Phase;
 use crate::scene::Camera;
 
-use super::cells::{Lattice, MOMENTS};
+use super::cells::Lattice;
 use super::layered::Layered;
 use super::means::Means;
+use super::moments::{moments, of_flight};
 use super::shape::{BRICK, Cells, VOLUME, cell_index};
 use super::track::Track;
 use super::walk::{Line, Steps};
@@ -35,9 +36,9 @@ pub struct Builder<'a, S: Spectrum> {
 pub enum Holds<'a> {
     /// What a phase function scatters toward the eye.
     TowardEye(&'a Phase, &'a Camera),
-    /// Its fluence and its flux: what of it is scattered anywhere, where it comes from nearly all
-    /// sides.
-    Moments,
+    /// Its moments up to a degree, 1 or 2: what of it is scattered anywhere, where it comes from
+    /// nearly all sides.
+    Moments(usize),
 }
 
 /// The bricks that one thread fills.
@@ -155,12 +156,13 @@ impl<S: Spectrum> Layer<'_, S> {
                     }
                     continue;
                 }
-                Holds::Moments => {
-                    let moments = [1.0, direction.x, direction.y, direction.z].map(|m| m as f32);
+                Holds::Moments(degree) => {
+                    let of_flight = of_flight(direction).map(|m| m as f32);
+                    let moments = &of_flight[..moments(degree)];
                     for (cell, from, to) in steps {
                         let (cell, power) = (cell_index(cell - low), even * (to - from) as f32);
-                        for (plane, moment) in moments.into_iter().enumerate() {
-                            sums[plane * VOLUME + cell] += power * moment;
+                        for (plane, moment) in moments.iter().enumerate() {
+                            sums[plane * VOLUME + cell] += power * *moment;
                         }
                     }
                     continue;
@@ -188,7 +190,7 @@ impl Holds<'_> {
     pub const fn planes(self) -> usize {
         match self {
             Self::TowardEye(..) => 1,
-            Self::Moments => MOMENTS,
+            Self::Moments(degree) => moments(degree),
         }
     }
 }
@@ -217,7 +219,8 @@ mod tests {
         let far = DVec3::new(3e6, -2e6, 1e6);
         let peaked = Phase::henyey_greenstein(0.9).unwrap();
         // Moments tell what goes to any side by a function of which they are all there is.
-        let (toward, straight) = (DVec3::new(0.36, -0.48, 0.8), 0.3);
+        let toward = DVec3::new(0.36, -0.48, 0.8);
+        let (straight, twice) = (0.3, 0.2);
         for (phase, shift) in [
             (Some(Phase::ISOTROPIC), DVec3::ZERO),
             (Some(peaked), DVec3::ZERO),
@@ -227,11 +230,11 @@ mod tests {
             let (low, high) = (DVec3::new(-1.0, -0.7, -0.4), DVec3::new(1.0, 0.8, 0.5));
             let region = Cuboid::new(low + shift, high + shift, &DAffine3::IDENTITY).unwrap();
             let density = Density::Homogeneous(Region::Box(region));
-            let cells = Cells::around(&density, 0.17, MOMENTS).unwrap();
+            let cells = Cells::around(&density, 0.17, moments(2)).unwrap();
             let origin = WorldPoint::from_xyz(shift + DVec3::new(0.3, 0.2, 0.1));
             let camera = camera();
             let holds =
-                phase.as_ref().map_or(Holds::Moments, |phase| Holds::TowardEye(phase, &camera));
+                phase.as_ref().map_or(Holds::Moments(2), |phase| Holds::TowardEye(phase, &camera));
             let mut rng = Stream::new(4, Stage::Test, 0, 0);
             let mut place = |scale: f64| {
                 let at = DVec3::from([(); 3].map(|()| (2.0 * rng.uniform() - 1.0) * scale));
@@ -259,7 +262,11 @@ mod tests {
                     let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { continue };
                     let direction = (end - start).normalize();
                     let share = phase.map_or_else(
-                        || (1.0 + 3.0 * straight * direction.dot(toward)) / (4.0 * PI),
+                        || {
+                            let cosine = direction.dot(toward);
+                            let second = twice * (3.0 * cosine * cosine - 1.0) / 2.0;
+                            (1.0 + 3.0 * straight * cosine + 5.0 * second) / (4.0 * PI)
+                        },
                         |phase| phase.eval(direction.dot(camera.toward(p))),
                     );
                     let power = track.power().as_dvec3();
@@ -283,7 +290,7 @@ mod tests {
                     let right = right[number * VOLUME + index as usize];
                     let value = match phase {
                         Some(_) => lattice.at(p, 0),
-                        None => lattice.toward(p, 0, toward, straight),
+                        None => lattice.toward(p, 0, toward, [straight, twice, 0.0]),
                     };
                     off += (value - right).abs();
                 }

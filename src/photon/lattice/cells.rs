@@ -4,6 +4,7 @@ use glam::{DVec3, IVec3};
 
 use crate::math::{Rgb, Spectrum, WorldPoint};
 
+use super::moments::{self, Scattered};
 use super::shape::{BRICK, Cells};
 
 /// Values along an edge of a brick: its own and its neighbours' first.
@@ -17,14 +18,11 @@ pub(super) type Brick<S> = [<S as Spectrum>::Stored; SIDE * SIDE * SIDE];
 pub struct Lattice<S: Spectrum = Rgb> {
     /// The finest, and others each with cells twice as wide.
     pub(super) levels: Vec<Level<S>>,
-    /// How many numbers a cell has: one, or [`MOMENTS`].
+    /// How many numbers a cell has: one, or moments.
     pub(super) planes: usize,
     /// W/(m² sr) that a value of 1 stands for.
     pub(super) scale: f64,
 }
-
-/// Numbers of a cell that holds fluence and flux: the zeroth and the first moments of radiance.
-pub(super) const MOMENTS: usize = 4;
 
 /// Light on cells of one width.
 #[derive(Debug)]
@@ -53,16 +51,12 @@ impl<S: Spectrum> Lattice<S> {
     }
 
     /// The light scattered at `p` into the unit direction `toward`, per unit of sigma_s,
-    /// W/(m² sr), where the lattice holds moments: as far as the first two terms of the Legendre
-    /// series of radiance and of a phase function with mean cosine `g` tell (the P1 approximation;
-    /// Ishimaru 1978, section 9-1).
-    pub fn toward(&self, p: WorldPoint, level: usize, toward: DVec3, g: f64) -> S {
-        let weights = toward.to_array().map(|along| 3.0 * g * along);
-        let mut light = S::ZERO;
-        self.each_plane(p, level, self.planes, |plane, value| {
-            light += value * if plane == 0 { 1.0 } else { weights[plane - 1] };
-        });
-        light.not_negative()
+    /// W/(m² sr), where the lattice holds moments: as far as those tell of light, and of the phase
+    /// function its Legendre coefficients of degrees 1 to 3.
+    pub fn toward(&self, p: WorldPoint, level: usize, toward: DVec3, legendre: [f64; 3]) -> S {
+        let mut moments = [S::ZERO; moments::MOST];
+        self.each_plane(p, level, self.planes, |plane, value| moments[plane] = value);
+        Scattered::new(toward, legendre).of(&moments[..self.planes])
     }
 
     /// Calls `f` with each of the first `planes` and its value at `p`.

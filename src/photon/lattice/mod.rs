@@ -10,7 +10,7 @@
 //! A cell holds the integral of radiance times phase function over directions, W/(m² sr): that of
 //! light scattered toward the eye, which at one place leaves in one direction only. Where the
 //! phase function is isotropic it holds for every direction. Where rays are followed until light has
-//! forgotten which way it flew, a cell holds fluence and flux instead, which say what is scattered
+//! forgotten which way it flew, a cell holds moments of radiance instead, which say what is scattered
 //! into any direction by then.
 
 mod build;
@@ -19,6 +19,7 @@ mod direct;
 mod edge;
 mod layered;
 mod means;
+mod moments;
 mod shape;
 mod track;
 mod walk;
