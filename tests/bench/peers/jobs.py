@@ -44,7 +44,18 @@ class Job:
 
 def budgets() -> dict[str, dict]:
     """The tables of budgets.toml."""
-    return tomllib.loads((HERE / "budgets.toml").read_text())
+    tables = tomllib.loads((HERE / "budgets.toml").read_text())
+    return {name: _whole(table, tables) for name, table in tables.items()}
+
+
+def _whole(budget: dict, tables: dict[str, dict]) -> dict:
+    """A budget that is another's but for the last of some lists, or stands by itself."""
+    if "of" not in budget:
+        return budget
+    whole = dict(tables[budget["of"]])
+    for renderer, count in budget["without_last"].items():
+        whole[renderer] = whole[renderer][:-count]
+    return whole
 
 
 def candidates(budget: dict) -> list[Job]:
