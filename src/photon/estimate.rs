@@ -12,11 +12,16 @@ use super::{BeamMap, Depth, DirectLattice, Heading, Lattice, Octahedral, Scatter
 pub(super) const THINNING: usize = 8;
 
 /// Places along a ray at which lattices are asked.
-const LOOKUPS: u32 = 8;
+const PLACES: u32 = 8;
 
 /// Such places where cells are widest, or noise is taken off the picture: it takes grain off, and
 /// each place may be a cell of direct light to fill.
-const FEWEST_LOOKUPS: u32 = 2;
+const FEWEST_PLACES: u32 = 2;
+
+/// Places along a ray at which the finest lattices are asked, by whether noise is taken off in the end.
+pub(super) const fn places(denoise: bool) -> u32 {
+    if denoise { FEWEST_PLACES } else { PLACES }
+}
 
 /// The photons of one render: in how many channels, and what is kept of their direction in media,
 /// the plan decides.
@@ -36,8 +41,8 @@ pub struct PhotonMaps<S: Spectrum = Rgb, H: Heading = Octahedral> {
     /// For each medium the light that comes straight from lights and is scattered toward the
     /// camera; empty where it is not kept.
     pub direct: Vec<DirectLattice<S>>,
-    /// Whether noise is taken off the picture in the end.
-    pub denoise: bool,
+    /// At how many places along a ray the finest lattices are asked.
+    pub places: u32,
     /// How each medium scatters the light of volume photons.
     pub scatterings: Vec<Scattering>,
     /// Gather radius that suits the volume photons where the camera sees them, in metres; each has
@@ -61,7 +66,7 @@ impl<S: Spectrum, H: Heading> PhotonMaps<S, H> {
             lattices: Vec::new(),
             gather: None,
             direct: Vec::new(),
-            denoise: false,
+            places: 0,
             scatterings: Vec::new(),
             volume_radius: radius,
             surface: SurfaceMap::default(),
@@ -115,8 +120,7 @@ impl<S: Spectrum, H: Heading> PhotonMaps<S, H> {
     }
 
     /// At how many places along a ray lattices of this level are asked.
-    pub fn lookups(&self, level: usize) -> u32 {
-        let most = if self.denoise { FEWEST_LOOKUPS } else { LOOKUPS };
-        (most >> level).max(FEWEST_LOOKUPS)
+    pub fn places_at(&self, level: usize) -> u32 {
+        (self.places >> level).max(FEWEST_PLACES)
     }
 }

@@ -12,7 +12,7 @@ use crate::surface::{Material, Surface};
 use crate::work::Work;
 
 use super::emitters::Emitters;
-use super::estimate::THINNING;
+use super::estimate::{THINNING, places};
 use super::gather::{Depth, degree};
 use super::lattice::{
     Builder, Cells, DirectLattice, Holds, Lattice, Track, edge_for_flights, thin_edge,
@@ -195,7 +195,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
         lattices,
         gather,
         direct,
-        denoise: shooting.denoise,
+        places: places(shooting.denoise),
         scatterings,
         volume_radius,
         surface,

@@ -260,10 +260,10 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
         state: &mut State<S>,
     ) -> S {
         let level = self.maps.level(radius);
-        let lookups = self.maps.lookups(level);
+        let places = self.maps.places_at(level);
         let mut sum = S::ZERO;
-        for index in 0..lookups {
-            let u = stratum(index, lookups, state);
+        for index in 0..places {
+            let u = stratum(index, places, state);
             let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
             let p = ray.at(place.t);
             state.draws.work.gathers += 1;
@@ -272,7 +272,7 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
                 sum += place.weight * share * self.kept_at(medium, p, level, state);
             }
         }
-        sum / f64::from(lookups)
+        sum / f64::from(places)
     }
 
     /// Light kept on the lattices of a medium at `p`.
