@@ -191,6 +191,7 @@ fn session(browser: &mut Browser, condition: &str, who: &str) {
     browser.click("#begin");
     for scene in 0..2 {
         let now = |browser: &mut Browser| browser.evaluate(&format!("[{STATE}, {PICTURES}]"));
+        browser.wait_for(&format!("{PICTURES} > 0")); // decoded, in time that is not the page's
         if condition == "successive" {
             browser.pass(3900);
             assert_eq!(now(browser), json!(["stage", 1]), "four seconds of one");
