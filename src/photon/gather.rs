@@ -14,18 +14,21 @@ use crate::scene::{FinalGather, Scene};
 
 use super::Shooting;
 
-/// What may be left in the end of the first moment that lattices do not hold, for [`USUAL`] photons:
-/// where they hold the first degree, and where they hold the second.
-const LEFT: [f64; 2] = [0.15, 0.08];
-
-/// As [`LEFT`], where noise is taken off the picture: it costs less to follow rays further.
-const LEFT_DENOISED: [f64; 2] = [0.15, 0.03];
+/// What may be left in the end of the second moment for [`USUAL`] photons, where lattices hold the
+/// first.
+const LEFT: f64 = 0.15;
 
 /// See [`LEFT`].
 const USUAL: f64 = 1e5;
 
 /// How that falls with the number of photons: as the edges of cells do.
 const FALL: f64 = -0.2;
+
+/// What may be left in the end of the third moment, where lattices hold the second.
+const LEFT_OF_THIRD: f64 = 0.1;
+
+/// As [`LEFT_OF_THIRD`], where noise is taken off the picture: grain costs less than a bias.
+const LEFT_DENOISED: f64 = 0.04;
 
 /// Second moment of phase functions from which on grain is less of an error than what photons leave.
 const PEAKED: f64 = 0.5;
@@ -76,8 +79,9 @@ impl Depth {
             lights.iter().filter_map(Light::place).any(holds)
         };
         let lamp_inside = scene.media.iter().any(holds_lamp);
-        let left = if shooting.denoise { LEFT_DENOISED } else { LEFT };
-        let enough = left.map(|left| left * (shooting.photons.max(1) as f64 / USUAL).powf(FALL));
+        let of_second = LEFT * (shooting.photons.max(1) as f64 / USUAL).powf(FALL);
+        let of_third = if shooting.denoise { LEFT_DENOISED } else { LEFT_OF_THIRD };
+        let enough = [of_second, of_third];
         let follows = !lamp_inside && shooting.max_scatter.is_none();
         follows.then_some(Self { legendre, enough })
     }

@@ -275,9 +275,10 @@ fn lattices<'a, S: Spectrum>(
             // Fluence varies over the way in which light forgets where it came from. Moments are
             // asked at many places, which even out what wide cells blur.
             None => {
-                let degree = degree(&medium.phase.legendre());
+                let second = degree(&medium.phase.legendre()) > 1;
+                let holds = if second { Holds::Moments } else { Holds::FirstMoments };
                 let forgets = (FINE * (1.0 - medium.phase.mean_cosine())).min(1.0);
-                (&Phase::ISOTROPIC, Holds::Moments(degree), forgets, f64::INFINITY)
+                (&Phase::ISOTROPIC, holds, forgets, f64::INFINITY)
             }
         };
         let thin = thin_edge(medium, visible) / forgets;

@@ -12,7 +12,7 @@ use crate::scene::Camera;
 use super::cells::Lattice;
 use super::layered::Layered;
 use super::means::Means;
-use super::moments::{moments, of_flight};
+use super::moments::{FIRST, MOST, of_flight};
 use super::shape::{BRICK, Cells, VOLUME, cell_index};
 use super::track::Track;
 use super::walk::{Line, Steps};
@@ -20,6 +20,9 @@ use super::walk::{Line, Steps};
 /// How much the phase function may change along a flight through a brick, as a share of its value,
 /// for its course between the ends to count as straight.
 const STRAIGHT: f64 = 0.1;
+
+/// Cells twice as wide are crossed by four times as many flights: one in so many will do.
+const THINNED: usize = 4;
 
 /// A lattice that still takes flights.
 pub struct Builder<'a, S: Spectrum> {
@@ -29,6 +32,8 @@ pub struct Builder<'a, S: Spectrum> {
     /// The maps' origin, in cells from the lattice's corner.
     origin: DVec3,
     holds: Holds<'a>,
+    /// Moments of a higher degree, on cells twice as wide.
+    wide: Option<Box<Self>>,
 }
 
 /// What a lattice holds of the light that flies through its cells.
@@ -36,9 +41,13 @@ pub struct Builder<'a, S: Spectrum> {
 pub enum Holds<'a> {
     /// What a phase function scatters toward the eye.
     TowardEye(&'a Phase, &'a Camera),
-    /// Its moments up to a degree, 1 or 2: what of it is scattered anywhere, where it comes from
-    /// nearly all sides.
-    Moments(usize),
+    /// Its fluence and its flux: what of it is scattered anywhere, where it comes from nearly all
+    /// sides.
+    FirstMoments,
+    /// Those and, on cells twice as wide, its second moments.
+    Moments,
+    /// Its second moments alone.
+    SecondMoments,
 }
 
 /// The bricks that one thread fills.
@@ -56,8 +65,10 @@ impl<'a, S: Spectrum> Builder<'a, S> {
     /// `origin`.
     pub fn new(cells: Cells, origin: WorldPoint, holds: Holds<'a>) -> Self {
         let sums = vec![S::Short::default(); cells.bricks() * holds.planes() * VOLUME];
+        let wide = matches!(holds, Holds::Moments)
+            .then(|| Box::new(Self::new(cells.wider(), origin, Holds::SecondMoments)));
         let origin = cells.local(origin);
-        Self { cells, sums, origin, holds }
+        Self { cells, sums, origin, holds, wide }
     }
 
     /// The box that holds all cells.
@@ -69,6 +80,11 @@ impl<'a, S: Spectrum> Builder<'a, S> {
     /// Adds flights. Each layer of bricks is filled by one thread, in the order of the flights, so
     /// that the sums are the same on any number of threads.
     pub fn add(&mut self, tracks: &[&[Track<S>]]) {
+        if let Some(wide) = &mut self.wide {
+            let few = |tracks: &&[Track<S>]| tracks.iter().step_by(THINNED).copied().collect();
+            let few: Vec<Vec<Track<S>>> = tracks.par_iter().map(few).collect();
+            wide.add(&few.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        }
         let count = self.cells.layers.len() - 1;
         let sort =
             |tracks: &&[Track<S>]| Layered::new(tracks.iter().map(|t| self.crossed(t)), count);
@@ -106,7 +122,8 @@ impl<'a, S: Spectrum> Builder<'a, S> {
     /// The finished lattice, with this many levels of wider cells. Powers were given in units of
     /// `unit` W.
     pub fn finish(self, wider: u32, unit: f64) -> Lattice<S> {
-        let Self { cells, sums, holds, .. } = self;
+        let Self { cells, sums, holds, wide, .. } = self;
+        let wide = wide.map(|builder| Box::new(builder.finish(wider, unit * THINNED as f64)));
         // Lengths were counted in cells.
         let scale = unit / cells.edge.powi(2);
         let planes = holds.planes();
@@ -118,7 +135,7 @@ impl<'a, S: Spectrum> Builder<'a, S> {
             means = next;
         }
         levels.push(means.level());
-        Lattice { levels, planes, scale }
+        Lattice { levels, scale, wide }
     }
 }
 
@@ -156,9 +173,10 @@ impl<S: Spectrum> Layer<'_, S> {
                     }
                     continue;
                 }
-                Holds::Moments(degree) => {
+                Holds::FirstMoments | Holds::Moments | Holds::SecondMoments => {
                     let of_flight = of_flight(direction).map(|m| m as f32);
-                    let moments = &of_flight[..moments(degree)];
+                    let second = matches!(holds, Holds::SecondMoments);
+                    let moments = if second { &of_flight[FIRST..] } else { &of_flight[..FIRST] };
                     for (cell, from, to) in steps {
                         let (cell, power) = (cell_index(cell - low), even * (to - from) as f32);
                         for (plane, moment) in moments.iter().enumerate() {
@@ -190,7 +208,8 @@ impl Holds<'_> {
     pub const fn planes(self) -> usize {
         match self {
             Self::TowardEye(..) => 1,
-            Self::Moments(degree) => moments(degree),
+            Self::FirstMoments | Self::Moments => FIRST,
+            Self::SecondMoments => MOST - FIRST,
         }
     }
 }
@@ -219,22 +238,20 @@ mod tests {
         let far = DVec3::new(3e6, -2e6, 1e6);
         let peaked = Phase::henyey_greenstein(0.9).unwrap();
         // Moments tell what goes to any side by a function of which they are all there is.
-        let toward = DVec3::new(0.36, -0.48, 0.8);
-        let (straight, twice) = (0.3, 0.2);
-        for (phase, shift) in [
-            (Some(Phase::ISOTROPIC), DVec3::ZERO),
-            (Some(peaked), DVec3::ZERO),
-            (Some(Phase::ISOTROPIC), far),
-            (None, DVec3::ZERO),
+        let (toward, straight) = (DVec3::new(0.36, -0.48, 0.8), 0.3);
+        let camera = camera();
+        for (holds, shift) in [
+            (Holds::TowardEye(&Phase::ISOTROPIC, &camera), DVec3::ZERO),
+            (Holds::TowardEye(&peaked, &camera), DVec3::ZERO),
+            (Holds::TowardEye(&Phase::ISOTROPIC, &camera), far),
+            (Holds::FirstMoments, DVec3::ZERO),
+            (Holds::SecondMoments, DVec3::ZERO),
         ] {
             let (low, high) = (DVec3::new(-1.0, -0.7, -0.4), DVec3::new(1.0, 0.8, 0.5));
             let region = Cuboid::new(low + shift, high + shift, &DAffine3::IDENTITY).unwrap();
             let density = Density::Homogeneous(Region::Box(region));
-            let cells = Cells::around(&density, 0.17, moments(2)).unwrap();
+            let cells = Cells::around(&density, 0.17, holds.planes()).unwrap();
             let origin = WorldPoint::from_xyz(shift + DVec3::new(0.3, 0.2, 0.1));
-            let camera = camera();
-            let holds =
-                phase.as_ref().map_or(Holds::Moments(2), |phase| Holds::TowardEye(phase, &camera));
             let mut rng = Stream::new(4, Stage::Test, 0, 0);
             let mut place = |scale: f64| {
                 let at = DVec3::from([(); 3].map(|()| (2.0 * rng.uniform() - 1.0) * scale));
@@ -261,14 +278,16 @@ mod tests {
                     let cell = cells.local(p).floor().as_ivec3();
                     let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { continue };
                     let direction = (end - start).normalize();
-                    let share = phase.map_or_else(
-                        || {
-                            let cosine = direction.dot(toward);
-                            let second = twice * (3.0 * cosine * cosine - 1.0) / 2.0;
-                            (1.0 + 3.0 * straight * cosine + 5.0 * second) / (4.0 * PI)
-                        },
-                        |phase| phase.eval(direction.dot(camera.toward(p))),
-                    );
+                    let share = match holds {
+                        Holds::TowardEye(phase, camera) => {
+                            phase.eval(direction.dot(camera.toward(p)))
+                        }
+                        // Its first is that of x².
+                        Holds::SecondMoments => {
+                            (direction.x * direction.x - 1.0 / 3.0) / (4.0 * PI)
+                        }
+                        _ => (1.0 + 3.0 * straight * direction.dot(toward)) / (4.0 * PI),
+                    };
                     let power = track.power().as_dvec3();
                     right[brick * VOLUME + cell_index(cell & ((1 << BRICK) - 1))] +=
                         power * share * track.length() / f64::from(POINTS) / cells.edge.powi(3);
@@ -279,7 +298,7 @@ mod tests {
             let mut builder = Builder::new(cells, origin, holds);
             builder.add(&[&tracks[..100], &tracks[100..201]]);
             let bounds = builder.bounds();
-            let (total, mut off) = (right.iter().copied().sum::<DVec3>(), DVec3::ZERO);
+            let (total, mut off) = (right.iter().map(|r| r.abs()).sum::<DVec3>(), DVec3::ZERO);
             let lattice = builder.finish(0, 1.0);
             for (number, at) in places.iter().enumerate() {
                 for index in 0..VOLUME as i32 {
@@ -288,16 +307,16 @@ mod tests {
                     let center = ((*at << BRICK) + within).as_dvec3() + 0.5 + 1e-6;
                     let p = bounds.min + center * lattice.edge();
                     let right = right[number * VOLUME + index as usize];
-                    let value = match phase {
-                        Some(_) => lattice.at(p, 0),
-                        None => lattice.toward(p, 0, toward, [straight, twice, 0.0]),
+                    let value = match holds {
+                        Holds::FirstMoments => lattice.toward(p, 0, toward, [straight, 0.0, 0.0]),
+                        _ => lattice.at(p, 0),
                     };
                     off += (value - right).abs();
                 }
             }
             // Brute force puts a point of each flight into the wrong cell at each border, and 32
             // bits do.
-            assert!((off / total).max_element() < 2e-3, "{phase:?} at {shift}: {}", off / total);
+            assert!((off / total).max_element() < 2e-3, "{} at {shift}", off / total);
         }
     }
 }

@@ -4,31 +4,34 @@ use glam::{DVec3, IVec3};
 
 use crate::math::{Rgb, Spectrum, WorldPoint};
 
-use super::moments::{self, Scattered};
+use super::moments::{FIRST, MOST, Scattered};
 use super::shape::{BRICK, Cells};
 
 /// Values along an edge of a brick: its own and its neighbours' first.
 pub(super) const SIDE: usize = (1 << BRICK) + 1;
 
-/// Values of a brick, z fastest.
-pub(super) type Brick<S> = [<S as Spectrum>::Stored; SIDE * SIDE * SIDE];
+/// Cells whose values a brick holds, z fastest.
+pub(super) const HELD: usize = SIDE * SIDE * SIDE;
 
 /// Light in a medium on a lattice of cubic cells; see the module's documentation.
 #[derive(Debug)]
 pub struct Lattice<S: Spectrum = Rgb> {
     /// The finest, and others each with cells twice as wide.
     pub(super) levels: Vec<Level<S>>,
-    /// How many numbers a cell has: one, or moments.
-    pub(super) planes: usize,
     /// W/(m² sr) that a value of 1 stands for.
     pub(super) scale: f64,
+    /// Where moments of the second degree are held as well: those, on cells twice as wide.
+    pub(super) wide: Option<Box<Self>>,
 }
 
 /// Light on cells of one width.
 #[derive(Debug)]
 pub(super) struct Level<S: Spectrum> {
     pub cells: Cells,
-    pub bricks: Vec<Brick<S>>,
+    /// How many numbers a cell has: one, or moments.
+    pub planes: usize,
+    /// Those of each cell that a brick holds, brick by brick.
+    pub values: Vec<S::Stored>,
 }
 
 impl<S: Spectrum> Lattice<S> {
@@ -39,14 +42,14 @@ impl<S: Spectrum> Lattice<S> {
 
     /// Bytes in memory.
     pub fn memory_bytes(&self) -> usize {
-        self.levels.iter().map(|level| level.bricks.len() * size_of::<Brick<S>>()).sum()
+        let own: usize = self.levels.iter().map(|level| size_of_val(&level.values[..])).sum();
+        own + self.wide.as_ref().map_or(0, |wide| wide.memory_bytes())
     }
 
     /// The light scattered toward the eye at `p` per unit of sigma_s, W/(m² sr): trilinear between
     /// the centres of cells 2^`level` times as wide as the finest, 0 where there are none.
     pub fn at(&self, p: WorldPoint, level: usize) -> S {
-        let mut light = S::ZERO;
-        self.each_plane(p, level, 1, |_, value| light = value);
+        let [light] = self.blended(p, level);
         light
     }
 
@@ -54,37 +57,51 @@ impl<S: Spectrum> Lattice<S> {
     /// W/(m² sr), where the lattice holds moments: as far as those tell of light, and of the phase
     /// function its Legendre coefficients of degrees 1 to 3.
     pub fn toward(&self, p: WorldPoint, level: usize, toward: DVec3, legendre: [f64; 3]) -> S {
-        let mut moments = [S::ZERO; moments::MOST];
-        self.each_plane(p, level, self.planes, |plane, value| moments[plane] = value);
-        Scattered::new(toward, legendre).of(&moments[..self.planes])
+        let scattered = Scattered::new(toward, legendre);
+        let first: [S; FIRST] = self.blended(p, level);
+        let Some(wide) = &self.wide else { return scattered.of(&first) };
+        let mut moments = [S::ZERO; MOST];
+        moments[..FIRST].copy_from_slice(&first);
+        moments[FIRST..].copy_from_slice(&wide.blended::<{ MOST - FIRST }>(p, level));
+        scattered.of(&moments)
     }
 
-    /// Calls `f` with each of the first `planes` and its value at `p`.
+    /// The first numbers of cells at `p`, trilinear between their centres.
     #[inline]
-    fn each_plane(&self, p: WorldPoint, level: usize, planes: usize, mut f: impl FnMut(usize, S)) {
-        let Some(Level { cells, bricks }) = self.levels.get(level).or(self.levels.last()) else {
-            return;
-        };
+    fn blended<const N: usize>(&self, p: WorldPoint, level: usize) -> [S; N] {
+        let none = [S::ZERO; N];
+        let Some(level) = self.levels.get(level).or(self.levels.last()) else { return none };
+        let cells = &level.cells;
         let local = cells.local(p) - 0.5;
         let low = local.floor();
         let cell = low.as_ivec3();
-        let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { return };
+        let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { return none };
         let within = cell & ((1 << BRICK) - 1);
-        for plane in 0..planes {
-            let of_plane = &bricks[brick * self.planes + plane];
-            f(plane, blend::<S>(of_plane, within, local - low) * self.scale);
-        }
+        level.blend(brick, within, local - low).map(|short| S::long(short) * self.scale)
     }
 }
 
-/// The trilinear value at the fraction `f` of the way from the centre of the cell `within` a brick to
-/// the next along each axis.
-fn blend<S: Spectrum>(brick: &Brick<S>, within: IVec3, f: DVec3) -> S {
-    let first = (within.x as usize * SIDE + within.y as usize) * SIDE + within.z as usize;
-    let f = f.as_vec3();
-    let corner = |x, y, z| S::unpack(brick[first + (x * SIDE + y) * SIDE + z]);
-    let lerp = |from: S::Short, to: S::Short, f: f32| from * (1.0 - f) + to * f;
-    let along = |x, y| lerp(corner(x, y, 0), corner(x, y, 1), f.z);
-    let side = |x| lerp(along(x, 0), along(x, 1), f.y);
-    S::long(lerp(side(0), side(1), f.x))
+impl<S: Spectrum> Level<S> {
+    /// The trilinear values at the fraction `f` of the way from the centre of the cell `within` a
+    /// brick to the next along each axis.
+    #[inline]
+    fn blend<const N: usize>(&self, brick: usize, within: IVec3, f: DVec3) -> [S::Short; N] {
+        let first = (within.x as usize * SIDE + within.y as usize) * SIDE + within.z as usize;
+        let first = brick * HELD + first;
+        let f = f.as_vec3();
+        let mut sums = [S::Short::default(); N];
+        for (x, of_x) in [(0, 1.0 - f.x), (1, f.x)] {
+            for (y, of_y) in [(0, 1.0 - f.y), (1, f.y)] {
+                // Two along z lie side by side.
+                let row = (first + (x * SIDE + y) * SIDE) * self.planes;
+                let row = &self.values[row..row + 2 * self.planes];
+                let (near, far) = row.split_at(self.planes);
+                for (sum, (near, far)) in sums.iter_mut().zip(near.iter().zip(far)) {
+                    let along = S::unpack(*near) * (1.0 - f.z) + S::unpack(*far) * f.z;
+                    *sum += along * (of_x * of_y);
+                }
+            }
+        }
+        sums
+    }
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::math::Spectrum;
 
-use super::cells::{Brick, Level, SIDE};
+use super::cells::{HELD, Level, SIDE};
 use super::shape::{BRICK, Cells, VOLUME, cell_index};
 
 /// Cells of a brick along an edge.
@@ -57,19 +57,25 @@ impl<S: Spectrum> Means<S> {
 
     /// Bricks that hold their neighbours' first values as well.
     pub fn level(self) -> Level<S> {
-        let brick = |&(at, plane): &(IVec3, usize)| -> Brick<S> {
-            let own = self.cells.brick(at).expect("only bricks that are held are listed");
-            std::array::from_fn(|index| {
+        let Self { cells, planes, .. } = &self;
+        let mut values = vec![S::Stored::default(); cells.bricks() * HELD * planes];
+        let mut places = Vec::with_capacity(cells.bricks());
+        cells.for_each_brick(|at| places.push(at));
+        let fill = |(at, values): (IVec3, &mut [S::Stored])| {
+            let own = cells.brick(at).expect("only bricks that are held are listed");
+            for (index, values) in values.chunks_mut(*planes).enumerate() {
                 let (x, y, z) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
                 let within = IVec3::new(x as i32, y as i32, z as i32);
-                let value = match self.cells.brick_anywhere(at + (within >> BRICK)) {
-                    Some(brick) => self.value(brick, plane, within & (EDGE - 1)),
-                    None => self.value(own, plane, within.min(IVec3::splat(EDGE - 1))),
+                let (brick, within) = match cells.brick_anywhere(at + (within >> BRICK)) {
+                    Some(brick) => (brick, within & (EDGE - 1)),
+                    None => (own, within.min(IVec3::splat(EDGE - 1))),
                 };
-                S::pack(value)
-            })
+                for (plane, value) in values.iter_mut().enumerate() {
+                    *value = S::pack(self.value(brick, plane, within));
+                }
+            }
         };
-        let bricks = self.of_planes().par_iter().map(brick).collect();
-        Level { cells: self.cells, bricks }
+        places.into_par_iter().zip(values.par_chunks_mut(HELD * planes)).for_each(fill);
+        Level { cells: self.cells, planes: self.planes, values }
     }
 }

@@ -12,19 +12,14 @@ use glam::DVec3;
 
 use crate::math::Spectrum;
 
-/// Highest degree of moments.
-pub(super) const DEGREE: usize = 2;
+/// Moments up to the first degree.
+pub(super) const FIRST: usize = 4;
 
-/// Moments up to that degree.
-pub(super) const MOST: usize = moments(DEGREE);
+/// Moments up to the second degree.
+pub(super) const MOST: usize = 9;
 
 /// Flux over fluence up to which light counts as spread over directions at all.
 const SPREAD: f64 = 0.995;
-
-/// How many moments there are up to a degree.
-pub(super) const fn moments(degree: usize) -> usize {
-    (degree + 1) * (degree + 1)
-}
 
 /// The moments of light that flies along a unit vector: its fluence, its flux, and five components
 /// of the second without trace: xx, yy, xy, xz, yz.
@@ -51,8 +46,8 @@ impl Scattered {
         let first = (toward * (3.0 * legendre[0])).to_array();
         let second = [x * x - z * z, y * y - z * z, 2.0 * x * y, 2.0 * x * z, 2.0 * y * z];
         let mut weights = [1.0; MOST];
-        weights[1..4].copy_from_slice(&first);
-        weights[4..].copy_from_slice(&second.map(|m| 7.5 * legendre[1] * m));
+        weights[1..FIRST].copy_from_slice(&first);
+        weights[FIRST..].copy_from_slice(&second.map(|m| 7.5 * legendre[1] * m));
         Self { weights, toward, beyond: legendre[2].cbrt() }
     }
 
@@ -130,7 +125,7 @@ mod tests {
             along in direction(), toward in direction(), g in -0.9..0.9f64
         ) {
             let (_, legendre) = henyey_greenstein(g);
-            let found = Scattered::new(toward, legendre).of(&of_flight(along)[..moments(1)]);
+            let found = Scattered::new(toward, legendre).of(&of_flight(along)[..FIRST]);
             let right = 1.0 + 3.0 * g * along.dot(toward);
             prop_assert!((found - right.max(0.0)).abs() < 1e-9, "{found} for {right}");
         }
