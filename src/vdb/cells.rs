@@ -96,7 +96,7 @@ fn brick_cells(
         let end = if leaves { piece.end } else { nearest };
         if end > start {
             let cell = first + passed * ray.step;
-            let [integral, rise] = cell_integral(brick, cell, entry, ray.direction, start, end);
+            let (integral, rise) = cell_integral(brick, cell, entry, ray.direction, start, end);
             give(start, end, integral, rise)?;
             start = end;
         }
@@ -133,11 +133,12 @@ fn cell_integral(
     direction: DVec3,
     start: f64,
     end: f64,
-) -> [f64; 2] {
+) -> (f64, f64) {
     let corners = corners(brick, number(cell & 7)); // in range already: this tells the compiler
     let (middle, half) = ((start + end) * 0.5, (end - start) * 0.5);
     let origin = entry - cell.as_dvec3() + direction * middle;
     let offset = direction * (half * NODE);
-    let values = [origin - offset, origin + offset].map(|at| f32::blend(corners, at));
-    [half * (values[0] + values[1]), (values[1] - values[0]) / (2.0 * NODE)]
+    let (first, last) =
+        (f32::blend(corners, origin - offset), f32::blend(corners, origin + offset));
+    (half * (first + last), (last - first) * (0.5 / NODE))
 }
