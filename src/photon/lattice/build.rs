@@ -81,8 +81,7 @@ impl<'a, S: Spectrum> Builder<'a, S> {
     /// that the sums are the same on any number of threads.
     pub fn add(&mut self, tracks: &[&[Track<S>]]) {
         if let Some(wide) = &mut self.wide {
-            let few = |tracks: &&[Track<S>]| tracks.iter().step_by(THINNED).copied().collect();
-            let few: Vec<Vec<Track<S>>> = tracks.par_iter().map(few).collect();
+            let few: Vec<Vec<Track<S>>> = tracks.par_iter().map(|tracks| thinned(tracks)).collect();
             wide.add(&few.iter().map(Vec::as_slice).collect::<Vec<_>>());
         }
         let count = self.cells.layers.len() - 1;
@@ -137,6 +136,13 @@ impl<'a, S: Spectrum> Builder<'a, S> {
         levels.push(means.level());
         Lattice { levels, scale, wide }
     }
+}
+
+/// One of each [`THINNED`] flights, another each time, lest flights of paths that are all of one length
+/// be always the same of these.
+fn thinned<S: Spectrum>(tracks: &[Track<S>]) -> Vec<Track<S>> {
+    let group = |(index, group): (usize, &[Track<S>])| group.get(index % THINNED).copied();
+    tracks.chunks(THINNED).enumerate().filter_map(group).collect()
 }
 
 impl<S: Spectrum> Layer<'_, S> {
