@@ -225,6 +225,7 @@ fn a_fine_profile_is_exact() {
                 let along = middle - piece.span.start;
                 assert_eq!(transmittance, (-piece.thickness_to(along)).exp(), "{name}");
                 assert!(near(sigma_t, piece.sigma_t), "{name}");
+                assert_eq!(sigma_t, piece.sigma_t_at(along), "{name}");
             }
             assert!(end <= span.end);
             assert!(profile.at(end + 1.0).is_none() && profile.at(span.start - 1.0).is_none());

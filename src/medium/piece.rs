@@ -16,16 +16,8 @@ pub(super) struct Ramp<S = f64> {
 impl Ramp {
     /// The line of this mean that rises by `rise`, or by as much of it as leaves no value below 0.
     pub fn new(mean: f64, rise: f64) -> Self {
-        Self {
-            mean,
-            rise: if rise > mean {
-                mean
-            } else if rise < -mean {
-                -mean
-            } else {
-                rise
-            },
-        }
+        let rise = if rise > mean { mean } else { rise };
+        Self { mean, rise: if rise < -mean { -mean } else { rise } }
     }
 
     /// The same value everywhere.

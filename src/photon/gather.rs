@@ -45,12 +45,6 @@ pub struct Depth {
     enough: [f64; 2],
 }
 
-/// Degree of the moments that are kept of light in a medium with this phase function: the second
-/// where it tells much.
-pub(super) fn degree(legendre: &[f64; 3]) -> usize {
-    if legendre[1].abs() > PEAKED { 2 } else { 1 }
-}
-
 impl Depth {
     /// What may be done in `scene`, the best first; the first is taken for which lattices can be made.
     /// Nothing is to ask photons at once: best where no phase function is peaked, and all there is
@@ -91,14 +85,19 @@ impl Depth {
         self.legendre[medium]
     }
 
+    /// Degree of the moments that are kept of light in a medium: the second where that tells much
+    /// of what its phase function does.
+    pub(super) fn degree(&self, medium: usize) -> usize {
+        if self.legendre[medium][1].abs() > PEAKED { 2 } else { 1 }
+    }
+
     /// What is left of the moment beyond those that lattices hold, 1 where nothing has been scattered
     /// yet, after a scattering in a medium; nothing where it is so little that moments may be asked
     /// instead. The first always goes on.
     pub fn after(&self, left: f64, medium: usize) -> Option<f64> {
         let first = left == 1.0;
-        let legendre = &self.legendre[medium];
-        let degree = degree(legendre);
-        let left = left * legendre[degree].abs();
+        let degree = self.degree(medium);
+        let left = left * self.legendre[medium][degree].abs();
         (first || left > self.enough[degree - 1]).then_some(left)
     }
 }

@@ -13,7 +13,7 @@ use crate::work::Work;
 
 use super::emitters::Emitters;
 use super::estimate::{THINNING, places};
-use super::gather::{Depth, degree};
+use super::gather::Depth;
 use super::lattice::{
     Builder, Cells, DirectLattice, Holds, Lattice, Track, edge_for_flights, thin_edge,
 };
@@ -148,9 +148,10 @@ pub fn shoot<S: Spectrum, H: Heading>(
     let choices = Depth::choices(scene, shooting);
     let finer = if choices.iter().any(Option::is_some) { FINER } else { FINEST };
     let empty = |gather: Option<Depth>| -> (Option<Depth>, Vec<Builder<'_, S>>) {
-        let toward_eye = gather.is_none().then_some((&phases[..], finer));
-        let lattices = lattices(scene, shooting, toward_eye, origin, &visible.media, scouted.flown);
-        (gather, lattices)
+        let toward_eye = (&phases[..], finer);
+        let (depth, flown) = (gather.as_ref(), scouted.flown);
+        let of = lattices(scene, shooting, toward_eye, depth, origin, &visible.media, flown);
+        (gather, of)
     };
     let (gather, mut lattices) = choices
         .into_iter()
@@ -253,13 +254,14 @@ fn windowed<S: Spectrum, H: Heading>(paths: &mut Paths<'_>, count: u64) -> Scout
 }
 
 /// Empty lattices, one a medium, where light can be kept on lattices: where all media have an end
-/// and lie before the eye, and cells are thin. They hold what phase functions, one a medium, scatter
-/// `toward_eye` where cells are at most so many times as fine as suits the flights, or else moments.
-/// All flights together are `flown` metres long.
+/// and lie before the eye, and cells are thin. They hold moments where rays are followed before they
+/// are asked, or else what phase functions, one a medium, scatter `toward_eye`, where cells are at
+/// most so many times as fine as suits the flights. All flights together are `flown` metres long.
 fn lattices<'a, S: Spectrum>(
     scene: &'a Scene,
     shooting: &Shooting,
-    toward_eye: Option<(&'a [Phase], f64)>,
+    (phases, finer): (&'a [Phase], f64),
+    gather: Option<&Depth>,
     origin: WorldPoint,
     visible: &[WorldPoint],
     flown: f64,
@@ -268,14 +270,12 @@ fn lattices<'a, S: Spectrum>(
         if !is_before(scene, medium) {
             return None;
         }
-        let (phase, holds, forgets, finer) = match toward_eye {
-            Some((phases, finer)) => {
-                (&phases[index], Holds::TowardEye(&phases[index], &scene.camera), 1.0, finer)
-            }
+        let (phase, holds, forgets, finer) = match gather {
+            None => (&phases[index], Holds::TowardEye(&phases[index], &scene.camera), 1.0, finer),
             // Fluence varies over the way in which light forgets where it came from. Moments are
             // asked at many places, which even out what wide cells blur.
-            None => {
-                let second = degree(&medium.phase.legendre()) > 1;
+            Some(depth) => {
+                let second = depth.degree(index) > 1;
                 let holds = if second { Holds::Moments } else { Holds::FirstMoments };
                 let forgets = (FINE * (1.0 - medium.phase.mean_cosine())).min(1.0);
                 (&Phase::ISOTROPIC, holds, forgets, f64::INFINITY)

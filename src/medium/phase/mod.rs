@@ -143,11 +143,18 @@ impl Phase {
     /// By how much the variance of light scattered one way exceeds that of isotropic scattering,
     /// where it comes from all sides alike: the mean of (4 pi p)² over the sphere.
     pub fn concentration(&self) -> f64 {
-        let value = |index: u32| {
+        let values = self.deflections().map(|(_, value)| value / warp::uniform_sphere_pdf());
+        values.sum::<f64>() / f64::from(DEFLECTIONS)
+    }
+
+    /// Cosines of [`DEFLECTIONS`] of the scattered light, each for an equal part of it, and the
+    /// function's values there, 1/sr.
+    fn deflections(&self) -> impl Iterator<Item = (f64, f64)> {
+        (0..DEFLECTIONS).map(|index| {
             let u = (f64::from(index) + 0.5) / f64::from(DEFLECTIONS);
-            self.sample(DVec3::Z, [u, 0.5]).1 / warp::uniform_sphere_pdf()
-        };
-        (0..DEFLECTIONS).map(value).sum::<f64>() / f64::from(DEFLECTIONS)
+            let (direction, value) = self.sample(DVec3::Z, [u, 0.5]);
+            (direction.z, value)
+        })
     }
 
     /// Means of the Legendre polynomials of degrees 1 to 3 of the cosine over the scattered light:
@@ -155,9 +162,7 @@ impl Phase {
     /// found by a few hundred deflections.
     pub fn legendre(&self) -> [f64; 3] {
         let mut sums = [0.0; 2];
-        for index in 0..DEFLECTIONS {
-            let u = (f64::from(index) + 0.5) / f64::from(DEFLECTIONS);
-            let cosine = self.sample(DVec3::Z, [u, 0.5]).0.z;
+        for (cosine, _) in self.deflections() {
             let square = cosine * cosine;
             sums[0] += 1.5 * square - 0.5;
             sums[1] += (2.5 * square - 1.5) * cosine;

@@ -299,8 +299,7 @@ mod tests {
                         power * share * track.length() / f64::from(POINTS) / cells.edge.powi(3);
                 }
             }
-            let mut places = Vec::new();
-            cells.for_each_brick(|at| places.push(at));
+            let places = cells.places();
             let mut builder = Builder::new(cells, origin, holds);
             builder.add(&[&tracks[..100], &tracks[100..201]]);
             let bounds = builder.bounds();

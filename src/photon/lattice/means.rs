@@ -24,43 +24,36 @@ impl<S: Spectrum> Means<S> {
         self.values[(brick * self.planes + plane) * VOLUME + cell_index(within)]
     }
 
-    /// Places of all bricks, by their numbers, each with its planes.
-    fn of_planes(&self) -> Vec<(IVec3, usize)> {
-        let mut all = Vec::with_capacity(self.cells.bricks() * self.planes);
-        self.cells.for_each_brick(|at| all.extend((0..self.planes).map(|plane| (at, plane))));
-        all
-    }
-
     /// The same light on cells twice as wide: means of those cells that are held.
     pub fn wider(&self) -> Self {
         let cells = self.cells.wider();
         let planes = self.planes;
         let mut values = vec![S::Short::default(); cells.bricks() * planes * VOLUME];
-        let wider = Self { cells, planes, values: Vec::new() };
-        let fill = |((at, plane), values): ((IVec3, usize), &mut [S::Short])| {
-            for (index, value) in (0..).zip(values) {
+        let fill = |(at, values): (IVec3, &mut [S::Short])| {
+            for index in 0..VOLUME as i32 {
                 let within = IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & (EDGE - 1);
                 let first = ((at << BRICK) + within) * 2;
                 // All eight lie in one brick, whose edge is even.
                 let Some(brick) = self.cells.brick_anywhere(first >> BRICK) else { continue };
-                let corner = |i: i32| {
-                    let by = IVec3::new(i & 1, i >> 1 & 1, i >> 2);
-                    self.value(brick, plane, (first & (EDGE - 1)) + by)
-                };
-                *value = (0..8).map(corner).sum::<S::Short>() / 8.0;
+                for plane in 0..planes {
+                    let corner = |i: i32| {
+                        let by = IVec3::new(i & 1, i >> 1 & 1, i >> 2);
+                        self.value(brick, plane, (first & (EDGE - 1)) + by)
+                    };
+                    values[plane * VOLUME + index as usize] =
+                        (0..8).map(corner).sum::<S::Short>() / 8.0;
+                }
             }
         };
-        let all: Vec<_> = wider.of_planes();
-        all.into_par_iter().zip(values.par_chunks_mut(VOLUME)).for_each(fill);
-        Self { values, ..wider }
+        let bricks = values.par_chunks_mut(VOLUME * planes);
+        cells.places().into_par_iter().zip(bricks).for_each(fill);
+        Self { cells, planes, values }
     }
 
     /// Bricks that hold their neighbours' first values as well.
     pub fn level(self) -> Level<S> {
         let Self { cells, planes, .. } = &self;
         let mut values = vec![S::Stored::default(); cells.bricks() * HELD * planes];
-        let mut places = Vec::with_capacity(cells.bricks());
-        cells.for_each_brick(|at| places.push(at));
         let fill = |(at, values): (IVec3, &mut [S::Stored])| {
             let own = cells.brick(at).expect("only bricks that are held are listed");
             for (index, values) in values.chunks_mut(*planes).enumerate() {
@@ -75,7 +68,8 @@ impl<S: Spectrum> Means<S> {
                 }
             }
         };
-        places.into_par_iter().zip(values.par_chunks_mut(HELD * planes)).for_each(fill);
+        let bricks = values.par_chunks_mut(HELD * planes);
+        cells.places().into_par_iter().zip(bricks).for_each(fill);
         Level { cells: self.cells, planes: self.planes, values }
     }
 }

@@ -85,10 +85,10 @@ impl Cells {
     /// Cells twice as wide that hold all of these.
     pub(super) fn wider(&self) -> Self {
         let mut cells = Self::empty(self.corner, 2.0 * self.edge, (self.size + 1) / 2);
-        self.for_each_brick(|at| {
+        for at in self.places() {
             let slot = cells.slot(at / 2);
             cells.slots[slot] = 0;
-        });
+        }
         cells.number();
         cells
     }
@@ -146,9 +146,9 @@ impl Cells {
         self.layers.last().map_or(0, |&count| count as usize)
     }
 
-    /// Calls `f` with the place in bricks of each brick that is held, in the order of their
-    /// numbers.
-    pub(super) fn for_each_brick(&self, mut f: impl FnMut(IVec3)) {
+    /// The place in bricks of each brick that is held, in the order of their numbers.
+    pub(super) fn places(&self) -> Vec<IVec3> {
+        let mut places = Vec::with_capacity(self.bricks());
         let (a, b) = ((self.layered + 1) % 3, (self.layered + 2) % 3);
         for along in 0..self.size[self.layered] {
             for down in 0..self.size[a] {
@@ -156,11 +156,12 @@ impl Cells {
                     let mut at = IVec3::ZERO;
                     (at[self.layered], at[a], at[b]) = (along, down, across);
                     if self.brick(at).is_some() {
-                        f(at);
+                        places.push(at);
                     }
                 }
             }
         }
+        places
     }
 
     /// A place in units of cells from the corner.

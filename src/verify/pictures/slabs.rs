@@ -17,6 +17,36 @@ pub(super) fn cases(effort: Effort) -> Vec<Case> {
     cases
 }
 
+/// A medium under a sky that shines from above, seen from one place toward another straight above or
+/// below it, `seen` metres wide, with `rays` and `photons`.
+fn seen_straight(
+    [from, to]: [[f64; 3]; 2],
+    seen: f64,
+    medium: &str,
+    [rays, photons]: [u64; 2],
+) -> String {
+    format!(
+        r#"
+        [camera]
+        type = "orthographic"
+        position = {from:?}
+        target = {to:?}
+        up = [0.0, 0.0, 1.0]
+        height = {seen:?}
+        [film]
+        size = [8, 8]
+        [render]
+        rays = {rays}
+        photons = {photons}
+        [[medium]]
+        {medium}
+        [[light]]
+        type = "environment"
+        texture = "sky.exr"
+        "#
+    )
+}
+
 /// A slab between y = 0 and y = 1.
 #[derive(Clone, Copy)]
 struct Slab {
@@ -30,34 +60,19 @@ struct Slab {
 }
 
 impl Slab {
-    /// Under a sky that shines from above, seen straight down for its reflectance (by
-    /// reciprocity), straight up for its transmittance.
+    /// Seen straight down for its reflectance (by reciprocity), straight up for its transmittance.
     fn text(&self, from_above: bool, rays: u64, photons: u64) -> String {
         let Self { albedo, thickness, g, reach, seen } = self;
         let y = if from_above { 2.0 } else { -1.0 };
-        format!(
+        let medium = format!(
             r#"
-            [camera]
-            type = "orthographic"
-            position = [0.0, {y:?}, 0.0]
-            target = [0.0, 0.5, 0.0]
-            up = [0.0, 0.0, 1.0]
-            height = {seen:?}
-            [film]
-            size = [8, 8]
-            [render]
-            rays = {rays}
-            photons = {photons}
-            [[medium]]
             region = {{ box = {{ min = [-{reach:?}, 0.0, -{reach:?}], max = [{reach:?}, 1.0, {reach:?}] }} }}
             sigma_t = {thickness:?}
             albedo = {albedo:?}
             phase = {{ type = "henyey-greenstein", g = {g:?} }}
-            [[light]]
-            type = "environment"
-            texture = "sky.exr"
             "#
-        )
+        );
+        seen_straight([[0.0, y, 0.0], [0.0, 0.5, 0.0]], *seen, &medium, [rays, photons])
     }
 }
 
@@ -109,28 +124,10 @@ fn half_spaces_of_voxels(effort: Effort) -> Vec<Case> {
         for &(albedo, expected) in spaces {
             let name = format!("half-space/voxels/sigma_t={sigma_t:e}/albedo={albedo}");
             let text = move |rays, photons| {
-                format!(
-                    r#"
-                    [camera]
-                    type = "orthographic"
-                    position = [0.1, 20.0, 0.2]
-                    target = [0.1, 0.0, 0.2]
-                    up = [0.0, 0.0, 1.0]
-                    height = 4.0
-                    [film]
-                    size = [8, 8]
-                    [render]
-                    rays = {rays}
-                    photons = {photons}
-                    [[medium]]
-                    file = "grids.vdb"
-                    sigma_t = {sigma_t:?}
-                    albedo = {albedo:?}
-                    [[light]]
-                    type = "environment"
-                    texture = "sky.exr"
-                    "#
-                )
+                let medium =
+                    format!("file = 'grids.vdb'\nsigma_t = {sigma_t:?}\nalbedo = {albedo:?}");
+                let line = [[0.1, 20.0, 0.2], [0.1, 0.0, 0.2]];
+                seen_straight(line, 4.0, &medium, [rays, photons])
             };
             let (min, end) = (IVec3::new(-3, -3, -3), IVec3::new(3, 1, 3));
             let grid = fields::blocks("density", 1.0, min, end, |voxel| f64::from(voxel.y < 0));
