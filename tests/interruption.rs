@@ -365,6 +365,7 @@ fn crops_are_cut_out_of_the_whole_picture() {
     for (scene, more) in [
         ("balls_a.toml", &["--director", "xs"][..]),
         ("smoke.toml", &[]),
+        ("cloud.toml", &[]),
         ("smoke.toml", &["--reference"]),
     ] {
         let more = [&["--rays", "3", "--quiet"], more].concat();

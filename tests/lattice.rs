@@ -54,6 +54,7 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         levels,
         needs,
         traced: None,
+        rays: 4,
         pixels: 1.0,
     };
     shoot(scene, &shooting, &|_| {}).unwrap().0

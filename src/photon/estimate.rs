@@ -6,7 +6,10 @@ use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint};
 use crate::medium::Phase;
 
 use super::kernel::DiskKernel;
-use super::{BeamMap, Depth, DirectLattice, Heading, Lattice, Octahedral, Scattering, SurfaceMap};
+use super::{
+    BeamMap, Depth, DirectLattice, Filled, GatherLattice, Heading, Lattice, Octahedral, Scattering,
+    SurfaceMap,
+};
 
 /// How many times fewer photons each level of the volume photons has.
 pub(super) const THINNING: usize = 8;
@@ -41,6 +44,8 @@ pub struct PhotonMaps<S: Spectrum = Rgb, H: Heading = Octahedral> {
     /// For each medium the light that comes straight from lights and is scattered toward the
     /// camera; empty where it is not kept.
     pub direct: Vec<DirectLattice<S>>,
+    /// For each medium what final gathers find; empty where each ray makes its own.
+    pub gathered: Vec<GatherLattice<S>>,
     /// At how many places along a ray the finest lattices are asked.
     pub places: u32,
     /// How each medium scatters the light of volume photons.
@@ -66,6 +71,7 @@ impl<S: Spectrum, H: Heading> PhotonMaps<S, H> {
             lattices: Vec::new(),
             gather: None,
             direct: Vec::new(),
+            gathered: Vec::new(),
             places: 0,
             scatterings: Vec::new(),
             volume_radius: radius,
@@ -73,6 +79,12 @@ impl<S: Spectrum, H: Heading> PhotonMaps<S, H> {
             volume_unit: 1.0,
             surface_unit: 1.0,
         }
+    }
+
+    /// All cells that are filled while rays are marched.
+    pub fn filled(&self) -> Vec<&Filled<S>> {
+        let direct = self.direct.iter().map(DirectLattice::filled);
+        direct.chain(self.gathered.iter().map(GatherLattice::filled)).collect()
     }
 
     /// The photons' light scattered along `ray` (unit direction) to its origin, W/(m² sr): the sum

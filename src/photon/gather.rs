@@ -11,6 +11,7 @@
 use crate::light::Light;
 use crate::medium::Medium;
 use crate::scene::{FinalGather, Scene};
+use crate::surface::{Material, Surface};
 
 use super::Shooting;
 
@@ -30,11 +31,12 @@ const LEFT_OF_THIRD: f64 = 0.1;
 /// As [`LEFT_OF_THIRD`], where noise is taken off the picture: grain costs less than a bias.
 const LEFT_DENOISED: f64 = 0.04;
 
-/// Second moment of phase functions from which on grain is less of an error than what photons leave.
-const PEAKED: f64 = 0.5;
+/// Second moment of phase functions from which on what gathers leave is less of an error than what
+/// photons do.
+const PEAKED: f64 = 0.2;
 
-/// As [`PEAKED`], where noise is taken off the picture: grain goes, blotches stay.
-const PEAKED_DENOISED: f64 = 0.25;
+/// Second moment from which on it tells much of what a phase function does.
+const TELLING: f64 = 0.5;
 
 /// How far rays are followed before lattices of moments are asked.
 #[derive(Debug, Clone)]
@@ -47,16 +49,19 @@ pub struct Depth {
 
 impl Depth {
     /// What may be done in `scene`, the best first; the first is taken for which lattices can be made.
-    /// Nothing is to ask photons at once: best where no phase function is peaked, and all there is
-    /// where rays cannot be followed. Where noise is taken off, to follow rays is better than to gather
-    /// photons along them.
+    /// Nothing is to ask photons at once: best where no phase function is peaked or mirrors throw
+    /// light of lamps on media, and all there is where rays cannot be followed. Where noise is taken
+    /// off, to follow rays is better than to gather photons along them.
     pub(super) fn choices(scene: &Scene, shooting: &Shooting) -> Vec<Option<Self>> {
         let Some(depth) = Self::possible(scene, shooting) else { return vec![None] };
-        let peaked = if shooting.denoise { PEAKED_DENOISED } else { PEAKED };
-        let is_peaked = depth.legendre.iter().any(|of| of[1].abs() > peaked);
+        let is_peaked = depth.legendre.iter().any(|of| of[1].abs() > PEAKED);
+        // Rays seldom meet in a mirror what sends much light there, and never a point.
+        let mut materials = scene.surfaces.surfaces().iter().flat_map(Surface::materials);
+        let mirrored = materials.any(Material::is_specular)
+            && !scene.lights.lights.iter().all(Light::is_environment);
         match shooting.final_gather {
             FinalGather::Never => vec![None],
-            FinalGather::Auto if !is_peaked && !shooting.denoise => vec![None],
+            FinalGather::Auto if mirrored || (!is_peaked && !shooting.denoise) => vec![None],
             FinalGather::Auto if !is_peaked => vec![None, Some(depth)],
             FinalGather::Auto | FinalGather::Always => vec![Some(depth), None],
         }
@@ -85,10 +90,9 @@ impl Depth {
         self.legendre[medium]
     }
 
-    /// Degree of the moments that are kept of light in a medium: the second where that tells much
-    /// of what its phase function does.
+    /// Degree of the moments that are kept of light in a medium: the second where that tells much.
     pub(super) fn degree(&self, medium: usize) -> usize {
-        if self.legendre[medium][1].abs() > PEAKED { 2 } else { 1 }
+        if self.legendre[medium][1].abs() > TELLING { 2 } else { 1 }
     }
 
     /// What is left of the moment beyond those that lattices hold, 1 where nothing has been scattered

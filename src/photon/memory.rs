@@ -2,7 +2,7 @@
 
 use super::lattice::Track;
 use super::shoot::MOST_PATHS;
-use super::{BeamMap, DirectLattice, Heading, Lattice, Photon, PhotonMaps, Placed};
+use super::{BeamMap, Filled, Heading, Lattice, Photon, PhotonMaps, Placed};
 use crate::math::Spectrum;
 use crate::work::Work;
 
@@ -24,8 +24,8 @@ pub fn memory<S: Spectrum, H: Heading>(work: &Work, look: &PhotonMaps<S, H>) -> 
     let (placed, sphere) = (size_of::<Placed<S, H>>() as u64, BeamMap::<S, H>::SPHERE as u64);
     let (lying, photon) = (size_of::<Placed<S>>() as u64, size_of::<Photon<S>>() as u64);
     let kept = look.lattices.iter().map(Lattice::memory_bytes).sum::<usize>() as u64;
-    let direct: usize = look.direct.iter().map(DirectLattice::memory_bytes).sum();
-    let lattices = kept + direct as u64;
+    let filled = look.filled().into_iter().map(Filled::memory_bytes).sum::<usize>() as u64;
+    let lattices = kept + filled;
     let share = (MOST_PATHS as f64 / work.photon_paths.max(1) as f64).min(1.0);
     // A flight crosses a layer of bricks or two, where it is told by its number.
     let flight = (size_of::<Track<S>>() + 2 * size_of::<u32>()) as u64;

@@ -5,24 +5,22 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::light::{Focus, Reach};
 use crate::math::{Aabb, Spectrum, World, WorldPoint, warp};
-use crate::medium::{Medium, Phase};
-use crate::scene::plan::Needs;
-use crate::scene::{self, Scene};
-use crate::surface::{Material, Surface};
+use crate::medium::Medium;
+use crate::scene::Scene;
 use crate::work::Work;
 
 use super::emitters::Emitters;
 use super::estimate::{THINNING, places};
-use super::gather::Depth;
-use super::lattice::{
-    Builder, Cells, DirectLattice, Holds, Lattice, Track, edge_for_flights, thin_edge,
-};
+use super::keep::{Keeper, eye, is_before, needs_beams};
+use super::lattice::{Builder, Lattice, Track};
 use super::path::{Deposits, Paths, Units};
 use super::radius::{self, Radii};
 use super::scout::Scouted;
 use super::visible::Visible;
 use super::zones::Zones;
-use super::{BeamMap, Heading, Photon, PhotonMaps, Placed, Scattering, SurfaceMap, soft, worth};
+use super::{
+    BeamMap, Heading, Photon, PhotonMaps, Placed, Scattering, Shooting, SurfaceMap, soft, worth,
+};
 
 /// Radius, in metres, that stands for everything.
 const ENDLESS: f64 = 1e15;
@@ -32,20 +30,6 @@ const GROUND: f64 = 4.0;
 
 /// Radius of the halo round what is seen of a medium that the eye is inside of, in radii.
 const HALO: f64 = 4.0;
-
-/// Distance from a medium, in its smallest extents, within which the eye counts as inside.
-const NEAR: f64 = 0.02;
-
-/// How many times as fine as suits the flights cells may be, so that they are thin, where lattices
-/// of moments can be had instead.
-const FINER: f64 = 1.4;
-
-/// As [`FINER`], where beams are what is left: noise of cells costs less than to gather.
-const FINEST: f64 = 2.0;
-
-/// How many times as fine cells for moments are, in transport mean free paths, as others are in mean
-/// free paths, where that makes them wider than those.
-const FINE: f64 = 3.0;
 
 /// How many times as many events splitting may make of the same paths.
 const DEARER: f64 = 2.0;
@@ -61,33 +45,6 @@ const BATCH: usize = 64;
 
 /// Paths whose flights are in memory at once.
 pub(super) const MOST_PATHS: u64 = BATCH as u64 * CHUNK;
-
-/// How photons are shot.
-#[derive(Debug, Clone, Copy)]
-pub struct Shooting {
-    /// Paths sent out; about as many photons are kept in media.
-    pub photons: u64,
-    /// Paths of them that are traced, for a look at what all would leave; nothing means all.
-    pub traced: Option<u64>,
-    /// Seed of the random streams.
-    pub seed: u64,
-    /// Highest order of volume scattering that the picture holds; nothing means all.
-    pub max_scatter: Option<u32>,
-    /// Where rays are followed before photons are asked.
-    pub final_gather: scene::FinalGather,
-    /// Whether noise is taken off the picture in the end.
-    pub denoise: bool,
-    /// Gather radius in metres, where it is given.
-    pub radius: Option<f64>,
-    /// Levels of thinned volume photons beside the full one, for gathers up to 2^levels times as
-    /// wide.
-    pub levels: u32,
-    /// Pixels of the film, along each side, that one of the picture stands for: cells for direct
-    /// light are as much wider.
-    pub pixels: f64,
-    /// Which photons are needed.
-    pub needs: Needs,
-}
 
 /// Shoots photons into `scene` and builds the maps. `advance` is told how many paths are done. One
 /// channel is right where the scene is grey, photons without heading where all media that scatter
@@ -114,14 +71,8 @@ pub fn shoot<S: Spectrum, H: Heading>(
     let margin = radius.unwrap_or(0.02 * size);
     let origin = visible.sphere().map_or_else(|| middle(everything), |(center, _)| center);
     let keeps = shooting.needs.volume_photons;
-    let kept = |medium| {
-        let of = scene.media.get(medium);
-        let (visible, Shooting { pixels, seed, .. }) = (&visible.media, *shooting);
-        let new = || DirectLattice::new(scene, medium, visible, pixels, seed);
-        (keeps && is_before(scene, of)).then(new).flatten()
-    };
-    let direct: Option<Vec<_>> = (0..scene.media.len()).map(kept).collect();
-    let direct = direct.unwrap_or_default();
+    let keeper = Keeper { scene, shooting, visible: &visible.media };
+    let direct = keeper.direct();
     let reach = reach(scene, &visible, everything.grown(margin))?;
     let emitters = Emitters::new(scene, reach, !direct.is_empty())?;
     let units = Units::around(emitters.power() / shooting.photons.max(1) as f64, size);
@@ -145,20 +96,11 @@ pub fn shoot<S: Spectrum, H: Heading>(
     worth::share_out::<S, H>(&mut paths, &visible);
     let scouted = windowed::<S, H>(&mut paths, count);
     paths.keep = scouted.keep;
-    let choices = Depth::choices(scene, shooting);
-    let finer = if choices.iter().any(Option::is_some) { FINER } else { FINEST };
-    let empty = |gather: Option<Depth>| -> (Option<Depth>, Vec<Builder<'_, S>>) {
-        let toward_eye = (&phases[..], finer);
-        let (depth, flown) = (gather.as_ref(), scouted.flown);
-        let of = lattices(scene, shooting, toward_eye, depth, origin, &visible.media, flown);
-        (gather, of)
+    let (gather, mut lattices) = keeper.flights(&phases, origin, scouted.flown);
+    let gathered = match &gather {
+        Some(_) if !direct.is_empty() => keeper.gathered(),
+        _ => Vec::new(),
     };
-    let (gather, mut lattices) = choices
-        .into_iter()
-        .filter(|_| keeps)
-        .map(empty)
-        .find(|(_, l)| !l.is_empty())
-        .unwrap_or_default();
     // Cells at a medium's border reach beyond it.
     paths.tracked = lattices.iter().map(Builder::bounds).reduce(Aabb::union);
     if !lattices.is_empty() && (gather.is_some() || !needs_beams(scene)) {
@@ -196,6 +138,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
         lattices,
         gather,
         direct,
+        gathered,
         places: places(shooting.denoise),
         scatterings,
         volume_radius,
@@ -251,72 +194,6 @@ fn windowed<S: Spectrum, H: Heading>(paths: &mut Paths<'_>, count: u64) -> Scout
     }
     paths.window = None;
     whole
-}
-
-/// Empty lattices, one a medium, where light can be kept on lattices: where all media have an end
-/// and lie before the eye, and cells are thin. They hold moments where rays are followed before they
-/// are asked, or else what phase functions, one a medium, scatter `toward_eye`, where cells are at
-/// most so many times as fine as suits the flights. All flights together are `flown` metres long.
-fn lattices<'a, S: Spectrum>(
-    scene: &'a Scene,
-    shooting: &Shooting,
-    (phases, finer): (&'a [Phase], f64),
-    gather: Option<&Depth>,
-    origin: WorldPoint,
-    visible: &[WorldPoint],
-    flown: f64,
-) -> Vec<Builder<'a, S>> {
-    let lattice = |(index, medium): (usize, &Medium)| {
-        if !is_before(scene, medium) {
-            return None;
-        }
-        let (phase, holds, forgets, finer) = match gather {
-            None => (&phases[index], Holds::TowardEye(&phases[index], &scene.camera), 1.0, finer),
-            // Fluence varies over the way in which light forgets where it came from. Moments are
-            // asked at many places, which even out what wide cells blur.
-            Some(depth) => {
-                let second = depth.degree(index) > 1;
-                let holds = if second { Holds::Moments } else { Holds::FirstMoments };
-                let forgets = (FINE * (1.0 - medium.phase.mean_cosine())).min(1.0);
-                (&Phase::ISOTROPIC, holds, forgets, f64::INFINITY)
-            }
-        };
-        let thin = thin_edge(medium, visible) / forgets;
-        let edge = match shooting.radius {
-            Some(radius) if radius <= thin => radius,
-            Some(_) => return None,
-            None => {
-                let edge = edge_for_flights(medium.density.volume()?, flown, phase);
-                if edge > finer * thin {
-                    return None;
-                }
-                edge.min(thin)
-            }
-        };
-        let cells = Cells::around(&medium.density, edge, holds.planes())?;
-        Some(Builder::new(cells, origin, holds))
-    };
-    scene.media.iter().enumerate().map(lattice).collect::<Option<_>>().unwrap_or_default()
-}
-
-/// Whether a medium has an end and lies before the eye: near it cells would show.
-fn is_before(scene: &Scene, medium: &Medium) -> bool {
-    let apart = |b: Aabb<World>| !b.grown(NEAR * b.size().min_element()).contains(eye(scene));
-    medium.density.bounds().is_some_and(apart)
-}
-
-/// Where the ray through the middle of the film starts.
-fn eye(scene: &Scene) -> WorldPoint {
-    let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
-    scene.camera.ray(width, height, [0.5; 2]).origin
-}
-
-/// Whether rays ask for light that lattices do not hold: scattered toward other places than the
-/// camera.
-fn needs_beams(scene: &Scene) -> bool {
-    let isotropic = scene.media.iter().all(|m| m.phase.is_isotropic());
-    let mut materials = scene.surfaces.surfaces().iter().flat_map(Surface::materials);
-    !isotropic && materials.any(Material::is_specular)
 }
 
 /// The map of all `photons`, and as many `levels` more of fewer and wider ones.

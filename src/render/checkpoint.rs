@@ -13,7 +13,7 @@ use serde_json::{Map, Value};
 use crate::error::{Error, Result};
 use crate::image::Accumulator;
 use crate::math::Spectrum;
-use crate::photon::DirectLattice;
+use crate::photon::Filled;
 use crate::work::Work;
 
 use super::Progress;
@@ -112,7 +112,7 @@ impl Checkpoints {
     ///
     /// # Errors
     /// Where they are not the lattices of the render that left it.
-    pub(super) fn recall<S: Spectrum>(&self, lattices: &[DirectLattice<S>]) -> Result<()> {
+    pub(super) fn recall<S: Spectrum>(&self, lattices: &[&Filled<S>]) -> Result<()> {
         let mut left = self.lock();
         let Some(moment) = left.as_mut() else { return Ok(()) };
         let fits = moment.lattices.len() == lattices.len()
@@ -165,7 +165,7 @@ impl<'a> Keeping<'a> {
         &mut self,
         work: &Work,
         plate: &Plate,
-        lattices: &[DirectLattice<S>],
+        lattices: &[&Filled<S>],
         progress: &dyn Progress,
     ) {
         let Some(checkpoints) = self.checkpoints.filter(|_| self.problem.is_none()) else { return };

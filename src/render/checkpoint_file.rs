@@ -13,11 +13,11 @@ use crate::error::{Error, Result};
 use crate::file;
 use crate::image::Accumulator;
 use crate::math::Spectrum;
-use crate::photon::DirectLattice;
+use crate::photon::Filled;
 use crate::work::Work;
 
 /// What a checkpoint begins with: name and version.
-const MAGIC: [u8; 12] = *b"fogbow cp 1\n";
+const MAGIC: [u8; 12] = *b"fogbow cp 2\n";
 
 /// Bytes of the hash at its end.
 const HASH: u64 = blake3::OUT_LEN as u64;
@@ -54,9 +54,9 @@ pub(super) fn write<S: Spectrum>(
     key: &Map<String, Value>,
     work: &Work,
     plate: &Plate,
-    lattices: &[DirectLattice<S>],
+    lattices: &[&Filled<S>],
 ) -> Result<()> {
-    let counts = |lattice: &DirectLattice<S>| {
+    let counts = |lattice: &&Filled<S>| {
         let known = (0..lattice.cells()).filter(|&cell| lattice.known(cell).is_some()).count();
         [lattice.cells() as u64, known as u64]
     };

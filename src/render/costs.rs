@@ -98,6 +98,7 @@ fn estimate<S: Spectrum, H: Heading>(
             window: Window::whole(small),
             seed,
             stage: Stage::Director,
+            rays: settings.rays,
             needs,
         };
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);

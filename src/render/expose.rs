@@ -14,7 +14,7 @@ use crate::director::Budget;
 use crate::image::{Accumulator, Film, FilmPixel, Sample, Window};
 use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
 use crate::medium::Profile;
-use crate::photon::DirectLattice;
+use crate::photon::{Filled, Round};
 use crate::scene::lighting::{Draws, Even};
 use crate::scene::plan::Needs;
 use crate::work::Work;
@@ -67,6 +67,16 @@ pub struct State<S> {
     pub stands_in: S,
     /// Time that finding it took.
     pub gathering: Duration,
+    /// The round that this ray belongs to.
+    pub round: Round,
+}
+
+impl<S: Spectrum> State<S> {
+    /// For rays of a round.
+    pub(super) fn new(draws: Draws, round: Round) -> Self {
+        let (profile, gathering) = (Profile::default(), Duration::ZERO);
+        Self { draws, profile, shared: 1.0, stands_in: S::ZERO, gathering, round }
+    }
 }
 
 /// What is exposed.
@@ -80,6 +90,8 @@ pub struct Sheet {
     pub seed: u64,
     /// What they are drawn for.
     pub stage: Stage,
+    /// Rays of a pixel, at most.
+    pub rays: u32,
     /// What rays need.
     pub needs: Needs,
 }
@@ -109,10 +121,10 @@ pub fn expose<S: Spectrum>(
     camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
     direct: impl Fn(u32, u32) -> Direction + Sync,
     estimate: impl Fn(Ray<World>, &Budget, &mut State<S>) -> Sample + Sync,
-    lattices: &[DirectLattice<S>],
+    lattices: &[&Filled<S>],
     control: &Control<'_>,
 ) -> Exposed {
-    let Sheet { size, window, seed, stage, needs } = sheet;
+    let Sheet { size, window, seed, stage, rays, needs } = sheet;
     let pixel = |x: u32, y: u32, samples: &mut Accumulator, end: u32, run: &mut Run<'_, S>| {
         let budget = direct(x, y).budget;
         let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
@@ -134,6 +146,7 @@ pub fn expose<S: Spectrum>(
             state.draws.work.rays += 1;
             state.draws.work.colored_paths += u64::from(S::CHANNELS > 1);
             state.shared = shared(sample, &budget);
+            state.round = round(sample, rays);
             run.spent.gathers += u64::from(state.shared > 1.0);
             let dropped = samples.dropped();
             samples.add(estimate(ray, &budget, state));
@@ -167,9 +180,7 @@ pub fn expose<S: Spectrum>(
         let halt = Halt::new(control, keeping.due());
         let tile = |tile: &mut Tile| {
             let draws = Draws::new(Stream::new(seed, stage, 0, 0), needs);
-            let (profile, stands_in) = (Profile::default(), S::ZERO);
-            let gathering = Duration::ZERO;
-            let state = State { draws, profile, shared: 1.0, stands_in, gathering };
+            let state = State::new(draws, round(0, rays));
             let mut run = Run { state, halt: &halt, spent: Spent::default() };
             let start = Instant::now();
             for (x, y, samples) in tile.pixels() {
@@ -261,6 +272,13 @@ fn passes(most: u32) -> impl Iterator<Item = Pass> {
     let ends = successors(Some(1_u32), |end| end.checked_mul(GROWTH));
     let ends = ends.take_while(move |end| *end < most).chain([most]);
     sparse.chain(ends.map(|end| Pass { end, every: 1 })).take_while(move |_| most > 0)
+}
+
+/// The round that a sample of a pixel with at most so many rays belongs to: what a pass adds.
+fn round(sample: u32, rays: u32) -> Round {
+    let index = sample.checked_ilog(GROWTH).map_or(0, |log| log + 1);
+    let end = |index| GROWTH.checked_pow(index).map_or(rays, |end| end.min(rays));
+    Round { index, rays: end(index) - index.checked_sub(1).map_or(0, end) }
 }
 
 /// What light that varies little counts along a ray of a pixel, so that few rays, spread evenly,

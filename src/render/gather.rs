@@ -86,16 +86,30 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         let p = ray.at(place.t);
         let Some((medium, share)) = self.scatterer(p, state) else { return S::ZERO };
         state.draws.work.gathers += 1;
-        let mut walk = Walk { level: self.maps.level(radius), ..Walk::along(*ray) };
+        let walk = Walk { level: self.maps.level(radius), ..Walk::along(*ray) };
         // What stands in for the light of other rays is told for the whole ray.
         let told = std::mem::take(&mut state.stands_in);
-        if self.scatter(gather, &mut walk, p, medium, [c, d], &mut state.draws) {
+        let light = self.walked(gather, walk, p, medium, [c, d], state);
+        let weight = place.weight * share;
+        state.stands_in = told + weight * state.stands_in;
+        weight * light
+    }
+
+    /// The light of a walk that a medium scatters first at `p`.
+    pub(super) fn walked(
+        &self,
+        gather: &Depth,
+        mut walk: Walk<S>,
+        p: WorldPoint,
+        medium: usize,
+        u: [f64; 2],
+        state: &mut State<S>,
+    ) -> S {
+        if self.scatter(gather, &mut walk, p, medium, u, &mut state.draws) {
             let ended = (0..MAX_EVENTS).any(|_| !self.step(gather, &mut walk, state));
             state.draws.work.capped_paths += u64::from(!ended);
         }
-        let weight = place.weight * share;
-        state.stands_in = told + weight * state.stands_in;
-        weight * walk.light
+        walk.light
     }
 
     /// A medium at `p`, chosen by what it scatters, and the share of the extinction there for which

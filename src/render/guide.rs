@@ -151,6 +151,7 @@ fn pilot<S: Spectrum, H: Heading>(
         photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
         seed: settings.seed ^ PILOT_SEED,
         levels: 0,
+        rays: PILOT_RAYS,
         pixels: f64::from(PILOT_PIXELS) / settings.directing.resolution,
         denoise: false,
         ..shooting(scene, settings)
@@ -171,6 +172,7 @@ fn pilot<S: Spectrum, H: Heading>(
             window: Window::whole(size),
             seed: settings.seed ^ PILOT_SEED,
             stage: Stage::Director,
+            rays: PILOT_RAYS,
             needs: shooting.needs,
         },
         |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
@@ -194,6 +196,7 @@ pub(super) fn shooting(scene: &Scene, settings: &RenderSettings) -> Shooting {
         denoise: settings.denoise,
         radius: settings.radius,
         levels: 0,
+        rays: settings.rays,
         pixels: 1.0,
         needs: Needs::of(scene, settings),
     }

@@ -159,7 +159,8 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
             let asked = Asked { kept, lamps: way.lamps, others: true };
             light += self.direct(ray, profile, asked, state);
         }
-        if let Some(gather) = &self.maps.gather {
+        let keeps_gathers = holds && !self.maps.gathered.is_empty();
+        if let Some(gather) = self.maps.gather.as_ref().filter(|_| !keeps_gathers) {
             light += self.gathered(gather, ray, profile, radius, state);
         }
         if keeps_direct || keeps_flights {
@@ -249,38 +250,6 @@ impl<'a, S: Spectrum, H: Heading> Marcher<'a, S, H> {
             }
         }
         sum
-    }
-
-    /// Light kept on lattices that is scattered along `ray`, at places spread by opacity.
-    fn kept_along(
-        &self,
-        ray: &Ray<World>,
-        profile: &Profile<S>,
-        radius: f64,
-        state: &mut State<S>,
-    ) -> S {
-        let level = self.maps.level(radius);
-        let places = self.maps.places_at(level);
-        let mut sum = S::ZERO;
-        for index in 0..places {
-            let u = stratum(index, places, state);
-            let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
-            let p = ray.at(place.t);
-            state.draws.work.gathers += 1;
-            state.draws.work.grid_lookups += self.lookups;
-            for (medium, share) in self.shares(p) {
-                sum += place.weight * share * self.kept_at(medium, p, level, state);
-            }
-        }
-        sum / f64::from(places)
-    }
-
-    /// Light kept on the lattices of a medium at `p`.
-    fn kept_at(&self, medium: usize, p: WorldPoint, level: usize, state: &mut State<S>) -> S {
-        let lattice = self.maps.lattices.get(medium).filter(|_| self.maps.gather.is_none());
-        let indirect = lattice.map_or(S::ZERO, |l| l.at(p, level));
-        let direct = self.maps.direct.get(medium);
-        indirect + direct.map_or(S::ZERO, |d| d.near(self.scene, p, &mut state.draws))
     }
 
     /// Light of the photons along `ray`.
@@ -378,6 +347,6 @@ fn share_of<S: Spectrum>(sigma_s: Rgb, sigma_t: Rgb) -> S {
 }
 
 /// A number for the stratum `index` of `count` of the unit interval.
-fn stratum<S>(index: u32, count: u32, state: &mut State<S>) -> f64 {
+pub(super) fn stratum<S>(index: u32, count: u32, state: &mut State<S>) -> f64 {
     (f64::from(index) + state.draws.rng.uniform()) / f64::from(count)
 }

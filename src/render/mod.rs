@@ -14,6 +14,7 @@ mod expose;
 mod follow;
 mod gather;
 mod guide;
+mod kept;
 mod lamps;
 mod march;
 mod pace;
@@ -142,7 +143,7 @@ fn picture<S: Spectrum, H: Heading>(
     let width = scene.film.size[0] as usize;
     let marcher = march::Marcher::new(scene, &photons, needs);
     if let Some(checkpoints) = control.checkpoints {
-        checkpoints.recall(&photons.direct)?;
+        checkpoints.recall(&photons.filled())?;
     }
     let exposed = expose::expose(
         sheet(scene, settings, Stage::March),
@@ -152,7 +153,7 @@ fn picture<S: Spectrum, H: Heading>(
             directions.get(index).copied().unwrap_or(Direction::fixed(gold))
         },
         |ray, budget, state| marcher.radiance(ray, budget, state),
-        &photons.direct,
+        &photons.filled(),
         control,
     );
     stages.done("march", start);
@@ -203,6 +204,7 @@ fn sheet(scene: &Scene, settings: &RenderSettings, stage: Stage) -> Sheet {
         window: settings.crop.unwrap_or(Window::whole(size)),
         seed: settings.seed,
         stage,
+        rays: settings.rays,
         needs: Needs::of(scene, settings),
     }
 }

@@ -90,6 +90,7 @@ fn shot(scene: &Scene, final_gather: FinalGather) -> (PhotonMaps, Work) {
     let shooting = Shooting {
         photons: PHOTONS,
         traced: None,
+        rays: 4,
         pixels: 1.0,
         seed: 0,
         max_scatter: None,

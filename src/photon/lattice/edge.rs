@@ -1,6 +1,6 @@
 //! How wide the cells of a lattice are.
 
-use crate::math::WorldPoint;
+use crate::math::{Ray, World, WorldPoint};
 use crate::medium::{Medium, Phase};
 use crate::scene::Scene;
 
@@ -14,10 +14,11 @@ const WAYS: f64 = 1e6;
 /// Optical thickness of a cell up to which light varies in it nearly as a straight line.
 const THIN: f64 = 0.35;
 
-/// Edge of a cell for direct light in pixels, where the camera sees it.
-const PIXELS: f64 = 1.5;
+/// How many times as fine cells for moments are, in transport mean free paths, as others are in mean
+/// free paths, where that makes them wider than those.
+const FINE: f64 = 3.0;
 
-/// Finest edge for direct light in voxels.
+/// Finest edge in voxels of a cell that is filled for a picture.
 const FINEST: f64 = 0.5;
 
 /// Edge of the cells, in metres, that suits a medium of this volume in m³ in which all flights
@@ -38,27 +39,57 @@ pub fn thin_edge(medium: &Medium, visible: &[WorldPoint]) -> f64 {
     thickest(medium, visible).map_or(f64::INFINITY, |sigma_t| THIN / sigma_t)
 }
 
-/// Edge of the cells for direct light, in metres: as fine as a picture of which each pixel stands
-/// for so many along each side, but thin; nothing where the medium is not seen or cells would have
-/// to be much finer than voxels.
-pub fn edge_for_direct(
-    scene: &Scene,
-    medium: &Medium,
-    visible: &[WorldPoint],
-    pixels: f64,
-) -> Option<f64> {
-    let thickest = thickest(medium, visible)?;
-    let middle = scene.film.size.map(|side| 0.5 * f64::from(side));
-    let ray = |by| scene.camera.ray(middle[0] + by, middle[1], [0.5; 2]);
-    let (here, beside) = (ray(0.0), ray(1.0));
-    let pixel = |p: &WorldPoint| {
-        let t = (*p - here.origin).length();
-        (beside.at(t) - here.at(t)).length()
-    };
-    let pixel = quantile(visible.iter().map(pixel).collect(), 0.5)?;
-    let finest = FINEST * medium.density.detail().unwrap_or(0.0);
-    let edge = (PIXELS * pixels * pixel).max(finest).min(THIN / thickest);
-    (edge >= 0.5 * finest).then_some(edge)
+/// As [`thin_edge`], for light that has been scattered so often that it hardly knows any more where
+/// it came from: it varies over longer ways, the more the more a scattering leaves of its direction.
+pub fn thin_edge_for_moments(medium: &Medium, visible: &[WorldPoint]) -> f64 {
+    let forgets = (FINE * (1.0 - medium.phase.mean_cosine())).min(1.0);
+    thin_edge(medium, visible) / forgets
+}
+
+/// The edge of a pixel where something is seen.
+#[derive(Debug)]
+pub(super) struct Pixel {
+    /// Through neighbouring pixels.
+    rays: [Ray<World>; 2],
+    /// How many of the film's a pixel stands for, along each side.
+    stands_for: f64,
+}
+
+impl Pixel {
+    /// Of a picture by the camera of `scene` of which each pixel stands for so many of the film
+    /// along each side.
+    pub fn new(scene: &Scene, stands_for: f64) -> Self {
+        let [x, y] = scene.film.size.map(|side| 0.5 * f64::from(side));
+        let rays = [x, x + 1.0].map(|x| scene.camera.ray(x, y, [0.5; 2]));
+        Self { rays, stands_for }
+    }
+
+    /// The edge at `p`, in metres.
+    pub fn edge(&self, p: WorldPoint) -> f64 {
+        let [here, beside] = &self.rays;
+        let t = self.distance(p);
+        self.stands_for * (beside.at(t) - here.at(t)).length()
+    }
+
+    /// The distance of `p` from the camera, in metres.
+    pub fn distance(&self, p: WorldPoint) -> f64 {
+        (p - self.rays[0].origin).length()
+    }
+
+    /// The edge, in metres, of cells that are so many pixels `wide` where the camera sees `medium`,
+    /// and at most `widest`; nothing where it is not seen or they would be much finer than voxels.
+    pub fn cells(
+        &self,
+        medium: &Medium,
+        visible: &[WorldPoint],
+        wide: f64,
+        widest: f64,
+    ) -> Option<f64> {
+        let pixel = quantile(visible.iter().map(|p| self.edge(*p)).collect(), 0.5)?;
+        let finest = FINEST * medium.density.detail().unwrap_or(0.0);
+        let edge = (wide * pixel).max(finest).min(widest);
+        (edge >= 0.5 * finest).then_some(edge)
+    }
 }
 
 /// Extinction coefficient in 1/m, that few visible places exceed; nothing where the medium is not

@@ -17,6 +17,8 @@ mod build;
 mod cells;
 mod direct;
 mod edge;
+mod filled;
+mod gathered;
 mod layered;
 mod means;
 mod moments;
@@ -25,9 +27,11 @@ mod track;
 mod walk;
 
 pub(super) use build::{Builder, Holds};
-pub(super) use edge::{edge_for_flights, thin_edge};
+pub(super) use edge::{edge_for_flights, thin_edge, thin_edge_for_moments};
 pub(super) use shape::Cells;
 pub(super) use track::Track;
 
 pub use cells::Lattice;
 pub use direct::DirectLattice;
+pub use filled::Filled;
+pub use gathered::{GatherLattice, Round};

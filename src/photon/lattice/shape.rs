@@ -29,7 +29,7 @@ pub(super) fn cell_index(within: IVec3) -> usize {
 }
 
 /// The cells of a lattice: bricks of 8³ round a medium.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Cells {
     /// Corner of the first cell.
     pub(super) corner: WorldPoint,

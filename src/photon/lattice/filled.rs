@@ -1,0 +1,197 @@
+//! Light on a lattice, found where it is first asked for.
+
+use std::marker::PhantomData;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Instant;
+
+use glam::IVec3;
+
+use crate::math::{Rgb, Spectrum, Stage, Stream, WorldPoint};
+use crate::scene::lighting::Draws;
+
+use super::shape::{BRICK, Cells, VOLUME, cell_index};
+
+/// The lowest bits of a number, which tell the round of rays that it was found for.
+const ROUND: u32 = 0x1f;
+
+/// In place of a round: a cell that has not been asked for.
+const UNKNOWN: u32 = ROUND;
+
+/// Light at the centres of cubic cells: what a place costs is paid once in a round of rays, not for
+/// each that comes by.
+#[derive(Debug)]
+pub struct Filled<S = Rgb> {
+    cells: Cells,
+    seed: u64,
+    /// Bits of one number a channel, cell by cell, with the round.
+    values: Vec<AtomicU32>,
+    channels: PhantomData<S>,
+}
+
+/// A cell whose light is to be found.
+#[derive(Debug, Clone, Copy)]
+pub struct Vacant {
+    /// Its place in cells.
+    pub cell: IVec3,
+    /// Its centre.
+    pub center: WorldPoint,
+    /// Its edge, in metres.
+    pub edge: f64,
+}
+
+impl<S: Spectrum> Filled<S> {
+    /// A lattice over `cells` of which nothing is known.
+    pub(super) fn new(cells: Cells, seed: u64) -> Self {
+        let numbers = cells.bricks() * VOLUME * S::CHANNELS;
+        let values = (0..numbers).map(|_| AtomicU32::new(UNKNOWN)).collect();
+        Self { cells, seed, values, channels: PhantomData }
+    }
+
+    /// Bytes in memory.
+    pub const fn memory_bytes(&self) -> usize {
+        self.values.len() * size_of::<AtomicU32>()
+    }
+
+    /// How many cells there are.
+    pub const fn cells(&self) -> usize {
+        self.values.len() / S::CHANNELS
+    }
+
+    fn channels_of(&self, cell: usize) -> &[AtomicU32] {
+        &self.values[cell * S::CHANNELS..][..S::CHANNELS]
+    }
+
+    /// The bits of what is known of a cell, for storing; nothing where it has not been asked for.
+    pub fn known(&self, cell: usize) -> Option<[u32; 3]> {
+        let channels = self.channels_of(cell);
+        let known = channels[0].load(Ordering::Acquire);
+        let channel = |c: usize| channels.get(c).map_or(known, |v| v.load(Ordering::Relaxed));
+        (known & ROUND != UNKNOWN).then(|| [known, channel(1), channel(2)])
+    }
+
+    /// Takes back what [`known`](Self::known) told of a cell of the same lattice; no work is counted
+    /// for it again.
+    pub fn recall(&self, cell: usize, value: [u32; 3]) {
+        // The first channel last: it says that the others are there.
+        for (channel, bits) in self.channels_of(cell).iter().zip(value).rev() {
+            channel.store(bits, Ordering::Release);
+        }
+    }
+
+    /// The light of one of the eight cells round `p`, drawn with the weight that it has in trilinear
+    /// interpolation: that is what comes out on average, and of the cells that few rays ask for an
+    /// eighth has to be found. 0 where there are none. In each `round` of rays `find` finds it anew;
+    /// rounds follow one another. `draws` counts the work, each cell's once.
+    #[inline]
+    pub fn near(
+        &self,
+        p: WorldPoint,
+        round: u32,
+        draws: &mut Draws,
+        find: impl FnOnce(&Vacant, &mut Draws) -> S,
+    ) -> S {
+        let local = self.cells.local(p) - 0.5;
+        let low = local.floor();
+        let [x, y, z] =
+            (local - low).to_array().map(|share| i32::from(draws.rng.uniform() < share));
+        let cell = low.as_ivec3() + IVec3::new(x, y, z);
+        let Some(brick) = self.cells.brick_anywhere(cell >> BRICK) else { return S::ZERO };
+        let index = brick * VOLUME + cell_index(cell & ((1 << BRICK) - 1));
+        let channels = self.channels_of(index);
+        if channels[0].load(Ordering::Acquire) & ROUND == round {
+            let number = |c: usize| f32::from_bits(channels[c].load(Ordering::Relaxed) & !ROUND);
+            return S::long(S::from_channels(number));
+        }
+        S::long(self.fill(cell, index, round, draws, find))
+    }
+
+    /// Finds the light of a cell. Threads that do so at once find the same.
+    fn fill(
+        &self,
+        cell: IVec3,
+        index: usize,
+        round: u32,
+        draws: &mut Draws,
+        find: impl FnOnce(&Vacant, &mut Draws) -> S,
+    ) -> S::Short {
+        let start = Instant::now();
+        let sample = u64::MAX - u64::from(round);
+        let stream = Stream::new(self.seed, Stage::March, index as u64, sample);
+        let mut own = Draws::new(stream, draws.needs);
+        let center = self.cells.world(cell.as_dvec3() + 0.5);
+        let light = find(&Vacant { cell, center, edge: self.cells.edge }, &mut own).short();
+        let light = if S::long(light).is_finite() { light } else { S::Short::default() };
+        let bits = |c: usize| S::short_channel(light, c).to_bits() & !ROUND;
+        let channels = self.channels_of(index);
+        for (c, stored) in channels.iter().enumerate().skip(1) {
+            stored.store(bits(c) | round, Ordering::Relaxed);
+        }
+        if channels[0].swap(bits(0) | round, Ordering::AcqRel) & ROUND != round {
+            draws.work += own.work;
+        }
+        draws.once += start.elapsed();
+        S::from_channels(|c| f32::from_bits(bits(c)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::medium::Density;
+    use crate::scene::plan::Needs;
+    use crate::shape::{Cuboid, Region};
+    use glam::{DAffine3, DVec3};
+
+    fn filled<S: Spectrum>() -> Filled<S> {
+        let region = Cuboid::new(DVec3::ZERO, DVec3::ONE, &DAffine3::IDENTITY).unwrap();
+        let density = Density::Homogeneous(Region::Box(region));
+        Filled::new(Cells::around(&density, 0.2, 1).unwrap(), 1)
+    }
+
+    fn draws() -> Draws {
+        Draws::new(Stream::new(1, Stage::Test, 0, 0), Needs::EVERYTHING)
+    }
+
+    #[test]
+    fn a_cell_is_found_once_a_round() {
+        let (filled, mut draws) = (filled::<Rgb>(), draws());
+        let p = filled.cells.world(DVec3::splat(3.5));
+        for round in 0..ROUND {
+            let light = Rgb::new(f64::from(round), 0.1, -1e30);
+            for find in [true, false] {
+                let found = filled.near(p, round, &mut draws, |cell, own| {
+                    assert!(find && cell.cell == IVec3::splat(3));
+                    own.work.collisions += 1;
+                    light
+                });
+                let off = (found - light).abs() / light.abs().max(Rgb::splat(1e-9));
+                assert!(off.max_element() < 5e-6, "{found} for {light}");
+            }
+        }
+        assert_eq!(draws.work.collisions, u64::from(ROUND));
+    }
+
+    #[test]
+    fn what_is_known_is_recalled() {
+        fn check<S: Spectrum>() {
+            let ([from, to], mut draws) = ([filled::<S>(), filled::<S>()], draws());
+            let center = |x: i32| from.cells.world(DVec3::new(f64::from(x) + 0.5, 2.5, 1.5));
+            let of = |x: i32| S::of(Rgb::new(0.3, 0.2, 0.7) * f64::from(x));
+            let mut ask = |lattice: &Filled<S>, x: i32, known: bool| {
+                lattice.near(center(x), 2, &mut draws, |_, _| {
+                    assert!(!known);
+                    of(x)
+                })
+            };
+            let told: Vec<S> = (0..5).map(|x| ask(&from, x, false)).collect();
+            let known = (0..from.cells()).filter_map(|cell| Some((cell, from.known(cell)?)));
+            assert_eq!(known.clone().count(), 5);
+            known.for_each(|(cell, value)| to.recall(cell, value));
+            for (x, told) in (0..).zip(told) {
+                assert_eq!(ask(&to, x, true), told);
+            }
+        }
+        check::<Rgb>();
+        check::<f64>();
+    }
+}

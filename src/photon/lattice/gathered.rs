@@ -1,0 +1,112 @@
+//! What final gathers find, on a lattice.
+
+use crate::math::{Ray, Rgb, Span, Spectrum, WorldPoint};
+use crate::scene::Scene;
+use crate::scene::lighting::Draws;
+
+use super::edge::{Pixel, thin_edge_for_moments};
+use super::filled::{Filled, Vacant};
+use super::shape::Cells;
+
+/// Gathers for each ray whose light comes from a cell.
+const GATHERS: f64 = 8.0;
+
+/// Gathers of a cell, at least.
+const LEAST: f64 = 3.0;
+
+/// Edge of a cell in pixels, where the camera sees it, for [`USUAL`] rays of a pixel.
+const PIXELS: f64 = 2.5;
+
+/// See [`PIXELS`].
+const USUAL: f64 = 16.0;
+
+/// How that falls with the number of rays: a pixel's variance falls with that and with the square of
+/// the edge, its squared bias with the fourth power of the edge; the sum is least where the edge is
+/// as the -1/6th power of the number of rays.
+const FALL: f64 = -1.0 / 6.0;
+
+/// Edge of a cell in pixels, at least: that of cells for direct light.
+const FINEST: f64 = 1.5;
+
+/// Edge of a cell, at most, over that of a thin one.
+const THICK: f64 = 1.5;
+
+/// Some of the rays of each pixel, which are shot together before others are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Round {
+    /// How many there were before.
+    pub index: u32,
+    /// Rays of a pixel that belong to it, at most.
+    pub rays: u32,
+}
+
+/// Light that one medium scatters toward the camera, as far as final gathers find it, kept at the
+/// centres of cubic cells: rays whose light comes from the same cell share its gathers, however many
+/// they are and of whatever pixels (path space filtering, Keller, Dahm and Binder 2014, on a grid). It
+/// is smooth over a cell, as it has been scattered at least twice.
+///
+/// Cells get gathers in proportion to the light that the rays of a round are to take from them. Each
+/// round finds its own, so that rays in all rounds count the same, and what cells hold gets better as
+/// pixels get rays.
+#[derive(Debug)]
+pub struct GatherLattice<S = Rgb> {
+    filled: Filled<S>,
+    medium: usize,
+    pixel: Pixel,
+}
+
+impl<S: Spectrum> GatherLattice<S> {
+    /// A lattice for the medium of this index in `scene`, of which the camera sees `visible`
+    /// places, for a picture of which each pixel stands for so many of the film along each side and
+    /// gets so many rays. Nothing where cells would be too thick or too many.
+    pub fn new(
+        scene: &Scene,
+        medium: usize,
+        visible: &[WorldPoint],
+        pixels: f64,
+        rays: u32,
+        seed: u64,
+    ) -> Option<Self> {
+        let of = scene.media.get(medium);
+        let pixel = Pixel::new(scene, pixels);
+        let wide = (PIXELS * (f64::from(rays) / USUAL).powf(FALL)).max(FINEST);
+        let widest = THICK * thin_edge_for_moments(of, visible);
+        let edge = pixel.cells(of, visible, wide, widest)?;
+        let cells = Cells::around(&of.density, edge, 1)?;
+        Some(Self { filled: Filled::new(cells, seed), medium, pixel })
+    }
+
+    /// Its cells.
+    pub const fn filled(&self) -> &Filled<S> {
+        &self.filled
+    }
+
+    /// The light scattered at `p` per unit of sigma_s, W/(m² sr), for a ray of this round; see
+    /// [`Filled::near`]. `gather` is told the centre of a cell and how many gathers to take the mean
+    /// of.
+    pub fn near(
+        &self,
+        scene: &Scene,
+        p: WorldPoint,
+        round: Round,
+        draws: &mut Draws,
+        gather: impl FnOnce(WorldPoint, u32, &mut Draws) -> S,
+    ) -> S {
+        // The first number is that of light that all rounds share.
+        self.filled.near(p, 1 + round.index, draws, |cell, own| {
+            let rays = self.rays(scene, cell, own) * f64::from(round.rays);
+            gather(cell.center, (GATHERS * rays).round().max(LEAST) as u32, own)
+        })
+    }
+
+    /// How many rays, of one a pixel, take their light from a cell.
+    fn rays(&self, scene: &Scene, cell: &Vacant, draws: &mut Draws) -> f64 {
+        let p = cell.center;
+        let thickness = scene.media.get(self.medium).sigma_t_at(p) * cell.edge;
+        let opacity = 1.0 - (-thickness.max_element()).exp();
+        let toward = Ray::new(p, scene.camera.toward(p));
+        let span = Span::new(0.0, self.pixel.distance(p));
+        let seen: S = scene.media.transmittance_counted(&toward, span, &mut draws.work);
+        opacity * seen.max_element() * (cell.edge / self.pixel.edge(p)).powi(2)
+    }
+}

@@ -1,0 +1,77 @@
+//! Light that is kept on lattices.
+
+use crate::math::{Ray, Spectrum, World, WorldPoint};
+use crate::medium::Profile;
+use crate::photon::{Depth, Heading, Round};
+use crate::scene::lighting::{Draws, Even};
+
+use super::expose::State;
+use super::gather::Walk;
+use super::march::{Marcher, stratum};
+
+impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
+    /// Light kept on lattices that is scattered along `ray`, at places spread by opacity.
+    pub(super) fn kept_along(
+        &self,
+        ray: &Ray<World>,
+        profile: &Profile<S>,
+        radius: f64,
+        state: &mut State<S>,
+    ) -> S {
+        let level = self.maps.level(radius);
+        let places = self.maps.places_at(level);
+        let mut sum = S::ZERO;
+        for index in 0..places {
+            let u = stratum(index, places, state);
+            let Some(place) = profile.sample([u, state.draws.rng.uniform()]) else { break };
+            let p = ray.at(place.t);
+            state.draws.work.gathers += 1;
+            state.draws.work.grid_lookups += self.lookups;
+            for (medium, share) in self.shares(p) {
+                sum += place.weight * share * self.kept_at(medium, p, level, state);
+            }
+        }
+        sum / f64::from(places)
+    }
+
+    /// Light kept on the lattices of a medium at `p`.
+    fn kept_at(&self, medium: usize, p: WorldPoint, level: usize, state: &mut State<S>) -> S {
+        let lattice = self.maps.lattices.get(medium).filter(|_| self.maps.gather.is_none());
+        let indirect = lattice.map_or(S::ZERO, |l| l.at(p, level));
+        let direct = self.maps.direct.get(medium);
+        let direct = direct.map_or(S::ZERO, |d| d.near(self.scene, p, &mut state.draws));
+        let (Some(gather), Some(gathered)) = (&self.maps.gather, self.maps.gathered.get(medium))
+        else {
+            return indirect + direct;
+        };
+        let round = state.round;
+        let found =
+            gathered.near(self.scene, p, round, &mut state.draws, |center, count, draws| {
+                self.gathers(gather, medium, center, count, round, draws)
+            });
+        direct + found
+    }
+
+    /// The mean of what so many final gathers find that start at `p`, where a medium scatters toward
+    /// the camera.
+    fn gathers(
+        &self,
+        gather: &Depth,
+        medium: usize,
+        p: WorldPoint,
+        count: u32,
+        round: Round,
+        draws: &mut Draws,
+    ) -> S {
+        let toward = Ray::new(p, -self.scene.camera.toward(p));
+        let scramble = (draws.rng.uniform() * f64::from(u32::MAX)) as u32;
+        let mut state = State::new(draws.clone(), round);
+        let mut sum = S::ZERO;
+        for index in 0..count {
+            let [_, _, c, d] = Even { index: index & 0xffff, scramble }.scattering();
+            sum += self.walked(gather, Walk::along(toward), p, medium, [c, d], &mut state);
+        }
+        *draws = state.draws;
+        sum / f64::from(count)
+    }
+}
