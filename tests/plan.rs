@@ -395,7 +395,7 @@ fn single_scattering_is_offered_with_a_bound_that_holds() {
 #[test]
 fn costs_are_estimated() {
     let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
-    for name in ["smoke.toml", "balls_a.toml"] {
+    for name in ["smoke.toml", "balls_a.toml", "cloud.toml"] {
         let overrides = Overrides {
             size: Some([96, 72]),
             rays: Some(8),

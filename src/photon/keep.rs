@@ -40,8 +40,11 @@ impl<'a> Keeper<'a> {
     /// For each medium what final gathers find; nothing where one of them cannot keep it, and where
     /// noise is taken off: it goes where each ray has its own, not where rays share it.
     pub fn gathered<S: Spectrum>(&self) -> Vec<GatherLattice<S>> {
-        let Shooting { pixels, rays, seed, denoise, .. } = *self.shooting;
-        let new = |medium| GatherLattice::new(self.scene, medium, self.visible, pixels, rays, seed);
+        let Shooting { pixels, rays, seed, denoise, traced, .. } = *self.shooting;
+        let looks = traced.is_some();
+        let new = |medium| {
+            GatherLattice::new(self.scene, medium, self.visible, pixels, rays, seed, looks)
+        };
         if denoise { Vec::new() } else { self.each(new) }
     }
 

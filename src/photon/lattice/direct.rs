@@ -65,7 +65,7 @@ impl<S: Spectrum> DirectLattice<S> {
     }
 
     /// Direct light at the centre of a cell.
-    fn light(&self, scene: &Scene, &Vacant { cell, center, .. }: &Vacant, draws: &mut Draws) -> S {
+    fn light(&self, scene: &Scene, &Vacant { cell, center }: &Vacant, draws: &mut Draws) -> S {
         let toward = scene.camera.toward(center);
         let phase = &scene.media.get(self.medium).phase;
         let mut sum = S::ZERO;

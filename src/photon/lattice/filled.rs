@@ -35,8 +35,6 @@ pub struct Vacant {
     pub cell: IVec3,
     /// Its centre.
     pub center: WorldPoint,
-    /// Its edge, in metres.
-    pub edge: f64,
 }
 
 impl<S: Spectrum> Filled<S> {
@@ -45,6 +43,11 @@ impl<S: Spectrum> Filled<S> {
         let numbers = cells.bricks() * VOLUME * S::CHANNELS;
         let values = (0..numbers).map(|_| AtomicU32::new(UNKNOWN)).collect();
         Self { cells, seed, values, channels: PhantomData }
+    }
+
+    /// Edge of a cell, in metres.
+    pub const fn edge(&self) -> f64 {
+        self.cells.edge
     }
 
     /// Bytes in memory.
@@ -119,7 +122,7 @@ impl<S: Spectrum> Filled<S> {
         let stream = Stream::new(self.seed, Stage::March, index as u64, sample);
         let mut own = Draws::new(stream, draws.needs);
         let center = self.cells.world(cell.as_dvec3() + 0.5);
-        let light = find(&Vacant { cell, center, edge: self.cells.edge }, &mut own).short();
+        let light = find(&Vacant { cell, center }, &mut own).short();
         let light = if S::long(light).is_finite() { light } else { S::Short::default() };
         let bits = |c: usize| S::short_channel(light, c).to_bits() & !ROUND;
         let channels = self.channels_of(index);

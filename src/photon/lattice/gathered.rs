@@ -5,10 +5,11 @@ use crate::scene::Scene;
 use crate::scene::lighting::Draws;
 
 use super::edge::{Pixel, thin_edge_for_moments};
-use super::filled::{Filled, Vacant};
+use super::filled::Filled;
 use super::shape::Cells;
 
-/// Gathers for each ray whose light comes from a cell.
+/// Gathers for each ray whose light comes from a cell: about one for each time that it is asked for,
+/// as a ray asks at several places.
 const GATHERS: f64 = 8.0;
 
 /// Gathers of a cell, at least.
@@ -53,12 +54,15 @@ pub struct GatherLattice<S = Rgb> {
     filled: Filled<S>,
     medium: usize,
     pixel: Pixel,
+    /// Whether only the work is looked at, by few of the rays: each does its part of that for a cell.
+    looks: bool,
 }
 
 impl<S: Spectrum> GatherLattice<S> {
     /// A lattice for the medium of this index in `scene`, of which the camera sees `visible`
     /// places, for a picture of which each pixel stands for so many of the film along each side and
-    /// gets so many rays. Nothing where cells would be too thick or too many.
+    /// gets so many rays, or for a look at the work of that. Nothing where cells would be too thick or
+    /// too many.
     pub fn new(
         scene: &Scene,
         medium: usize,
@@ -66,6 +70,7 @@ impl<S: Spectrum> GatherLattice<S> {
         pixels: f64,
         rays: u32,
         seed: u64,
+        looks: bool,
     ) -> Option<Self> {
         let of = scene.media.get(medium);
         let pixel = Pixel::new(scene, pixels);
@@ -73,7 +78,7 @@ impl<S: Spectrum> GatherLattice<S> {
         let widest = THICK * thin_edge_for_moments(of, visible);
         let edge = pixel.cells(of, visible, wide, widest)?;
         let cells = Cells::around(&of.density, edge, 1)?;
-        Some(Self { filled: Filled::new(cells, seed), medium, pixel })
+        Some(Self { filled: Filled::new(cells, seed), medium, pixel, looks })
     }
 
     /// Its cells.
@@ -92,21 +97,39 @@ impl<S: Spectrum> GatherLattice<S> {
         draws: &mut Draws,
         gather: impl FnOnce(WorldPoint, u32, &mut Draws) -> S,
     ) -> S {
+        let asked = |p: WorldPoint, draws: &mut Draws| {
+            GATHERS * f64::from(round.rays) * self.rays(scene, p, draws)
+        };
+        if self.looks {
+            // What decides how many is found for cells, not for each ray.
+            let times = asked(p, &mut draws.clone());
+            let part = times.max(LEAST) / times.max(1.0) * self.opacity(scene, p);
+            return gather(p, (part + draws.rng.uniform()) as u32, draws);
+        }
         // The first number is that of light that all rounds share.
         self.filled.near(p, 1 + round.index, draws, |cell, own| {
-            let rays = self.rays(scene, cell, own) * f64::from(round.rays);
-            gather(cell.center, (GATHERS * rays).round().max(LEAST) as u32, own)
+            gather(cell.center, asked(cell.center, own).max(LEAST).round() as u32, own)
         })
     }
 
-    /// How many rays, of one a pixel, take their light from a cell.
-    fn rays(&self, scene: &Scene, cell: &Vacant, draws: &mut Draws) -> f64 {
-        let p = cell.center;
-        let thickness = scene.media.get(self.medium).sigma_t_at(p) * cell.edge;
+    /// Of the ray through `p`: where it is small, many rays ask for little.
+    fn opacity(&self, scene: &Scene, p: WorldPoint) -> f64 {
+        let toward = scene.camera.toward(p);
+        let ways = [(toward, self.pixel.distance(p)), (-toward, f64::INFINITY)];
+        let thickness = ways.map(|(direction, length)| {
+            scene.media.optical_thickness(&Ray::new(p, direction), Span::new(0.0, length))
+        });
+        1.0 - (-(thickness[0] + thickness[1])).exp().max_element()
+    }
+
+    /// How many rays, of one a pixel, take their light from a cell at `p`.
+    fn rays(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> f64 {
+        let edge = self.filled.edge();
+        let thickness = scene.media.get(self.medium).sigma_t_at(p) * edge;
         let opacity = 1.0 - (-thickness.max_element()).exp();
         let toward = Ray::new(p, scene.camera.toward(p));
         let span = Span::new(0.0, self.pixel.distance(p));
         let seen: S = scene.media.transmittance_counted(&toward, span, &mut draws.work);
-        opacity * seen.max_element() * (cell.edge / self.pixel.edge(p)).powi(2)
+        opacity * seen.max_element() * (edge / self.pixel.edge(p)).powi(2)
     }
 }
