@@ -129,8 +129,9 @@ pub fn expose<S: Spectrum>(
         let budget = direct(x, y).budget;
         let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let begin = samples.given() as u32;
+        let mut looks = true;
         for sample in begin..end.min(budget.rays) {
-            if run.halt.halts(sample == begin || sample % LOOK == 0) {
+            if run.halt.halts(looks || sample % LOOK == 0) {
                 run.spent.rays += u64::from(sample - begin);
                 return;
             }
@@ -148,9 +149,11 @@ pub fn expose<S: Spectrum>(
             state.shared = shared(sample, &budget);
             state.round = round(sample, rays);
             run.spent.gathers += u64::from(state.shared > 1.0);
-            let dropped = samples.dropped();
+            let (dropped, once) = (samples.dropped(), state.draws.once);
             samples.add(estimate(ray, &budget, state));
             state.draws.work.dropped_samples += samples.dropped() - dropped;
+            // What is kept for rays to come may have taken long.
+            looks = state.draws.once > once;
         }
         let before = begin.max(end / GROWTH); // what settled in an earlier pass has been counted
         run.spent.rays += u64::from(end.min(budget.rays).saturating_sub(before));
@@ -274,10 +277,11 @@ fn passes(most: u32) -> impl Iterator<Item = Pass> {
     sparse.chain(ends.map(|end| Pass { end, every: 1 })).take_while(move |_| most > 0)
 }
 
-/// The round that a sample of a pixel with at most so many rays belongs to: what a pass adds.
+/// The round that a sample of a pixel with at most so many rays belongs to: the first few passes, or
+/// a later one.
 fn round(sample: u32, rays: u32) -> Round {
-    let index = sample.checked_ilog(GROWTH).map_or(0, |log| log + 1);
-    let end = |index| GROWTH.checked_pow(index).map_or(rays, |end| end.min(rays));
+    let index = sample.max(1).ilog(GROWTH);
+    let end = |index: u32| GROWTH.checked_pow(index + 1).map_or(rays, |end| end.min(rays));
     Round { index, rays: end(index) - index.checked_sub(1).map_or(0, end) }
 }
 
@@ -353,6 +357,25 @@ mod tests {
                 assert!((told - 3.0).abs().max_element() < 1e-5, "{told} after {sample} of {rays}");
             }
             assert_eq!(unshared(&samples, &budget), Rgb::ZERO);
+        }
+    }
+
+    #[test]
+    fn rounds_are_whole_passes() {
+        for most in [1, 3, 4, 5, 16, 40, 1000, u32::MAX] {
+            let mut shot = 0;
+            for index in 0.. {
+                let Round { rays, .. } = round(shot, most);
+                assert_eq!(
+                    [round(shot, most), round(shot + rays - 1, most)],
+                    [Round { index, rays }; 2]
+                );
+                shot += rays;
+                assert!(passes(most).any(|pass| pass.end == shot));
+                if shot == most {
+                    break;
+                }
+            }
         }
     }
 

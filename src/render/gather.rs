@@ -1,8 +1,9 @@
 //! The final gather: rays that media scatter, followed until moments of photons' light say the rest.
 //!
-//! See [`Depth`] for when that is. A ray is scattered at a place spread by opacity along the
-//! eye's, as its phase function says, and flies on by null-collision tracking. Wherever it is
-//! scattered again, light that comes straight from lights is sampled, of which rays sent nearly at
+//! See [`Depth`] for when that is. Where a lattice keeps what is found, rays start at its cells; see
+//! [`GatherLattice`](crate::photon::GatherLattice). Else each is scattered at a place spread by
+//! opacity along the eye's. It flies on as the phase function says, by null-collision tracking. Wherever
+//! it is scattered again, light that comes straight from lights is sampled, of which rays sent nearly at
 //! those find a part; light from all around is found where it leaves the media, weighed by the balance
 //! heuristic (Veach 1997, section 9.2.2) unless it is the same on all sides; a diffuse surface ends
 //! it, with the light that photons brought there.

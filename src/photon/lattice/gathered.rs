@@ -13,7 +13,10 @@ use super::shape::Cells;
 const GATHERS: f64 = 8.0;
 
 /// Gathers of a cell, at least.
-const LEAST: f64 = 3.0;
+const LEAST: f64 = 4.0;
+
+/// Gathers of a cell in one round, at most: they take less than a second.
+const MOST: f64 = 65_536.0;
 
 /// Edge of a cell in pixels, where the camera sees it, for [`USUAL`] rays of a pixel.
 const PIXELS: f64 = 2.5;
@@ -104,11 +107,13 @@ impl<S: Spectrum> GatherLattice<S> {
             // What decides how many is found for cells, not for each ray.
             let times = asked(p, &mut draws.clone());
             let part = times.max(LEAST) / times.max(1.0) * self.opacity(scene, p);
-            return gather(p, (part + draws.rng.uniform()) as u32, draws);
+            let count = (part + draws.rng.uniform()) as u32;
+            return if count > 0 { gather(p, count, draws) } else { S::ZERO };
         }
         // The first number is that of light that all rounds share.
         self.filled.near(p, 1 + round.index, draws, |cell, own| {
-            gather(cell.center, asked(cell.center, own).max(LEAST).round() as u32, own)
+            let count = asked(cell.center, own).clamp(LEAST, MOST).round();
+            gather(cell.center, count as u32, own)
         })
     }
 

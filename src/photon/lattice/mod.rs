@@ -11,7 +11,8 @@
 //! light scattered toward the eye, which at one place leaves in one direction only. Where the
 //! phase function is isotropic it holds for every direction. Where rays are followed until light has
 //! forgotten which way it flew, a cell holds moments of radiance instead, which say what is scattered
-//! into any direction by then.
+//! into any direction by then. What those rays find is kept as well, as is direct light, on lattices that
+//! are filled where they are first asked.
 
 mod build;
 mod cells;
