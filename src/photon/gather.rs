@@ -26,10 +26,7 @@ const USUAL: f64 = 1e5;
 const FALL: f64 = -0.2;
 
 /// What may be left in the end of the third moment, where lattices hold the second.
-const LEFT_OF_THIRD: f64 = 0.1;
-
-/// As [`LEFT_OF_THIRD`], where noise is taken off the picture: grain costs less than a bias.
-const LEFT_DENOISED: f64 = 0.04;
+const LEFT_OF_THIRD: f64 = 0.04;
 
 /// Second moment of phase functions from which on what gathers leave is less of an error than what
 /// photons do.
@@ -79,8 +76,7 @@ impl Depth {
         };
         let lamp_inside = scene.media.iter().any(holds_lamp);
         let of_second = LEFT * (shooting.photons.max(1) as f64 / USUAL).powf(FALL);
-        let of_third = if shooting.denoise { LEFT_DENOISED } else { LEFT_OF_THIRD };
-        let enough = [of_second, of_third];
+        let enough = [of_second, LEFT_OF_THIRD];
         let follows = !lamp_inside && shooting.max_scatter.is_none();
         follows.then_some(Self { legendre, enough })
     }

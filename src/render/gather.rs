@@ -93,7 +93,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         let light = self.walked(gather, walk, p, medium, [c, d], state);
         let weight = place.weight * share;
         state.stands_in = told + weight * state.stands_in;
-        weight * light
+        weight * light.not_negative()
     }
 
     /// The light of a walk that a medium scatters first at `p`.

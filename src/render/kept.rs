@@ -72,6 +72,6 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
             sum += self.walked(gather, Walk::along(toward), p, medium, [c, d], &mut state);
         }
         *draws = state.draws;
-        sum / f64::from(count)
+        (sum / f64::from(count)).not_negative()
     }
 }
