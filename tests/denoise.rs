@@ -9,7 +9,11 @@ fn render(folder: &Path, output: &str, more: &[&str]) -> Command {
     let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fogbow"));
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.toml");
     command.current_dir(folder).arg("render").arg(scene).args(["-o", output, "--quiet"]);
-    command.args(["--size", "64x64", "--photons", "20000", "--rays", "2"]).args(more);
+    // An option is given but once.
+    for usual in [["--size", "64x64"], ["--photons", "20000"], ["--rays", "2"]] {
+        command.args(usual.iter().filter(|_| !more.contains(&usual[0])));
+    }
+    command.args(more);
     command
 }
 
