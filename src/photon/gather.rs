@@ -11,7 +11,6 @@
 use crate::light::Light;
 use crate::medium::Medium;
 use crate::scene::{FinalGather, Scene};
-use crate::surface::{Material, Surface};
 
 use super::Shooting;
 
@@ -53,9 +52,8 @@ impl Depth {
         let Some(depth) = Self::possible(scene, shooting) else { return vec![None] };
         let is_peaked = depth.legendre.iter().any(|of| of[1].abs() > PEAKED);
         // Rays seldom meet in a mirror what sends much light there, and never a point.
-        let mut materials = scene.surfaces.surfaces().iter().flat_map(Surface::materials);
-        let mirrored = materials.any(Material::is_specular)
-            && !scene.lights.lights.iter().all(Light::is_environment);
+        let mirrored =
+            scene.surfaces.has_specular() && !scene.lights.lights.iter().all(Light::is_environment);
         match shooting.final_gather {
             FinalGather::Never => vec![None],
             FinalGather::Auto if mirrored || (!is_peaked && !shooting.denoise) => vec![None],

@@ -3,7 +3,6 @@
 use crate::math::{Aabb, Spectrum, World, WorldPoint};
 use crate::medium::{Medium, Phase};
 use crate::scene::Scene;
-use crate::surface::{Material, Surface};
 
 use super::Shooting;
 use super::gather::Depth;
@@ -142,6 +141,5 @@ pub(super) fn eye(scene: &Scene) -> WorldPoint {
 /// camera.
 pub(super) fn needs_beams(scene: &Scene) -> bool {
     let isotropic = scene.media.iter().all(|m| m.phase.is_isotropic());
-    let mut materials = scene.surfaces.surfaces().iter().flat_map(Surface::materials);
-    !isotropic && materials.any(Material::is_specular)
+    !isotropic && scene.surfaces.has_specular()
 }

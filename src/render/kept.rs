@@ -36,20 +36,18 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
 
     /// Light kept on the lattices of a medium at `p`.
     fn kept_at(&self, medium: usize, p: WorldPoint, level: usize, state: &mut State<S>) -> S {
-        let lattice = self.maps.lattices.get(medium).filter(|_| self.maps.gather.is_none());
-        let indirect = lattice.map_or(S::ZERO, |l| l.at(p, level));
-        let direct = self.maps.direct.get(medium);
-        let direct = direct.map_or(S::ZERO, |d| d.near(self.scene, p, &mut state.draws));
-        let (Some(gather), Some(gathered)) = (&self.maps.gather, self.maps.gathered.get(medium))
-        else {
-            return indirect + direct;
+        let Self { scene, maps, .. } = self;
+        let direct = maps.direct.get(medium);
+        let direct = direct.map_or(S::ZERO, |d| d.near(scene, p, &mut state.draws));
+        let Some(gather) = &maps.gather else {
+            return direct + maps.lattices.get(medium).map_or(S::ZERO, |l| l.at(p, level));
         };
+        let Some(gathered) = maps.gathered.get(medium) else { return direct };
         let round = state.round;
-        let found =
-            gathered.near(self.scene, p, round, &mut state.draws, |center, count, draws| {
+        direct
+            + gathered.near(scene, p, round, &mut state.draws, |center, count, draws| {
                 self.gathers(gather, medium, center, count, round, draws)
-            });
-        direct + found
+            })
     }
 
     /// The mean of what so many final gathers find that start at `p`, where a medium scatters toward
@@ -68,7 +66,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         let mut state = State::new(draws.clone(), round);
         let mut sum = S::ZERO;
         for index in 0..count {
-            let [_, _, c, d] = Even { index: index & 0xffff, scramble }.scattering();
+            let [_, _, c, d] = Even { index, scramble }.scattering();
             sum += self.walked(gather, Walk::along(toward), p, medium, [c, d], &mut state);
         }
         *draws = state.draws;

@@ -116,6 +116,16 @@ impl Surfaces {
         &self.surfaces
     }
 
+    /// What all of them are made of.
+    pub fn materials(&self) -> impl Iterator<Item = &Material> {
+        self.surfaces.iter().flat_map(Surface::materials)
+    }
+
+    /// Whether any is a mirror or of glass.
+    pub fn has_specular(&self) -> bool {
+        self.materials().any(Material::is_specular)
+    }
+
     /// The closest surface that the ray meets inside the open `span`.
     pub fn intersect(&self, ray: &Ray<World>, span: Span) -> Option<SurfaceHit<'_>> {
         let hit = self.bvh.intersect(ray, span)?;

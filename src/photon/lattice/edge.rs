@@ -76,8 +76,8 @@ impl Pixel {
         (p - self.rays[0].origin).length()
     }
 
-    /// The edge, in metres, of cells that are so many pixels `wide` where the camera sees `medium`,
-    /// and at most `widest`; nothing where it is not seen or they would be much finer than voxels.
+    /// The edge, in metres, of cells that are so many pixels `wide` at the `visible` places of media,
+    /// and at most `widest`; nothing where there are none, or they would be much finer than voxels.
     pub fn cells(
         &self,
         medium: &Medium,

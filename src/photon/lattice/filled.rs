@@ -30,7 +30,7 @@ pub struct Filled<S = Rgb> {
 
 /// A cell whose light is to be found.
 #[derive(Debug, Clone, Copy)]
-pub struct Vacant {
+pub(super) struct Vacant {
     /// Its place in cells.
     pub cell: IVec3,
     /// Its centre.
@@ -46,7 +46,7 @@ impl<S: Spectrum> Filled<S> {
     }
 
     /// Edge of a cell, in metres.
-    pub const fn edge(&self) -> f64 {
+    pub(super) const fn edge(&self) -> f64 {
         self.cells.edge
     }
 
@@ -86,7 +86,7 @@ impl<S: Spectrum> Filled<S> {
     /// eighth has to be found. 0 where there are none. In each `round` of rays `find` finds it anew;
     /// rounds follow one another. `draws` counts the work, each cell's once.
     #[inline]
-    pub fn near(
+    pub(super) fn near(
         &self,
         p: WorldPoint,
         round: u32,

@@ -15,7 +15,8 @@ const GATHERS: f64 = 8.0;
 /// Gathers of a cell, at least.
 const LEAST: f64 = 4.0;
 
-/// Gathers of a cell in one round, at most: they take less than a second.
+/// Gathers of a cell in one round, at most: they take less than a second, and have as many different
+/// first deflections.
 const MOST: f64 = 65_536.0;
 
 /// Edge of a cell in pixels, where the camera sees it, for [`USUAL`] rays of a pixel.

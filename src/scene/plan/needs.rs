@@ -6,7 +6,7 @@ use crate::light::Light;
 use crate::math::{Rgb, WorldPoint};
 use crate::medium::{Albedo, Emission, Medium};
 use crate::scene::{Director, Planning, RenderSettings, Scene};
-use crate::surface::{Material, Surface};
+use crate::surface::Material;
 
 /// What a render needs, each true where its work can change the picture. Stages are given these
 /// facts and ask nothing further.
@@ -71,12 +71,12 @@ impl Needs {
     pub(super) fn least(scene: &Scene, settings: &RenderSettings) -> Self {
         let lights = &scene.lights.lights;
         let media = || scene.media.iter();
-        let materials = || scene.surfaces.surfaces().iter().flat_map(Surface::materials);
+        let materials = || scene.surfaces.materials();
         let glows = media().any(emits);
         let lit = glows || lights.iter().any(shines);
         let orders = settings.max_scatter.unwrap_or(u32::MAX);
         let scattering = lit && orders > 0 && media().any(scatters);
-        let reflects = materials().any(|m| m.is_specular() || receives(m));
+        let reflects = scene.surfaces.has_specular() || materials().any(receives);
         Self {
             maps: matches!(settings.director, Director::X | Director::S | Director::Xs),
             surfaces: !scene.surfaces.is_empty(),
@@ -91,7 +91,7 @@ impl Needs {
                 && materials().all(Material::is_grey)),
             directions: scattering && media().any(|m| scatters(m) && !m.phase.is_isotropic()),
             void: false,
-            specular: materials().any(Material::is_specular),
+            specular: scene.surfaces.has_specular(),
             light_choice: lights.len() > 1,
             environment: lights.iter().any(is_seen_afar),
         }

@@ -3,7 +3,7 @@
 use crate::math::Rgb;
 use crate::medium::{Albedo, Medium};
 use crate::scene::{RenderSettings, Scene};
-use crate::surface::{Material, Surface, Texture};
+use crate::surface::{Material, Texture};
 
 /// Largest bound at which an omission is offered.
 const SMALL: f64 = 0.05;
@@ -22,7 +22,7 @@ pub(super) fn single_scattering(scene: &Scene, settings: &RenderSettings) -> Opt
     }
     let thickness: f64 = scene.media.iter().map(thickness).sum();
     let albedo = scene.media.iter().map(albedo).fold(0.0, f64::max);
-    let materials = scene.surfaces.surfaces().iter().flat_map(Surface::materials);
+    let materials = scene.surfaces.materials();
     let reflectance = materials.map(reflectance).fold(0.0, f64::max);
     let ratio = albedo * -(-thickness).exp_m1() / (1.0 - reflectance);
     let rest = ratio / (1.0 - ratio);
