@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::reach::Focus;
-use super::{Reach, one_minus_cos, one_minus_cos_between};
+use super::{Reach, one_minus_cos_between, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
 
 /// A light's own distribution of directions from one place.
@@ -113,7 +113,7 @@ impl<'a, L: Lobe> Aim<'a, L> {
         let toward = focus.center - self.from;
         self.has_cone(focus, toward).then(|| {
             let distance = toward.length();
-            (toward / distance, one_minus_cos((focus.radius / distance).asin()))
+            (toward / distance, one_minus_cos_by_sine(focus.radius / distance))
         })
     }
 

@@ -239,6 +239,12 @@ fn one_minus_cos(angle: f64) -> f64 {
     2.0 * (0.5 * angle).sin().powi(2)
 }
 
+/// 1 - cos of the angle below a right one that has this sine, to full precision for small angles too.
+fn one_minus_cos_by_sine(sine: f64) -> f64 {
+    let squared = sine * sine;
+    squared / (1.0 + (1.0 - squared).sqrt())
+}
+
 /// 1 - cos of the angle between unit vectors, precise for small angles.
 fn one_minus_cos_between(a: DVec3, b: DVec3) -> f64 {
     0.5 * (a - b).length_squared()

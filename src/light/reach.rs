@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::{checked_place, one_minus_cos};
+use super::{checked_place, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
 
 /// The part of the world that photons are emitted toward: a sphere round media and finite
@@ -125,7 +125,7 @@ impl Reach {
         let toward = self.center - from;
         let distance = toward.length();
         (distance > radius)
-            .then(|| (toward / distance, one_minus_cos((radius / distance).min(1.0).asin())))
+            .then(|| (toward / distance, one_minus_cos_by_sine((radius / distance).min(1.0))))
     }
 
     /// A place outside the reach from which light along the unit `direction` comes in, and its
