@@ -7,6 +7,7 @@ use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::{Boundable, BvhBuildParams};
+use rayon::prelude::*;
 
 use crate::math::{Ray, Rgb, Span, Spectrum, Stage, Stream, World, WorldPoint};
 
@@ -100,9 +101,9 @@ impl<S: Spectrum, H: Heading> BeamMap<S, H> {
             build_cwbvh(&balls, params, &mut time)
         };
         let bvh = (!balls.is_empty()).then(build);
-        let order = bvh.iter().flat_map(|bvh| &bvh.primitive_indices).map(|&i| i as usize);
-        let sphere = |i: usize| Sphere { placed: photons[i], radius: radii[i] };
-        let photons = order.map(sphere).collect();
+        let order = bvh.as_ref().map_or(&[][..], |bvh| &bvh.primitive_indices);
+        let sphere = |i: &u32| Sphere { placed: photons[*i as usize], radius: radii[*i as usize] };
+        let photons = order.par_iter().map(sphere).collect();
         Self { bvh, photons, origin, widest, extent: extent + widest + margin(widest) }
     }
 

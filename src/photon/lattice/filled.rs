@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
 use glam::IVec3;
+use rayon::prelude::*;
 
 use crate::math::{Rgb, Spectrum, Stage, Stream, WorldPoint};
 use crate::scene::lighting::Draws;
@@ -41,7 +42,8 @@ impl<S: Spectrum> Filled<S> {
     /// A lattice over `cells` of which nothing is known.
     pub(super) fn new(cells: Cells, seed: u64) -> Self {
         let numbers = cells.bricks() * VOLUME * S::CHANNELS;
-        let values = (0..numbers).map(|_| AtomicU32::new(UNKNOWN)).collect();
+        let unknown = |_| AtomicU32::new(UNKNOWN);
+        let values = (0..numbers).into_par_iter().map(unknown).collect();
         Self { cells, seed, values, channels: PhantomData }
     }
 
