@@ -19,8 +19,11 @@ pub(super) const ONE_IN: u64 = 16;
 /// How many times too many photons may be left before that is done with care.
 const MANY: f64 = 2.0;
 
-/// Paths that are asked at once: few, since one may leave very many photons.
+/// Paths that are asked at once at first: few, since one may leave very many photons.
 const AT_ONCE: u64 = 8;
+
+/// Share of the paths asked so far that are asked at once later.
+const MORE: f64 = 0.25;
 
 /// Volume photons, about, kept of one path.
 const KEPT: f64 = 4.0;
@@ -53,12 +56,14 @@ impl Scouted {
         let (mut traced, mut left, mut tracks, mut events) = (0, 0, Vec::new(), 0);
         let across = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
         let mut flown = 0.0;
-        let (few, most) = ((count / ONE_IN).clamp(FEWEST, PATHS), PATHS.min(count));
+        let most = PATHS.min(count);
+        let few = (count / ONE_IN).max(FEWEST).min(most);
         let sought = (KEPT * count as f64).max(SPARED);
         let expected = |left: usize, traced: u64| left as f64 * count as f64 / traced.max(1) as f64;
         let wanting = |left, traced| traced < few || expected(left, traced) > MANY * sought;
         while traced < most && left < ENOUGH && wanting(left, traced) {
-            let until = (traced + AT_ONCE).min(count);
+            let more = AT_ONCE.max((MORE * traced as f64) as u64);
+            let until = (traced + more).min(if traced < few { few } else { most });
             let each =
                 (traced..until).into_par_iter().map(|path| paths.trace::<S, H>(path..path + 1));
             for Deposits { volume, tracks: left_behind, work, .. } in each.collect::<Vec<_>>() {

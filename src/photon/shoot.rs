@@ -40,11 +40,12 @@ const RAISES: u32 = 8;
 /// Paths that are traced as one piece of work.
 const CHUNK: u64 = 512;
 
-/// Pieces of work whose flights are in memory at once.
-const BATCH: usize = 64;
+/// Pieces of work whose flights are kept together.
+const BATCH: usize = 32;
 
-/// Paths whose flights are in memory at once.
-pub(super) const MOST_PATHS: u64 = BATCH as u64 * CHUNK;
+/// Paths whose flights are in memory at once: of one batch while they are kept, of the next while it
+/// is traced.
+pub(super) const MOST_PATHS: u64 = 2 * BATCH as u64 * CHUNK;
 
 /// Shoots photons into `scene` and builds the maps. `advance` is told how many paths are done. One
 /// channel is right where the scene is grey, photons without heading where all media that scatter
@@ -119,22 +120,29 @@ pub fn shoot<S: Spectrum, H: Heading>(
     work.photon_paths = count;
     work.volume_photons = volume.len() as u64;
     work.surface_photons = surface.len() as u64;
-    let radii = match radius {
-        Some(radius) => Radii::constant(radius, volume.len()),
-        None => {
-            let weight =
-                |p: &Placed<S, H>| toward_camera(scene, &scatterings, p.at(origin), &p.photon);
-            Radii::adaptive(origin, &volume, &independent, &visible.media, depth, weight, margin)
-        }
+    let in_media = || {
+        let weight = |p: &Placed<S, H>| toward_camera(scene, &scatterings, p.at(origin), &p.photon);
+        let radii = match radius {
+            Some(radius) => Radii::constant(radius, volume.len()),
+            None => {
+                let seen = &visible.media;
+                Radii::adaptive(origin, &volume, &independent, seen, depth, weight, margin)
+            }
+        };
+        let maps = thinned_maps(origin, &volume, &radii.each, shooting.levels);
+        (maps, radii.typical)
     };
-    let surface_radii = match radius {
-        Some(radius) => vec![radius as f32; surface.len()],
-        None => radius::on_surfaces(origin, &surface, 0.1 * extent(everything, media)),
+    let on_surfaces = || {
+        let radii = match radius {
+            Some(radius) => vec![radius as f32; surface.len()],
+            None => radius::on_surfaces(origin, &surface, 0.1 * extent(everything, media)),
+        };
+        SurfaceMap::new(origin, &surface, &radii)
     };
-    let surface = SurfaceMap::new(origin, &surface, &surface_radii);
-    let volume_radius = lattices.iter().map(Lattice::edge).fold(radii.typical, f64::min);
+    let ((volume, typical), surface) = rayon::join(in_media, on_surfaces);
+    let volume_radius = lattices.iter().map(Lattice::edge).fold(typical, f64::min);
     let maps = PhotonMaps {
-        volume: thinned_maps(origin, &volume, &radii.each, shooting.levels),
+        volume,
         lattices,
         gather,
         direct,
@@ -157,23 +165,29 @@ fn traced<S: Spectrum, H: Heading>(
     advance: &(dyn Fn(u64) + Sync),
 ) -> Deposits<S, H> {
     let mut all = Deposits::none();
-    let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
-    for batch in chunks.chunks(BATCH) {
-        let traced: Vec<Deposits<S, H>> = batch
-            .par_iter()
-            .map(|chunk| {
-                let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-                advance(range.end - range.start);
-                paths.trace(range)
-            })
-            .collect();
+    let trace = |batch: &[u64]| -> Vec<Deposits<S, H>> {
+        let trace = |chunk: &u64| {
+            let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+            advance(range.end - range.start);
+            paths.trace(range)
+        };
+        batch.par_iter().map(trace).collect()
+    };
+    let mut keep = |traced: Vec<Deposits<S, H>>| {
         traced.iter().for_each(|deposits| all.append(deposits));
         let tracks: Vec<&[Track<S>]> = traced.iter().map(|d| &d.tracks[..]).collect();
         all.work.tracks += tracks.iter().map(|tracks| tracks.len() as u64).sum::<u64>();
         for lattice in &mut *lattices {
             lattice.add(&tracks);
         }
+    };
+    let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
+    // Neither has threads wait for the last pieces of the other.
+    let mut traced = Vec::new();
+    for batch in chunks.chunks(BATCH) {
+        (traced, ()) = rayon::join(|| trace(batch), || keep(traced));
     }
+    keep(traced);
     all
 }
 
