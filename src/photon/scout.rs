@@ -64,9 +64,10 @@ impl Scouted {
         while traced < most && left < ENOUGH && wanting(left, traced) {
             let more = AT_ONCE.max((MORE * traced as f64) as u64);
             let until = (traced + more).min(if traced < few { few } else { most });
-            let each =
-                (traced..until).into_par_iter().map(|path| paths.trace::<S, H>(path..path + 1));
-            for Deposits { volume, tracks: left_behind, work, .. } in each.collect::<Vec<_>>() {
+            let trace = |path: u64| paths.trace::<S, H>(path..path + 1);
+            let asked: Vec<u64> = (traced..until).collect();
+            let each: Vec<_> = asked.into_par_iter().with_max_len(1).map(trace).collect();
+            for Deposits { volume, tracks: left_behind, work, .. } in each {
                 left += volume.len();
                 events += work.collisions + work.intersections;
                 flown += left_behind.iter().map(Track::length).sum::<f64>().min(across);

@@ -171,7 +171,8 @@ fn traced<S: Spectrum, H: Heading>(
             advance(range.end - range.start);
             paths.trace(range)
         };
-        batch.par_iter().map(trace).collect()
+        // One at a time, lest a thread that has none left waits for one that took many.
+        batch.par_iter().with_max_len(1).map(trace).collect()
     };
     let mut keep = |traced: Vec<Deposits<S, H>>| {
         traced.iter().for_each(|deposits| all.append(deposits));

@@ -199,7 +199,8 @@ pub fn expose<S: Spectrum>(
             control.progress.advance(units.count(spent.rays, spent.gathers));
             (state.draws.work, spent)
         };
-        let (done, took) = plate.tiles.par_iter_mut().map(tile).reduce(Default::default, sum);
+        let tiles = plate.tiles.par_iter_mut().with_max_len(1);
+        let (done, took) = tiles.map(tile).reduce(Default::default, sum);
         work += done;
         spent += took;
         if every == 1 && units.learn(&spent) {

@@ -87,7 +87,7 @@ impl<'a, S: Spectrum> Builder<'a, S> {
         let count = self.cells.layers.len() - 1;
         let sort =
             |tracks: &&[Track<S>]| Layered::new(tracks.iter().map(|t| self.crossed(t)), count);
-        let sorted: Vec<Layered> = tracks.par_iter().map(sort).collect();
+        let sorted: Vec<Layered> = tracks.par_iter().with_max_len(1).map(sort).collect();
         let mut layers = Vec::with_capacity(count);
         let mut rest = &mut self.sums[..];
         let (cells, origin, holds) = (&self.cells, self.origin, self.holds);
@@ -99,7 +99,7 @@ impl<'a, S: Spectrum> Builder<'a, S> {
                 layers.push(Layer::<S> { index, first: bounds[0] as usize, volume, sums });
             }
         }
-        layers.into_par_iter().for_each(|mut layer| {
+        layers.into_par_iter().with_max_len(1).for_each(|mut layer| {
             for (tracks, sorted) in tracks.iter().zip(&sorted) {
                 for number in sorted.of(layer.index) {
                     layer.add(&tracks[*number as usize], cells, origin, holds);
