@@ -59,7 +59,8 @@ impl<S: Spectrum> DirectLattice<S> {
         &self.filled
     }
 
-    /// The light scattered at `p` per unit of sigma_s, W/(m² sr); see [`Filled::near`].
+    /// The light scattered at `p` per unit of sigma_s, W/(m² sr): that of one of the eight cells round
+    /// it, drawn by its trilinear weight.
     pub fn near(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> S {
         self.filled.near(p, 0, draws, |cell, own| self.light(scene, cell, own))
     }

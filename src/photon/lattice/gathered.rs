@@ -90,9 +90,9 @@ impl<S: Spectrum> GatherLattice<S> {
         &self.filled
     }
 
-    /// The light scattered at `p` per unit of sigma_s, W/(m² sr), for a ray of this round; see
-    /// [`Filled::near`]. `gather` is told the centre of a cell and how many gathers to take the mean
-    /// of.
+    /// The light scattered at `p` per unit of sigma_s, W/(m² sr), for a ray of this round: that of one
+    /// of the eight cells round it, drawn by its trilinear weight. `gather` is told the centre of a
+    /// cell and how many gathers to take the mean of.
     pub fn near(
         &self,
         scene: &Scene,
