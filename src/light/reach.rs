@@ -124,8 +124,7 @@ impl Reach {
     pub(super) fn cone(&self, from: WorldPoint, radius: f64) -> Option<(DVec3, f64)> {
         let toward = self.center - from;
         let distance = toward.length();
-        (distance > radius)
-            .then(|| (toward / distance, one_minus_cos_by_sine((radius / distance).min(1.0))))
+        (distance > radius).then(|| (toward / distance, one_minus_cos_by_sine(radius / distance)))
     }
 
     /// A place outside the reach from which light along the unit `direction` comes in, and its

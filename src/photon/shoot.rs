@@ -166,13 +166,13 @@ fn traced<S: Spectrum, H: Heading>(
 ) -> Deposits<S, H> {
     let mut all = Deposits::none();
     let trace = |batch: &[u64]| -> Vec<Deposits<S, H>> {
-        let trace = |chunk: &u64| {
+        let piece = |chunk: &u64| {
             let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
             advance(range.end - range.start);
             paths.trace(range)
         };
         // One at a time, lest a thread that has none left waits for one that took many.
-        batch.par_iter().with_max_len(1).map(trace).collect()
+        batch.par_iter().with_max_len(1).map(piece).collect()
     };
     let mut keep = |traced: Vec<Deposits<S, H>>| {
         traced.iter().for_each(|deposits| all.append(deposits));
