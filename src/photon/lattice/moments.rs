@@ -4,9 +4,9 @@
 //! toward w is the sum over l of (2 l + 1) x_l M_l(w), where x_l are the phase function's Legendre
 //! coefficients (Ishimaru 1978, "Wave Propagation and Scattering in Random Media", section 9-1). The
 //! moments up to the second degree are held as components of tensors. What is beyond them is
-//! estimated as if light had the course of a Henyey-Greenstein lobe along its flux, for which
-//! M_l = M_0 f^l P_l with f the length of the flux over the fluence: right for a beam as for light
-//! from all sides.
+//! estimated as if a part p of the light had the course of a Henyey-Greenstein lobe along the flux and
+//! the rest came from all sides alike, for which M_l = M_0 p f^l P_l: the first two moments along the
+//! flux tell p and f. Right for a beam as for light from all sides, and for a beam in such light.
 
 use glam::DVec3;
 
@@ -27,6 +27,14 @@ pub(super) fn of_flight(along: DVec3) -> [f64; MOST] {
     let DVec3 { x, y, z } = along;
     let third = 1.0 / 3.0;
     [1.0, x, y, z, x * x - third, y * y - third, x * y, x * z, y * z]
+}
+
+/// The moment M_2 along a unit vector, from the components of the second degree.
+fn moment_along(along: DVec3, second: &[f64; MOST - FIRST]) -> f64 {
+    let DVec3 { x, y, z } = along;
+    let [xx, yy, xy, xz, yz] = second;
+    let even = xx * (x * x - z * z) + yy * (y * y - z * z);
+    1.5 * (even + 2.0 * (xy * x * y + xz * x * z + yz * y * z))
 }
 
 /// Light scattered into one direction by a phase function, by its moments.
@@ -62,16 +70,22 @@ impl Scattered {
 
     /// What is beyond the second degree, over the fluence.
     fn rest<S: Spectrum>(&self, moments: &[S]) -> f64 {
-        let [fluence, x, y, z] = [0, 1, 2, 3].map(|i| moments[i].element_sum());
-        let flux = DVec3::new(x, y, z);
+        let of = |i: usize| moments[i].element_sum();
+        let (fluence, flux) = (of(0), DVec3::new(of(1), of(2), of(3)));
         let length = flux.length();
         if !(length > 0.0 && fluence > 0.0) {
             return 0.0;
         }
-        let cosine = flux.dot(self.toward) / length;
-        let g = self.beyond * (length / fluence).min(SPREAD);
+        let along = flux / length;
+        let first = (length / fluence).min(SPREAD);
+        let second = moment_along(along, &[4, 5, 6, 7, 8].map(of)) / fluence;
+        // But for noise the lobe is at most all of the light.
+        let spread = (second / first).clamp(first, SPREAD);
+        let (share, g) = (first / spread, self.beyond * spread);
+        let cosine = along.dot(self.toward);
         let lobe = (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).powf(1.5);
-        lobe - 1.0 - 3.0 * g * cosine - 2.5 * g * g * (3.0 * cosine * cosine - 1.0)
+        let held = 1.0 + 3.0 * g * cosine + 2.5 * g * g * (3.0 * cosine * cosine - 1.0);
+        share * (lobe - held)
     }
 }
 
@@ -102,6 +116,20 @@ mod tests {
             let found = Scattered::new(toward, legendre).of(&of_flight(along));
             let right = 4.0 * PI * phase.eval(along.dot(toward));
             prop_assert!((found - right).abs() < 0.05 * right + 0.1, "{found} for {right}");
+        }
+
+        #[test]
+        fn a_lobe_in_even_light_is_scattered_exactly(
+            along in direction(), toward in direction(), g in -0.9..0.9f64,
+            f in 0.1..0.99f64, share in 0.01..1.0f64
+        ) {
+            let beam = of_flight(along);
+            let of = |i| if i == 0 { 1.0 } else { share * f * if i < FIRST { 1.0 } else { f } };
+            let moments: Vec<f64> = (0..MOST).map(|i| of(i) * beam[i]).collect();
+            let found = Scattered::new(toward, [g, g * g, g * g * g]).of(&moments);
+            let lobe = Phase::henyey_greenstein(g * f).unwrap();
+            let right = 1.0 - share + share * 4.0 * PI * lobe.eval(along.dot(toward));
+            prop_assert!((found - right).abs() < 1e-9 * (1.0 + right), "{found} for {right}");
         }
 
         #[test]
