@@ -21,11 +21,12 @@ const LEFT: f64 = 0.15;
 /// See [`LEFT`].
 const USUAL: f64 = 1e5;
 
-/// How that falls with the number of photons: as the edges of cells do.
+/// How these fall with the number of photons: as the edges of cells do.
 const FALL: f64 = -0.2;
 
-/// What may be left in the end of the third moment, where lattices hold the second.
-const LEFT_OF_THIRD: f64 = 0.04;
+/// What may be left in the end of the third moment for [`USUAL`] photons, where lattices hold the
+/// second.
+const LEFT_OF_THIRD: f64 = 0.0525;
 
 /// Second moment of phase functions from which on what gathers leave is less of an error than what
 /// photons do.
@@ -73,8 +74,8 @@ impl Depth {
             lights.iter().filter_map(Light::place).any(holds)
         };
         let lamp_inside = scene.media.iter().any(holds_lamp);
-        let of_second = LEFT * (shooting.photons.max(1) as f64 / USUAL).powf(FALL);
-        let enough = [of_second, LEFT_OF_THIRD];
+        let photons = (shooting.photons.max(1) as f64 / USUAL).powf(FALL);
+        let enough = [LEFT, LEFT_OF_THIRD].map(|left| left * photons);
         let follows = !lamp_inside && shooting.max_scatter.is_none();
         follows.then_some(Self { legendre, enough })
     }
