@@ -259,3 +259,37 @@ fn few_photons_leave_haze_near_a_lamp_as_bright() {
     let right = total(&render_reference(&exact, &exact.render, &Silent).film);
     assert!((found / right - 1.0).abs() < 0.015, "{found} not {right}");
 }
+
+/// Thick haze under a sun is as bright as it is, also to its rim, where light falls off fast and many
+/// cells lie half outside. The mean of three seeds scatters by 0.25 %, the reference by 0.35 %; where
+/// gathers start at the centres of cells that are as wide for many rays it is 2.0 % dark.
+#[test]
+fn gathers_lose_no_sunlight_in_thick_haze() {
+    const SEEDS: u64 = 3;
+    let text = r#"
+        [camera]
+        position = [0.0, 0.6, 5.0]
+        target = [0.0, 0.0, 0.0]
+        fov = 26.0
+        [film]
+        size = [24, 24]
+        [[medium]]
+        region = { sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }
+        sigma_t = 16.0
+        albedo = 0.999
+        phase = { type = "henyey-greenstein", g = 0.85 }
+        [[light]]
+        type = "sun"
+        direction = [0.62, -0.62, -0.48]
+        irradiance = 3.5
+    "#;
+    let (fast, exact) = (scene(text, 128, 100_000), scene(text, 3000, 0));
+    let total = |film: &Film| blocks(film).iter().sum::<f64>();
+    let of_seed = |seed| {
+        let settings = RenderSettings { seed, ..fast.render };
+        total(&render(&fast, &settings, &Silent).unwrap().film)
+    };
+    let found = (0..SEEDS).map(of_seed).sum::<f64>() / SEEDS as f64;
+    let right = total(&render_reference(&exact, &exact.render, &Silent).film);
+    assert!((found / right - 1.0).abs() < 0.013, "{found} not {right}");
+}

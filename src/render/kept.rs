@@ -45,8 +45,8 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         let Some(gathered) = maps.gathered.get(medium) else { return direct };
         let round = state.round;
         direct
-            + gathered.near(scene, p, round, &mut state.draws, |center, count, draws| {
-                self.gathers(gather, medium, center, count, round, draws)
+            + gathered.near(scene, p, round, &mut state.draws, |place, count, draws| {
+                self.gathers(gather, medium, place, count, round, draws)
             })
     }
 

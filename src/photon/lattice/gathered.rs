@@ -7,6 +7,7 @@ use crate::scene::lighting::Draws;
 use super::edge::{Pixel, thin_edge_for_moments};
 use super::filled::Filled;
 use super::shape::Cells;
+use super::start::{LOOKUPS, start};
 
 /// Gathers for each ray whose light comes from a cell: about one for each time that it is asked for,
 /// as a ray asks at several places.
@@ -33,8 +34,15 @@ const FALL: f64 = -1.0 / 6.0;
 /// Edge of a cell in pixels, at least: that of cells for direct light.
 const FINEST: f64 = 1.5;
 
-/// Edge of a cell, at most, over that of a thin one.
+/// Edge of a cell, at most, over that of a thin one, for [`FEW`] rays of a pixel and for fewer.
 const THICK: f64 = 1.5;
+
+/// See [`THICK`].
+const FEW: f64 = 32.0;
+
+/// How that falls with the number of rays: over cells so wide light is rough, and its squared bias
+/// falls about with the square of the edge only.
+const ROUGH_FALL: f64 = -1.0 / 3.0;
 
 /// Some of the rays of each pixel, which are shot together before others are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +53,7 @@ pub struct Round {
     pub rays: u32,
 }
 
-/// Light that one medium scatters toward the camera, as far as final gathers find it, kept at the
+/// Light that one medium scatters toward the camera, as far as final gathers find it, kept near the
 /// centres of cubic cells: rays whose light comes from the same cell share its gathers, however many
 /// they are and of whatever pixels (path space filtering, Keller, Dahm and Binder 2014, on a grid). It
 /// is smooth over a cell, as it has been scattered at least twice.
@@ -80,8 +88,12 @@ impl<S: Spectrum> GatherLattice<S> {
         let pixel = Pixel::new(scene, pixels);
         let wide = (PIXELS * (f64::from(rays) / USUAL).powf(FALL)).max(FINEST);
         let widest = THICK * thin_edge_for_moments(of, visible);
-        let edge = pixel.cells(of, visible, wide, widest)?;
-        let cells = Cells::around(&of.density, edge, 1)?;
+        let many = (f64::from(rays) / FEW).max(1.0);
+        // Where cells that suit many rays are too fine to be kept, wider ones are.
+        let cells = [many.powf(ROUGH_FALL), 1.0].into_iter().find_map(|share| {
+            let edge = pixel.cells(of, visible, wide, share * widest)?;
+            Cells::around(&of.density, edge, 1)
+        })?;
         Some(Self { filled: Filled::new(cells, seed), medium, pixel, looks })
     }
 
@@ -91,7 +103,7 @@ impl<S: Spectrum> GatherLattice<S> {
     }
 
     /// The light scattered at `p` per unit of sigma_s, W/(m² sr), for a ray of this round: that of one
-    /// of the eight cells round it, drawn by its trilinear weight. `gather` is told the centre of a
+    /// of the eight cells round it, drawn by its trilinear weight. `gather` is told a place in a
     /// cell and how many gathers to take the mean of.
     pub fn near(
         &self,
@@ -113,8 +125,12 @@ impl<S: Spectrum> GatherLattice<S> {
         }
         // The first number is that of light that all rounds share.
         self.filled.near(p, 1 + round.index, draws, |cell, own| {
-            let count = asked(cell.center, own).clamp(LEAST, MOST).round();
-            gather(cell.center, count as u32, own)
+            let medium = scene.media.get(self.medium);
+            own.work.grid_lookups += LOOKUPS * u64::from(medium.density.is_voxel());
+            let toward = scene.camera.toward(cell.center);
+            let place = start(medium, cell.center, self.filled.edge(), toward);
+            let count = asked(place, own).clamp(LEAST, MOST).round();
+            gather(place, count as u32, own)
         })
     }
 

@@ -24,6 +24,7 @@ mod layered;
 mod means;
 mod moments;
 mod shape;
+mod start;
 mod track;
 mod walk;
 
