@@ -81,6 +81,24 @@ fn blocks(film: &Film) -> Vec<f64> {
     blocks
 }
 
+fn total(film: &Film) -> f64 {
+    blocks(film).iter().sum()
+}
+
+/// Mean total of as many seeds.
+fn found(scene: &Scene, seeds: u64) -> f64 {
+    let of_seed = |seed| {
+        let settings = RenderSettings { seed, ..scene.render };
+        total(&render(scene, &settings, &Silent).unwrap().film)
+    };
+    (0..seeds).map(of_seed).sum::<f64>() / seeds as f64
+}
+
+/// Total of the reference.
+fn right(scene: &Scene) -> f64 {
+    total(&render_reference(scene, &scene.render, &Silent).film)
+}
+
 /// By themselves rays are followed where phase functions are peaked, and where noise is taken off
 /// already where photons are few; not where there are mirrors, in which they would seldom see lamps.
 #[test]
@@ -119,7 +137,6 @@ fn gathers_are_where_they_are_asked_for() {
         let settings = RenderSettings { final_gather, ..scene.render };
         render(&scene, &settings, &Silent).unwrap().film
     });
-    let total = |film: &Film| blocks(film).iter().sum::<f64>();
     assert!(never != always);
     let off = total(&always) / total(&never) - 1.0;
     assert!(off.abs() < 0.02, "off by {off}");
@@ -250,13 +267,7 @@ fn few_photons_leave_haze_near_a_lamp_as_bright() {
         intensity = 10.0
     "#;
     let (fast, exact) = (scene(text, 256, 50_000), scene(text, 4000, 0));
-    let total = |film: &Film| blocks(film).iter().sum::<f64>();
-    let of_seed = |seed| {
-        let settings = RenderSettings { seed, ..fast.render };
-        total(&render(&fast, &settings, &Silent).unwrap().film)
-    };
-    let found = (0..SEEDS).map(of_seed).sum::<f64>() / SEEDS as f64;
-    let right = total(&render_reference(&exact, &exact.render, &Silent).film);
+    let (found, right) = (found(&fast, SEEDS), right(&exact));
     assert!((found / right - 1.0).abs() < 0.015, "{found} not {right}");
 }
 
@@ -284,12 +295,6 @@ fn gathers_lose_no_sunlight_in_thick_haze() {
         irradiance = 3.5
     "#;
     let (fast, exact) = (scene(text, 128, 100_000), scene(text, 3000, 0));
-    let total = |film: &Film| blocks(film).iter().sum::<f64>();
-    let of_seed = |seed| {
-        let settings = RenderSettings { seed, ..fast.render };
-        total(&render(&fast, &settings, &Silent).unwrap().film)
-    };
-    let found = (0..SEEDS).map(of_seed).sum::<f64>() / SEEDS as f64;
-    let right = total(&render_reference(&exact, &exact.render, &Silent).film);
+    let (found, right) = (found(&fast, SEEDS), right(&exact));
     assert!((found / right - 1.0).abs() < 0.013, "{found} not {right}");
 }

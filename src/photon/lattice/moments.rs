@@ -29,12 +29,10 @@ pub(super) fn of_flight(along: DVec3) -> [f64; MOST] {
     [1.0, x, y, z, x * x - third, y * y - third, x * y, x * z, y * z]
 }
 
-/// The moment M_2 along a unit vector, from the components of the second degree.
-fn moment_along(along: DVec3, second: &[f64; MOST - FIRST]) -> f64 {
+/// What each component of the second degree counts in 2/3 M_2 along a unit vector.
+fn second_along(along: DVec3) -> [f64; MOST - FIRST] {
     let DVec3 { x, y, z } = along;
-    let [xx, yy, xy, xz, yz] = second;
-    let even = xx * (x * x - z * z) + yy * (y * y - z * z);
-    1.5 * (even + 2.0 * (xy * x * y + xz * x * z + yz * y * z))
+    [x * x - z * z, y * y - z * z, 2.0 * x * y, 2.0 * x * z, 2.0 * y * z]
 }
 
 /// Light scattered into one direction by a phase function, by its moments.
@@ -50,12 +48,11 @@ impl Scattered {
     /// Into the unit direction `toward`, by the phase function with these Legendre coefficients of
     /// degrees 1 to 3.
     pub fn new(toward: DVec3, legendre: [f64; 3]) -> Self {
-        let DVec3 { x, y, z } = toward;
         let first = (toward * (3.0 * legendre[0])).to_array();
-        let second = [x * x - z * z, y * y - z * z, 2.0 * x * y, 2.0 * x * z, 2.0 * y * z];
+        let second = second_along(toward).map(|part| 7.5 * legendre[1] * part);
         let mut weights = [1.0; MOST];
         weights[1..FIRST].copy_from_slice(&first);
-        weights[FIRST..].copy_from_slice(&second.map(|m| 7.5 * legendre[1] * m));
+        weights[FIRST..].copy_from_slice(&second);
         Self { weights, toward, beyond: legendre[2].cbrt() }
     }
 
@@ -78,7 +75,8 @@ impl Scattered {
         }
         let along = flux / length;
         let first = (length / fluence).min(SPREAD);
-        let second = moment_along(along, &[4, 5, 6, 7, 8].map(of)) / fluence;
+        let parts = second_along(along).into_iter().zip(FIRST..);
+        let second = 1.5 * parts.map(|(part, i)| part * of(i)).sum::<f64>() / fluence;
         // But for noise the lobe is at most all of the light.
         let spread = (second / first).clamp(first, SPREAD);
         let (share, g) = (first / spread, self.beyond * spread);
