@@ -6,7 +6,9 @@
 //! moments up to the second degree are held as components of tensors. What is beyond them is
 //! estimated as if a part p of the light had the course of a Henyey-Greenstein lobe along the flux and
 //! the rest came from all sides alike, for which M_l = M_0 p f^l P_l: the first two moments along the
-//! flux tell p and f. Right for a beam as for light from all sides, and for a beam in such light.
+//! flux tell p and f. Right for a beam as for light from all sides, and for a beam in such light. Where
+//! the second moment is less than that of a lobe that is all of the light, as near a surface, where it
+//! comes from one side, higher ones are less as well: they fade to nothing where the second does.
 
 use glam::DVec3;
 
@@ -77,9 +79,9 @@ impl Scattered {
         let first = (length / fluence).min(SPREAD);
         let parts = second_along(along).into_iter().zip(FIRST..);
         let second = 1.5 * parts.map(|(part, i)| part * of(i)).sum::<f64>() / fluence;
-        // But for noise the lobe is at most all of the light.
         let spread = (second / first).clamp(first, SPREAD);
-        let (share, g) = (first / spread, self.beyond * spread);
+        let fade = (second / (first * first)).clamp(0.0, 1.0);
+        let (share, g) = (fade * first / spread, self.beyond * spread);
         let cosine = along.dot(self.toward);
         let lobe = (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).powf(1.5);
         let held = 1.0 + 3.0 * g * cosine + 2.5 * g * g * (3.0 * cosine * cosine - 1.0);
@@ -128,6 +130,18 @@ mod tests {
             let lobe = Phase::henyey_greenstein(g * f).unwrap();
             let right = 1.0 - share + share * 4.0 * PI * lobe.eval(along.dot(toward));
             prop_assert!((found - right).abs() < 1e-9 * (1.0 + right), "{found} for {right}");
+        }
+
+        #[test]
+        fn of_light_from_one_side_nothing_is_told_beyond_its_moments(
+            along in direction(), toward in direction(), g in -0.9..0.9f64
+        ) {
+            // Evenly from a hemisphere: the flux is half of the fluence, the second moment 0.
+            let beam = of_flight(along);
+            let moments = [1.0, 0.5 * beam[1], 0.5 * beam[2], 0.5 * beam[3], 0.0, 0.0, 0.0, 0.0, 0.0];
+            let found = Scattered::new(toward, [g, g * g, g * g * g]).of(&moments);
+            let right = 1.0 + 1.5 * g * along.dot(toward);
+            prop_assert!((found - right).abs() < 1e-9, "{found} for {right}");
         }
 
         #[test]
