@@ -21,6 +21,10 @@ use super::walk::{Line, Steps};
 /// for its course between the ends to count as straight.
 const STRAIGHT: f64 = 0.1;
 
+/// Numbers of a lattice up to which 64 bits hold its sums: where cells are so few, more flights may cross
+/// one than 32 bits can count.
+const FEW: usize = 1 << 18;
+
 /// Cells twice as wide are crossed by four times as many flights: one in so many will do.
 const THINNED: usize = 4;
 
@@ -29,6 +33,8 @@ pub struct Builder<'a, S: Spectrum> {
     cells: Cells,
     /// 8³ cells a brick, z fastest, for each plane.
     sums: Vec<S::Short>,
+    /// Where those are few, what they were before the last flights were added.
+    totals: Vec<S>,
     /// The maps' origin, in cells from the lattice's corner.
     origin: DVec3,
     holds: Holds<'a>,
@@ -68,7 +74,8 @@ impl<'a, S: Spectrum> Builder<'a, S> {
         let wide = matches!(holds, Holds::Moments)
             .then(|| Box::new(Self::new(cells.wider(), origin, Holds::SecondMoments)));
         let origin = cells.local(origin);
-        Self { cells, sums, origin, holds, wide }
+        let totals = vec![S::ZERO; if sums.len() <= FEW { sums.len() } else { 0 }];
+        Self { cells, sums, totals, origin, holds, wide }
     }
 
     /// The box that holds all cells.
@@ -106,6 +113,9 @@ impl<'a, S: Spectrum> Builder<'a, S> {
                 }
             }
         });
+        for (total, sum) in self.totals.iter_mut().zip(&mut self.sums) {
+            *total += S::long(std::mem::take(sum));
+        }
     }
 
     /// The layers of bricks that a flight may cross.
@@ -121,7 +131,10 @@ impl<'a, S: Spectrum> Builder<'a, S> {
     /// The finished lattice, with this many levels of wider cells. Powers were given in units of
     /// `unit` W.
     pub fn finish(self, wider: u32, unit: f64) -> Lattice<S> {
-        let Self { cells, sums, holds, wide, .. } = self;
+        let Self { cells, mut sums, totals, holds, wide, .. } = self;
+        for (sum, total) in sums.iter_mut().zip(totals) {
+            *sum = total.short();
+        }
         let wide = wide.map(|builder| Box::new(builder.finish(wider, unit * THINNED as f64)));
         // Lengths were counted in cells.
         let scale = unit / cells.edge.powi(2);
@@ -237,6 +250,27 @@ mod tests {
         let pose = Pose { position: DVec3::new(0.0, 0.5, 4.0), target: DVec3::ZERO, up: DVec3::Y };
         let projection = Projection::Perspective { fov: 40.0, aperture: 0.0, focus: None };
         Camera::new(&pose, &projection, [8, 8]).unwrap()
+    }
+
+    #[test]
+    fn few_cells_count_any_number_of_flights() {
+        let region = Cuboid::new(DVec3::ZERO, DVec3::ONE, &DAffine3::IDENTITY).unwrap();
+        let density = Density::Homogeneous(Region::Box(region));
+        let origin = WorldPoint::new(0.0, 0.0, 0.0);
+        let cells = Cells::around(&density, 2.0, 1).unwrap();
+        let camera = camera();
+        let holds = Holds::TowardEye(&Phase::ISOTROPIC, &camera);
+        let mut builder = Builder::<f64>::new(cells, origin, holds);
+        let mut total_with = |power: f64| {
+            let [from, to] = [0.25, 0.75].map(|x| WorldPoint::new(x, 0.5, 0.5));
+            builder.add(&[&[Track::new(origin, from, to, power)]]);
+            builder.totals.iter().sum::<f64>()
+        };
+        // In 32 bits one is nothing beside so many.
+        let many = total_with(f64::from(1 << 26));
+        let with_others = (0..64).map(|_| total_with(1.0)).last().unwrap();
+        let share = (with_others - many) / many * f64::from(1 << 26);
+        assert!((share - 64.0).abs() < 1e-3, "{share} of 64");
     }
 
     #[test]
