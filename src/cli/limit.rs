@@ -14,8 +14,9 @@ const PROGRAM: u64 = 36 << 20;
 /// Bytes a photon asked for, at most: a path leaves several photons in thick media.
 const PHOTON: u64 = 4096;
 
-/// Bytes of lattices, at most.
-const LATTICES: u64 = 1 << 30;
+/// Bytes of a medium's lattices, at most: for direct light, gathers and flights, the last twice while
+/// they are built, each of up to 256 MiB a channel and a table of 200 MB.
+const LATTICES: u64 = 5 << 30;
 
 /// Fewer photons show nothing.
 const FEWEST: u64 = 1000;
@@ -76,7 +77,8 @@ pub(super) fn fit(
             return Err(refusal(&denoising, &denoising, limit, asked.is_some()));
         }
     }
-    let most = scene.render.photons.saturating_mul(PHOTON).saturating_add(LATTICES);
+    let lattices = LATTICES.saturating_mul(scene.media.len() as u64);
+    let most = scene.render.photons.saturating_mul(PHOTON).saturating_add(lattices);
     if method.reference || without.peak.saturating_add(most) <= limit {
         return Ok(None);
     }

@@ -42,7 +42,8 @@ impl<S: Spectrum> Lattice<S> {
 
     /// Bytes in memory.
     pub fn memory_bytes(&self) -> usize {
-        let own: usize = self.levels.iter().map(|level| size_of_val(&level.values[..])).sum();
+        let of = |level: &Level<S>| size_of_val(&level.values[..]) + level.cells.memory_bytes();
+        let own: usize = self.levels.iter().map(of).sum();
         own + self.wide.as_ref().map_or(0, |wide| wide.memory_bytes())
     }
 

@@ -46,7 +46,7 @@ impl<S: Spectrum> DirectLattice<S> {
         let kept = |light: &Light| is_kept(light, &near);
         let lights = &scene.lights.lights;
         let lights = (0..lights.len()).filter(|&index| kept(&lights[index])).collect();
-        Some(Self { filled: Filled::new(cells, seed), medium, seed, lights })
+        Some(Self { filled: Filled::new(cells, seed, medium), medium, seed, lights })
     }
 
     /// Whether the light of this index is kept.

@@ -24,6 +24,8 @@ const UNKNOWN: u32 = ROUND;
 pub struct Filled<S = Rgb> {
     cells: Cells,
     seed: u64,
+    /// Its index, so that lattices of different media draw different numbers.
+    medium: usize,
     /// Bits of one number a channel, cell by cell, with the round.
     values: Vec<AtomicU32>,
     channels: PhantomData<S>,
@@ -39,12 +41,12 @@ pub(super) struct Vacant {
 }
 
 impl<S: Spectrum> Filled<S> {
-    /// A lattice over `cells` of which nothing is known.
-    pub(super) fn new(cells: Cells, seed: u64) -> Self {
+    /// A lattice of the medium of this index over `cells`, of which nothing is known.
+    pub(super) fn new(cells: Cells, seed: u64, medium: usize) -> Self {
         let numbers = cells.bricks() * VOLUME * S::CHANNELS;
         let unknown = |_| AtomicU32::new(UNKNOWN);
         let values = (0..numbers).into_par_iter().map(unknown).collect();
-        Self { cells, seed, values, channels: PhantomData }
+        Self { cells, seed, medium, values, channels: PhantomData }
     }
 
     /// Edge of a cell, in metres.
@@ -53,8 +55,8 @@ impl<S: Spectrum> Filled<S> {
     }
 
     /// Bytes in memory.
-    pub const fn memory_bytes(&self) -> usize {
-        self.values.len() * size_of::<AtomicU32>()
+    pub fn memory_bytes(&self) -> usize {
+        self.values.len() * size_of::<AtomicU32>() + self.cells.memory_bytes()
     }
 
     /// How many cells there are.
@@ -121,11 +123,14 @@ impl<S: Spectrum> Filled<S> {
     ) -> S::Short {
         let start = Instant::now();
         let sample = u64::MAX - u64::from(round);
-        let stream = Stream::new(self.seed, Stage::March, index as u64, sample);
+        let key = (self.medium as u64) << 32 | index as u64;
+        let stream = Stream::new(self.seed, Stage::March, key, sample);
         let mut own = Draws::new(stream, draws.needs);
         let center = self.cells.world(cell.as_dvec3() + 0.5);
         let light = find(&Vacant { cell, center }, &mut own).short();
-        let light = if S::long(light).is_finite() { light } else { S::Short::default() };
+        let finite = S::long(light).is_finite();
+        own.work.dropped_samples += u64::from(!finite);
+        let light = if finite { light } else { S::Short::default() };
         let bits = |c: usize| S::short_channel(light, c).to_bits() & !ROUND;
         let channels = self.channels_of(index);
         for (c, stored) in channels.iter().enumerate().skip(1) {
@@ -150,7 +155,7 @@ mod tests {
     fn filled<S: Spectrum>() -> Filled<S> {
         let region = Cuboid::new(DVec3::ZERO, DVec3::ONE, &DAffine3::IDENTITY).unwrap();
         let density = Density::Homogeneous(Region::Box(region));
-        Filled::new(Cells::around(&density, 0.2, 1).unwrap(), 1)
+        Filled::new(Cells::around(&density, 0.2, 1).unwrap(), 1, 0)
     }
 
     fn draws() -> Draws {
@@ -174,6 +179,16 @@ mod tests {
             }
         }
         assert_eq!(draws.work.collisions, u64::from(ROUND));
+    }
+
+    #[test]
+    fn what_is_not_finite_is_dropped_and_counted() {
+        let (filled, mut draws) = (filled::<Rgb>(), draws());
+        let p = filled.cells.world(DVec3::splat(3.5));
+        for (round, wrong) in [f64::NAN, f64::INFINITY, 1e300].into_iter().enumerate() {
+            let found = filled.near(p, round as u32, &mut draws, |_, _| Rgb::new(1.0, wrong, 1.0));
+            assert_eq!((found, draws.work.dropped_samples), (Rgb::ZERO, round as u64 + 1));
+        }
     }
 
     #[test]

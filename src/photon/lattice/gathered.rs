@@ -1,5 +1,7 @@
 //! What final gathers find, on a lattice.
 
+use std::iter::successors;
+
 use crate::math::{Ray, Rgb, Span, Spectrum, WorldPoint};
 use crate::scene::Scene;
 use crate::scene::lighting::Draws;
@@ -40,9 +42,13 @@ const THICK: f64 = 1.5;
 /// See [`THICK`].
 const FEW: f64 = 32.0;
 
-/// How that falls with the number of rays: over cells so wide light is rough, and its squared bias
-/// falls about with the square of the edge only.
+/// How that falls with the number of rays. Over cells so wide light is rough, and its squared bias
+/// falls about with the square of the edge only: the sum of that and of variance is least for the
+/// -1/4th power. As the bias has the same sign all over a picture, it is to fall somewhat faster.
 const ROUGH_FALL: f64 = -1.0 / 3.0;
+
+/// By how much cells are made wider at a time where they would be too fine to be kept.
+const WIDER: f64 = 1.25;
 
 /// Some of the rays of each pixel, which are shot together before others are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,7 +62,7 @@ pub struct Round {
 /// Light that one medium scatters toward the camera, as far as final gathers find it, kept near the
 /// centres of cubic cells: rays whose light comes from the same cell share its gathers, however many
 /// they are and of whatever pixels (path space filtering, Keller, Dahm and Binder 2014, on a grid). It
-/// is smooth over a cell, as it has been scattered at least twice.
+/// is smooth over a cell, as it comes from all of the sky or has been scattered at least twice.
 ///
 /// Cells get gathers in proportion to the light that the rays of a round are to take from them. Each
 /// round finds its own, so that rays in all rounds count the same, and what cells hold gets better as
@@ -88,13 +94,15 @@ impl<S: Spectrum> GatherLattice<S> {
         let pixel = Pixel::new(scene, pixels);
         let wide = (PIXELS * (f64::from(rays) / USUAL).powf(FALL)).max(FINEST);
         let widest = THICK * thin_edge_for_moments(of, visible);
-        let many = (f64::from(rays) / FEW).max(1.0);
-        // Where cells that suit many rays are too fine to be kept, wider ones are.
-        let cells = [many.powf(ROUGH_FALL), 1.0].into_iter().find_map(|share| {
+        // Where cells that suit many rays are too fine to be kept, the finest that can be are.
+        let finest = (f64::from(rays) / FEW).max(1.0).powf(ROUGH_FALL);
+        let shares =
+            successors(Some(finest), |share| (*share < 1.0).then(|| (WIDER * share).min(1.0)));
+        let cells = shares.into_iter().find_map(|share| {
             let edge = pixel.cells(of, visible, wide, share * widest)?;
             Cells::around(&of.density, edge, 1)
         })?;
-        Some(Self { filled: Filled::new(cells, seed), medium, pixel, looks })
+        Some(Self { filled: Filled::new(cells, seed, medium), medium, pixel, looks })
     }
 
     /// Its cells.
@@ -125,10 +133,10 @@ impl<S: Spectrum> GatherLattice<S> {
         }
         // The first number is that of light that all rounds share.
         self.filled.near(p, 1 + round.index, draws, |cell, own| {
-            let medium = scene.media.get(self.medium);
-            own.work.grid_lookups += LOOKUPS * u64::from(medium.density.is_voxel());
             let toward = scene.camera.toward(cell.center);
-            let place = start(medium, cell.center, self.filled.edge(), toward);
+            let edge = self.filled.edge();
+            let place = start(&scene.media, self.medium, cell.center, edge, toward);
+            own.work.grid_lookups += LOOKUPS * scene.media.density_grids();
             let count = asked(place, own).clamp(LEAST, MOST).round();
             gather(place, count as u32, own)
         })
@@ -147,7 +155,9 @@ impl<S: Spectrum> GatherLattice<S> {
     /// How many rays, of one a pixel, take their light from a cell at `p`.
     fn rays(&self, scene: &Scene, p: WorldPoint, draws: &mut Draws) -> f64 {
         let edge = self.filled.edge();
-        let thickness = scene.media.get(self.medium).sigma_t_at(p) * edge;
+        let medium = scene.media.get(self.medium);
+        draws.work.grid_lookups += u64::from(medium.density.is_voxel());
+        let thickness = medium.sigma_t_at(p) * edge;
         let opacity = 1.0 - (-thickness.max_element()).exp();
         let toward = Ray::new(p, scene.camera.toward(p));
         let span = Span::new(0.0, self.pixel.distance(p));

@@ -17,8 +17,11 @@ const MARGIN: f64 = 1.5;
 /// Bricks, held or not, that a lattice may span.
 const MOST_SLOTS: f64 = 5e7;
 
-/// Numbers, one a channel, that a lattice may hold: 64 MiB a channel.
+/// Numbers, one a channel, that cells as large as the medium may hold: 64 MiB a channel.
 const MOST_NUMBERS: f64 = (1 << 24) as f64;
+
+/// Of all that are held, as bricks reach beyond the medium: 256 MiB a channel.
+const MOST_HELD: usize = 1 << 26;
 
 /// Marks a brick that is not held.
 const NONE: u32 = u32::MAX;
@@ -69,7 +72,12 @@ impl Cells {
             }),
         }
         cells.number();
-        Some(cells)
+        (cells.bricks() * VOLUME * planes <= MOST_HELD).then_some(cells)
+    }
+
+    /// Bytes in memory.
+    pub(super) fn memory_bytes(&self) -> usize {
+        size_of_val(&self.slots[..]) + size_of_val(&self.layers[..])
     }
 
     /// None held, of this many bricks along each axis.

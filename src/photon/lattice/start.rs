@@ -3,11 +3,12 @@
 use glam::{DVec3, IVec3};
 
 use crate::math::WorldPoint;
-use crate::medium::Medium;
+use crate::medium::Media;
 
 /// How far from a cell's centre, on the way to the mean of the places from which rays ask for it, its
 /// gathers start. At the centre, which may lie outside of the medium, they find too little light; in
-/// the mean place too much, as light falls off ever faster toward where the medium ends. Measured.
+/// the mean place too much, as light falls off ever faster toward where the medium ends. Midway the
+/// scene of `gathers_lose_no_sunlight_in_thick_haze` (tests/gather.rs) is as bright as its reference.
 const MIDWAY: f64 = 0.5;
 
 /// Standard deviation along an axis, in edges of a cell, of the places from which rays ask for it by
@@ -17,22 +18,35 @@ const SPREAD: f64 = 0.408;
 /// Optical thickness behind which nothing is seen.
 const OPAQUE: f64 = 20.0;
 
-/// Lookups of the density by [`start`].
+/// Places at which [`start`] looks up densities.
 pub(super) const LOOKUPS: u64 = 9;
 
-/// Where gathers of the cell of `edge` metres round `center` start, with the eye in the direction
-/// `toward`: some of the way to the mean of the places from which rays ask for it, of which eight
-/// stand for all.
-pub(super) fn start(medium: &Medium, center: WorldPoint, edge: f64, toward: DVec3) -> WorldPoint {
-    let extinction = |p| medium.sigma_t_at(p).element_sum() / 3.0;
-    let here = extinction(center);
+/// Where gathers of light that the medium of this index scatters start in the cell of `edge` metres
+/// round `center`, with the eye in the direction `toward`: some of the way to the mean of the places
+/// from which rays ask for it, of which eight stand for all. What lies before them is told for the mean
+/// of the channels.
+pub(super) fn start(
+    media: &Media,
+    medium: usize,
+    center: WorldPoint,
+    edge: f64,
+    toward: DVec3,
+) -> WorldPoint {
+    // Of this medium, and of all.
+    let extinction = |p| {
+        let of_each = media.iter().map(|m| m.sigma_t_at(p).element_sum() / 3.0).enumerate();
+        let add =
+            |[own, all]: [f64; 2], (index, of)| [if index == medium { of } else { own }, all + of];
+        of_each.fold([0.0; 2], add)
+    };
+    let [_, here] = extinction(center);
     let (mut moment, mut total) = (DVec3::ZERO, 0.0);
     for corner in 0..8 {
         let corner = IVec3::new(corner >> 2, corner >> 1 & 1, corner & 1) * 2 - 1;
         let offset = SPREAD * edge * corner.as_dvec3();
-        let there = extinction(center + offset);
+        let [own, there] = extinction(center + offset);
         let nearer = 0.5 * (here + there) * offset.dot(toward);
-        let weight = there * nearer.clamp(-OPAQUE, OPAQUE).exp();
+        let weight = own * nearer.clamp(-OPAQUE, OPAQUE).exp();
         moment += weight * offset;
         total += weight;
     }
@@ -43,7 +57,7 @@ pub(super) fn start(medium: &Medium, center: WorldPoint, edge: f64, toward: DVec
 mod tests {
     use super::*;
     use crate::math::Rgb;
-    use crate::medium::{Albedo, Density, Phase};
+    use crate::medium::{Albedo, Density, Medium, Phase};
     use crate::shape::{Cuboid, Region};
     use glam::DAffine3;
     use proptest::prelude::*;
@@ -63,7 +77,8 @@ mod tests {
 
     fn started(sigma_t: f64, x: f64, toward: DVec3) -> DVec3 {
         let center = WorldPoint::new(x, 0.0, 0.0);
-        start(&medium(sigma_t), center, 1.0, toward) - WorldPoint::new(0.0, 0.0, 0.0)
+        let media = Media::new(vec![medium(sigma_t)]);
+        start(&media, 0, center, 1.0, toward) - WorldPoint::new(0.0, 0.0, 0.0)
     }
 
     #[test]
@@ -76,6 +91,15 @@ mod tests {
         }
         // Thick: toward the eye, as far as the way there goes.
         let p = started(1e9, -4.0, DVec3::Y);
+        assert!((p.y - MIDWAY * SPREAD).abs() < 1e-6, "{p}");
+    }
+
+    #[test]
+    fn another_medium_hides_what_lies_behind() {
+        // Thin within a thick one: at the near side, as if thick itself.
+        let media = Media::new(vec![medium(1e-9), medium(1e9)]);
+        let center = WorldPoint::new(-4.0, 0.0, 0.0);
+        let p = start(&media, 0, center, 1.0, DVec3::Y) - center;
         assert!((p.y - MIDWAY * SPREAD).abs() < 1e-6, "{p}");
     }
 
