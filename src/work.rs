@@ -94,8 +94,10 @@ counters! {
     volume_photons,
     /// Photons stored on surfaces.
     surface_photons,
-    /// Paths ended by the hard cap on their events.
+    /// Paths of photons, and of the reference, that were ended by the hard cap on their events.
     capped_paths,
+    /// Rays that media scatter or deflect, and that were ended so.
+    capped_rays,
     /// Samples dropped because they were not finite.
     dropped_samples,
 }

@@ -13,15 +13,12 @@ use smallvec::SmallVec;
 use crate::director::Budget;
 use crate::math::{Ray, Span, Spectrum, Stream, World, WorldPoint};
 use crate::medium::{Phase, Profile};
-use crate::photon::Heading;
+use crate::photon::{Heading, MAX_EVENTS};
 use crate::scene::lighting;
 
 use super::expose::State;
 use super::march::{Asked, Marcher};
 use super::toward::TowardLamps;
-
-/// Deflected rays of one camera ray that are followed at most.
-const MAX_DEFLECTIONS: u32 = 10_000;
 
 /// A ray to follow.
 #[derive(Debug, Clone, Copy)]
@@ -66,8 +63,8 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         let (mut light, mut stands_in, mut followed) = (S::ZERO, S::ZERO, 0);
         while let Some(way) = onward.pop() {
             let Some(way) = way.surviving(&mut state.draws.rng) else { continue };
-            if followed == MAX_DEFLECTIONS {
-                state.draws.work.capped_paths += 1;
+            if followed == MAX_EVENTS {
+                state.draws.work.capped_rays += 1;
                 break;
             }
             followed += 1;

@@ -12,15 +12,12 @@ use glam::DVec3;
 
 use crate::math::{Ray, Span, Spectrum, World, WorldPoint, warp};
 use crate::medium::{Phase, Profile};
-use crate::photon::{Depth, Heading};
+use crate::photon::{Depth, Heading, MAX_EVENTS};
 use crate::scene::lighting::{self, Draws, Even};
 use crate::surface::{SurfaceHit, TransportMode};
 
 use super::expose::State;
 use super::march::Marcher;
-
-/// Scatterings and mirrors that a ray follows at most.
-const MAX_EVENTS: u32 = 10_000;
 
 /// A ray on its way.
 pub(super) struct Walk<S> {
@@ -108,7 +105,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
     ) -> S {
         if self.scatter(gather, &mut walk, p, medium, u, &mut state.draws) {
             let ended = (0..MAX_EVENTS).any(|_| !self.step(gather, &mut walk, state));
-            state.draws.work.capped_paths += u64::from(!ended);
+            state.draws.work.capped_rays += u64::from(!ended);
         }
         walk.light
     }

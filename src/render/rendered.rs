@@ -79,7 +79,7 @@ impl Rendered {
     /// What keeps the picture from being all that was asked for, one sentence each: work that was
     /// cut short, samples that were left out.
     pub fn warnings(&self) -> Vec<String> {
-        let Work { capped_paths: capped, photon_paths, rays, dropped_samples, .. } = self.work;
+        let Work { capped_paths: capped, photon_paths, rays, .. } = self.work;
         let mut warnings: Vec<String> = self.unkept.iter().cloned().collect();
         if capped > 0 {
             let (paths, kind) =
@@ -89,6 +89,13 @@ impl Rendered {
                 "{capped} of {paths} {kind} paths ({percent:.2} %) were ended after {MAX_EVENTS} \
                  scatterings: up to so much of the light is missing; a lower sigma_t or albedo \
                  scatters less often"
+            ));
+        }
+        let Work { capped_rays, dropped_samples, .. } = self.work;
+        if capped_rays > 0 {
+            warnings.push(format!(
+                "{capped_rays} rays were ended after {MAX_EVENTS} scatterings: a little light is \
+                 missing; a lower sigma_t or albedo scatters less often"
             ));
         }
         let Work { gathers, gathered, volume_photons, .. } = self.work;

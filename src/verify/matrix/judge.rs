@@ -4,6 +4,7 @@ use super::setup::Setup;
 use crate::error::Result;
 use crate::render::Rendered;
 use crate::verify::{Check, Parts, scenes};
+use crate::work::Work;
 
 /// Tentative collisions that a photon path may take in the mean: as many as the cap on its
 /// scatterings. More would mean that majorants are loose.
@@ -49,7 +50,8 @@ pub(super) fn judge(parts: &Parts, setup: &Setup, bounds: Bounds) -> Result<Vec<
 pub(super) fn checks(rendered: &Rendered, bounds: Bounds) -> Vec<Check> {
     let paths = rendered.work.photon_paths.max(1) as f64;
     // What the cap on scatterings takes out is at most the light of the paths that it ended.
-    let capped = rendered.work.capped_paths as f64 / paths;
+    let Work { capped_paths, capped_rays, .. } = rendered.work;
+    let capped = (capped_paths + capped_rays) as f64 / paths;
     let mean = scenes::mean(&rendered.film);
     let low = bounds.low - capped;
     let mut all = vec![if low > 0.0 {
