@@ -326,35 +326,28 @@ fn dark_lights_give_nothing() {
     }
     let lights = Lights { lights };
     assert!(lights.choose(at, 0.5).is_none());
-    assert!(lights.emitters(&reach).choose(0.5).is_none());
     assert_eq!(lights.environment_radiance(DVec3::Y), black);
 }
 
 #[test]
 fn choice_follows_its_probability() {
     let lights = Lights { lights: all(1.0).into_iter().map(|row| row.light).collect() };
-    let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 0.5).unwrap();
     let at = WorldPoint::new(0.1, 0.0, 0.2);
-    let emitters = lights.emitters(&reach);
     let count = 100_000u32;
-    for emitting in [false, true] {
-        let mut chosen = vec![(0.0, 0.0); lights.lights.len()];
-        let mut stream = Stream::new(10, Stage::Test, 0, 0);
-        for _ in 0..count {
-            let u = stream.uniform();
-            let pick = if emitting { emitters.choose(u) } else { lights.choose(at, u) };
-            let (index, probability) = pick.unwrap();
-            chosen[index] = (chosen[index].0 + 1.0, probability);
-        }
-        let total: f64 = chosen.iter().map(|c| c.1).sum();
-        assert!((total - 1.0).abs() < 1e-3, "{total}");
-        for (index, (times, probability)) in chosen.into_iter().enumerate() {
-            let expected = probability * f64::from(count);
-            assert!((times - expected).abs() <= 5.0 * expected.sqrt() + 1.0, "{index}: {times}");
-            if !emitting && times > 0.0 {
-                let asked = lights.choice_probability(at, index);
-                assert!((asked - probability).abs() < 1e-12, "{index}: {asked}");
-            }
+    let mut chosen = vec![(0.0, 0.0); lights.lights.len()];
+    let mut stream = Stream::new(10, Stage::Test, 0, 0);
+    for _ in 0..count {
+        let (index, probability) = lights.choose(at, stream.uniform()).unwrap();
+        chosen[index] = (chosen[index].0 + 1.0, probability);
+    }
+    let total: f64 = chosen.iter().map(|c| c.1).sum();
+    assert!((total - 1.0).abs() < 1e-3, "{total}");
+    for (index, (times, probability)) in chosen.into_iter().enumerate() {
+        let expected = probability * f64::from(count);
+        assert!((times - expected).abs() <= 5.0 * expected.sqrt() + 1.0, "{index}: {times}");
+        if times > 0.0 {
+            let asked = lights.choice_probability(at, index);
+            assert!((asked - probability).abs() < 1e-12, "{index}: {asked}");
         }
     }
 }

@@ -3,9 +3,8 @@
 use glam::DVec3;
 use smallvec::SmallVec;
 
-use super::cdf::Cdf;
-use super::{Light, Reach};
-use crate::math::{Rgb, WorldPoint, luminance};
+use super::Light;
+use crate::math::{Rgb, WorldPoint};
 
 /// Lights that are all sampled rather than chosen from.
 const FEW: usize = 4;
@@ -70,30 +69,10 @@ impl Lights {
         self.lights.iter().any(|light| !light.is_delta())
     }
 
-    /// The distribution of photons over lights, by [`Light::power`].
-    pub fn emitters(&self, reach: &Reach) -> Emitters {
-        let power = |light: &Light| finite(luminance(light.power(reach)));
-        Emitters(Cdf::new(self.lights.iter().map(power)))
-    }
-
     /// Radiance, W/(m² sr), that a ray which escapes along the unit `direction` sees of all
     /// infinite lights.
     pub fn environment_radiance(&self, direction: DVec3) -> Rgb {
         self.lights.iter().map(|light| light.radiance_from(direction, None)).sum()
-    }
-}
-
-/// Which light a photon starts from.
-#[derive(Debug, Clone)]
-pub struct Emitters(Option<Cdf>);
-
-impl Emitters {
-    /// A light for a photon and its probability; nothing where no light emits any.
-    pub fn choose(&self, u: f64) -> Option<(usize, f64)> {
-        self.0.as_ref().map(|cdf| {
-            let (index, probability, _) = cdf.sample(u);
-            (index, probability)
-        })
     }
 }
 

@@ -21,7 +21,7 @@ use glam::DVec3;
 
 use crate::math::{Ray, Rgb, World, WorldPoint, is_grey};
 pub use environment::Environment;
-pub use lights::{Emitters, Lights};
+pub use lights::Lights;
 pub use mesh::MeshLight;
 pub use point::PointLight;
 pub use quad::QuadLight;

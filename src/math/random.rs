@@ -44,6 +44,11 @@ impl Stream {
         [self.uniform(), self.uniform()]
     }
 
+    /// A number that scrambles a low-discrepancy sequence.
+    pub fn scramble(&mut self) -> u32 {
+        (self.uniform() * f64::from(u32::MAX)) as u32
+    }
+
     /// Uniform in the open interval (0, 1): a logarithm of it is finite.
     pub fn open(&mut self) -> f64 {
         ((self.0.next_u64() >> 12) as f64 + 0.5) * f64::EPSILON

@@ -133,3 +133,68 @@ fn running_sum(weights: impl Iterator<Item = f64>) -> Vec<f64> {
     };
     weights.map(add).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{Stage, WorldPoint};
+    use crate::scene::LoadOptions;
+
+    /// Lamps of one channel each, which tells whence a path starts.
+    const LAMPS: &str = r#"
+        [camera]
+        position = [0.0, 0.0, 5.0]
+        target = [0.0, 0.0, 0.0]
+        fov = 40.0
+        [[light]]
+        type = "point"
+        position = [1.0, 0.0, 0.0]
+        intensity = [1.0, 0.0, 0.0]
+        [[light]]
+        type = "spot"
+        position = [0.0, 1.0, 0.0]
+        target = [0.0, 0.0, 0.0]
+        angle = 30.0
+        intensity = [0.0, 9.0, 0.0]
+        [[light]]
+        type = "point"
+        position = [0.0, 0.0, 1.0]
+        intensity = [0.0, 0.0, 30.0]
+    "#;
+
+    const PATHS: u32 = 100_000;
+
+    /// Each emitter starts its share of the paths, to five standard deviations (false alarm 6e-7 each),
+    /// and the mean of all starts is the power of each lamp however they are chosen.
+    #[test]
+    fn emitters_are_chosen_as_they_are_weighed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, LAMPS).unwrap();
+        let scene = Scene::load(&path, &LoadOptions::default()).unwrap();
+        let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 3.0).unwrap();
+        let mut emitters = Emitters::new(&scene, reach, false).unwrap();
+        let powers = emitters.powers().to_vec();
+        for weights in [powers.clone(), vec![1.0, 0.0, 3.0]] {
+            emitters.choose_by(|index| weights[index]);
+            let mut rng = Stream::new(3, Stage::Test, 0, 0);
+            let (mut times, mut sums) = ([0.0; 3], [0.0; 3]);
+            for _ in 0..PATHS {
+                let u = std::array::from_fn(|_| rng.uniform());
+                let start = emitters.emit(u, &mut rng).unwrap();
+                let of = (0..3).find(|&channel| start.power[channel] > 0.0).unwrap();
+                times[of] += 1.0;
+                sums[of] += luminance(start.power) / f64::from(PATHS);
+            }
+            let total: f64 = weights.iter().sum();
+            for (index, weight) in weights.iter().enumerate() {
+                let expected = weight / total * f64::from(PATHS);
+                let off: f64 = times[index] - expected;
+                assert!(off.abs() <= 5.0 * expected.sqrt(), "{index}: {times:?} for {weights:?}");
+                let right = if *weight > 0.0 { powers[index] } else { 0.0 };
+                let off = sums[index] - right;
+                assert!(off.abs() <= 5.0 / expected.max(1.0).sqrt() * right, "{index}: {sums:?}");
+            }
+        }
+    }
+}

@@ -171,7 +171,7 @@ impl Paths<'_> {
         // The sequence is good for 2^16 points; further paths start another one.
         let (block, index) = (path >> 16, (path & 0xffff) as u32);
         let mut key = Stream::new(self.shooting.seed, Stage::Photons, block, 1);
-        let scramble = (key.uniform() * f64::from(u32::MAX)) as u32;
+        let scramble = key.scramble();
         let [a, b, c, d] = sobol_burley::sample_4d(index, 0, scramble).map(f64::from);
         [a, b, c, d, f64::from(sobol_burley::sample(index, 4, scramble))]
     }

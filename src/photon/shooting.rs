@@ -6,7 +6,7 @@ use crate::scene::plan::Needs;
 /// How photons are shot.
 #[derive(Debug, Clone, Copy)]
 pub struct Shooting {
-    /// Paths sent out; about as many photons are kept in media.
+    /// Paths sent out.
     pub photons: u64,
     /// Paths of them that are traced, for a look at what all would leave; nothing means all.
     pub traced: Option<u64>,
@@ -26,7 +26,7 @@ pub struct Shooting {
     /// Rays of each pixel of the picture, at most.
     pub rays: u32,
     /// Pixels of the film, along each side, that one of the picture stands for: cells for direct
-    /// light are as much wider.
+    /// light and for final gathers are as much wider.
     pub pixels: f64,
     /// Which photons are needed.
     pub needs: Needs,

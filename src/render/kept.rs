@@ -62,7 +62,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
         draws: &mut Draws,
     ) -> S {
         let toward = Ray::new(p, -self.scene.camera.toward(p));
-        let scramble = (draws.rng.uniform() * f64::from(u32::MAX)) as u32;
+        let scramble = draws.rng.scramble();
         let mut state = State::new(draws.clone(), round);
         let mut sum = S::ZERO;
         for index in 0..count {

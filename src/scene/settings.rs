@@ -9,7 +9,7 @@ pub const MAX_SIDE: u32 = 65_536;
 pub const MAX_PIXELS: u64 = 1 << 28;
 /// Largest number of camera rays a pixel.
 pub const MAX_RAYS: u32 = 1 << 20;
-/// Largest number of photons a map is asked to hold: 32 bytes each, beside the tree.
+/// Largest number of photon paths that can be asked for.
 pub const MAX_PHOTONS: u64 = 200_000_000;
 /// Largest order of volume scattering that can be asked for; leave it out for no limit.
 pub const MAX_SCATTER: u32 = 1_000_000;
