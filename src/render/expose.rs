@@ -125,7 +125,8 @@ pub fn expose<S: Spectrum>(
     control: &Control<'_>,
 ) -> Exposed {
     let Sheet { size, window, seed, stage, rays, needs } = sheet;
-    let pixel = |x: u32, y: u32, samples: &mut Accumulator, end: u32, run: &mut Run<'_, S>| {
+    let pixel = |x: u32, y: u32, samples: &mut Accumulator, pass: Pass, run: &mut Run<'_, S>| {
+        let Pass { begin: before, end, .. } = pass;
         let budget = direct(x, y).budget;
         let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let begin = samples.given() as u32;
@@ -155,7 +156,8 @@ pub fn expose<S: Spectrum>(
             // What is kept for rays to come may have taken long.
             looks = state.draws.once > once;
         }
-        let before = begin.max(end / GROWTH); // what settled in an earlier pass has been counted
+        // What settled in an earlier pass has been counted.
+        let before = begin.max(before);
         run.spent.rays += u64::from(end.min(budget.rays).saturating_sub(before));
     };
     let threads = rayon::current_num_threads() as u32;
@@ -176,9 +178,10 @@ pub fn expose<S: Spectrum>(
     let mut keeping = Keeping::new(control.checkpoints);
     let mut ended = Ended::Complete;
     let mut passes = passes(left.most).peekable();
-    while let Some(&Pass { end, every }) = passes.peek() {
+    while let Some(&pass) = passes.peek() {
         // However short the time, there is to be something to see.
         let untimed = Control { deadline: None, ..*control };
+        let every = pass.every;
         let control = if every == SPARSE[0] { &untimed } else { control };
         let halt = Halt::new(control, keeping.due());
         let tile = |tile: &mut Tile| {
@@ -190,7 +193,7 @@ pub fn expose<S: Spectrum>(
                 if x % every != 0 || y % every != 0 {
                     continue;
                 }
-                pixel(x, y, samples, end, &mut run);
+                pixel(x, y, samples, pass, &mut run);
             }
             let Run { state, mut spent, .. } = run;
             (spent.time, spent.gathering) = (start.elapsed(), state.gathering);
@@ -264,7 +267,9 @@ fn has_rays(plate: &mut Plate, direct: &impl Fn(u32, u32) -> Direction) -> Vec<b
 /// A way over the film.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Pass {
-    /// How many rays pixels have after it.
+    /// How many rays pixels have before it.
+    begin: u32,
+    /// And after it.
     end: u32,
     /// One pixel in so many along each side gets them.
     every: u32,
@@ -272,10 +277,12 @@ struct Pass {
 
 /// The ways over a film whose pixels get up to `most` rays.
 fn passes(most: u32) -> impl Iterator<Item = Pass> {
-    let sparse = SPARSE.into_iter().map(|every| Pass { end: 1, every });
+    let sparse = SPARSE.into_iter().map(|every| Pass { begin: 0, end: 1, every });
     let ends = successors(Some(1_u32), |end| end.checked_mul(GROWTH));
     let ends = ends.take_while(move |end| *end < most).chain([most]);
-    sparse.chain(ends.map(|end| Pass { end, every: 1 })).take_while(move |_| most > 0)
+    let begins = [0].into_iter().chain(ends.clone());
+    let whole = begins.zip(ends).map(|(begin, end)| Pass { begin, end, every: 1 });
+    sparse.chain(whole).take_while(move |_| most > 0)
 }
 
 /// The round that a sample of a pixel with at most so many rays belongs to: the first few passes, or
@@ -331,7 +338,7 @@ fn pattern(seed: u64, pixel: u64, sample: u32) -> Even {
     // The sequence is good for 2^16 points; further samples start another one.
     let (block, index) = (sample >> 16, sample & 0xffff);
     let mut key = Stream::new(seed, Stage::March, pixel, u64::from(block) | 1 << 63);
-    Even { index, scramble: (key.uniform() * f64::from(u32::MAX)) as u32 }
+    Even { index, scramble: key.scramble() }
 }
 
 #[cfg(test)]
