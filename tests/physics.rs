@@ -1,7 +1,8 @@
 //! The renderer against closed forms and published values: slabs by adding-doubling, the white
 //! furnace, airlight, and the two ways of rendering against each other.
 //!
-//! Statistical bounds are 4.5 standard errors (false alarm 7e-6 a comparison) with fixed seeds.
+//! Seeds are fixed. Statistical bounds are 4.5 standard errors (false alarm 7e-6 a comparison) where no
+//! other is told.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -88,7 +89,8 @@ fn slabs_by_the_reference() {
 }
 
 /// Within 1 % and two standard errors of the mean over seeds, which the photons' noise asks for: the more
-/// of them, the narrower the lobe.
+/// of them, the narrower the lobe. As those errors are at most 0.75 %, four seeds without bias would fail in one of 100
+/// comparisons or fewer.
 #[test]
 fn slabs_by_photon_map_and_march() {
     const SEEDS: u32 = 4;
@@ -109,7 +111,8 @@ fn slabs_by_photon_map_and_march() {
             let value = values.iter().sum::<f64>() / f64::from(SEEDS);
             let squares: f64 = values.iter().map(|v| (v - value).powi(2)).sum();
             let error = (squares / f64::from(SEEDS * (SEEDS - 1))).sqrt();
-            if (value - expected).abs() > 0.01 * expected + 2.0 * error {
+            let off = (value - expected).abs();
+            if off > 0.01 * expected + 2.0 * error || error > 0.0075 * expected {
                 writeln!(
                     wrong,
                     "albedo {albedo}, thickness {thickness}, g {g}, from above {from_above}: \

@@ -8,8 +8,10 @@
 //! errors, taken against two references of different seeds at once: the product of the differences
 //! from both is in the mean the squared error alone, for the noise of one has nothing to do with that
 //! of the other. In the same way the product of the differences of two seeds is in the mean the
-//! squared bias alone. "Trimmed" leaves out the worst 0.1 % of the pixels. What a reference itself is
-//! off is printed first. The slope is that of the logarithm of the error over that of the time, by
+//! squared bias alone. "Trimmed" leaves out the worst 0.1 % of the pixels. "Bright" and "brightest"
+//! tell by how many per cent all pixels together are brighter than the references, and the tenth of them that
+//! is brightest: chosen by one reference, held against the other, lest noise choose. What a reference
+//! itself is off is printed first. The slope is that of the logarithm of the error over that of the time, by
 //! least squares, and from each step to the next, where a plateau would show as 0.
 //!
 //! To be expected: light on a lattice whose cells' edge is made as N^(-1/5) has variance and squared
@@ -42,7 +44,7 @@ const GROWTH: u32 = 4;
 const SEEDS: u64 = 4;
 
 /// Scenes of `volumes/` with their steps and rays of a pixel of each reference.
-const SCENES: [(&str, u32, u32); 2] = [("smoke", 5, 1024), ("cloud", 4, 256)];
+const SCENES: [(&str, u32, u32); 2] = [("smoke", 5, 1024), ("cloud", 4, 4096)];
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -63,9 +65,16 @@ fn converge(name: &str, steps: u32, rays: u32) {
     let scene = load(name);
     let truth = Truth::of(&scene, rays);
     println!("\n{name}, {SIDE} x {SIDE} pixels, {SEEDS} seeds. Processor seconds of all threads.");
-    println!("A reference of {rays} rays is off by {} itself.", significant(truth.noise, 2));
-    println!("| photons | rays | seconds | error | trimmed | squared bias | slope | trimmed |");
-    println!("|{}", " --- |".repeat(8));
+    let [all, brightest] = truth.uncertain().map(|percent| significant(percent, 1));
+    println!(
+        "A reference of {rays} rays is off by {} itself; both together are by {all} % for all pixels, \
+         {brightest} % for the brightest (standard error).",
+        significant(truth.noise, 2)
+    );
+    println!(
+        "| photons | rays | seconds | error | trimmed | squared bias | bright | brightest | slope | trimmed |"
+    );
+    println!("|{}", " --- |".repeat(10));
     let mut points: Vec<Point> = Vec::new();
     for step in 0..steps {
         let grown = GROWTH.pow(step);
@@ -82,13 +91,15 @@ fn converge(name: &str, steps: u32, rays: u32) {
             slope(&pair).map_or_else(|| "–".into(), |slope| format!("{slope:.2}"))
         };
         println!(
-            "| {} | {} | {} | {} | {} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {} | {} | {:+.2} | {:+.2} | {} | {} |",
             settings.photons,
             settings.rays,
             significant(point.seconds, 3),
             significant(point.error, 2),
             significant(point.trimmed, 2),
             significant(point.bias, 1),
+            point.brighter[0],
+            point.brighter[1],
             since(|point| point.error),
             since(|point| point.trimmed)
         );
@@ -142,6 +153,39 @@ impl Truth {
         truth
     }
 
+    /// The pixels that are told of as all and as the brightest, by the reference of this number.
+    fn chosen(&self, by: usize) -> [Vec<usize>; 2] {
+        let pixels = self.pictures[by].pixels();
+        let mut brightest: Vec<usize> = (0..pixels.len()).collect();
+        brightest.sort_by(|&i, &j| total(&pixels[j]).total_cmp(&total(&pixels[i])));
+        brightest.truncate(pixels.len() / 10);
+        [(0..pixels.len()).collect(), brightest]
+    }
+
+    /// By how many per cent a picture is brighter, for all pixels and for the brightest.
+    fn brighter(&self, picture: &Image) -> [f64; 2] {
+        let by = |by: usize| {
+            let other = &self.pictures[1 - by];
+            self.chosen(by).map(|pixels| {
+                let sum =
+                    |image: &Image| pixels.iter().map(|&i| total(&image.pixels()[i])).sum::<f64>();
+                100.0 * (sum(picture) / sum(other) - 1.0)
+            })
+        };
+        let [a, b] = [by(0), by(1)];
+        [0, 1].map(|which| 0.5 * (a[which] + b[which]))
+    }
+
+    /// Standard error of that, from how the two references differ.
+    fn uncertain(&self) -> [f64; 2] {
+        let [a, b] = self.pictures.each_ref().map(Image::pixels);
+        self.chosen(0).map(|pixels| {
+            let squares =
+                pixels.iter().map(|&i| (total(&a[i]) - total(&b[i])).powi(2)).sum::<f64>();
+            100.0 * 0.5 * squares.sqrt() / pixels.iter().map(|&i| total(&b[i])).sum::<f64>()
+        })
+    }
+
     fn differences(&self, picture: &Image, from: &Image) -> Vec<[f64; 3]> {
         let pairs = picture.pixels().iter().zip(from.pixels());
         pairs.map(|(p, q)| [0, 1, 2].map(|c| f64::from(p[c]) - f64::from(q[c]))).collect()
@@ -162,17 +206,23 @@ struct Point {
     error: f64,
     trimmed: f64,
     bias: f64,
+    /// In per cent: see [`Truth::brighter`].
+    brighter: [f64; 2],
 }
 
 impl Point {
     fn measured(scene: &Scene, settings: &RenderSettings, truth: &Truth) -> Self {
         let mut seconds = Vec::new();
         let mut off: Vec<[Vec<[f64; 3]>; 2]> = Vec::new();
+        let mut brighter = [0.0; 2];
         for seed in 0..SEEDS {
             let settings = RenderSettings { seed, ..*settings };
             let (rendered, spent) = Spent::on(|| render(scene, &settings, &Silent));
             let picture = rendered.expect("a picture").film.image();
             seconds.push(spent.ran);
+            for (mean, of_seed) in brighter.iter_mut().zip(truth.brighter(&picture)) {
+                *mean += of_seed / SEEDS as f64;
+            }
             off.push([0, 1].map(|which| truth.differences(&picture, &truth.pictures[which])));
         }
         let (mut errors, mut trimmed, mut biases) = (Vec::new(), Vec::new(), Vec::new());
@@ -190,8 +240,14 @@ impl Point {
             error: mean(&errors),
             trimmed: mean(&trimmed),
             bias: mean(&biases),
+            brighter,
         }
     }
+}
+
+/// Of all channels.
+fn total(pixel: &[f32; 3]) -> f64 {
+    pixel.iter().map(|v| f64::from(*v)).sum()
 }
 
 fn mean(values: &[f64]) -> f64 {
