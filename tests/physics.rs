@@ -89,8 +89,8 @@ fn slabs_by_the_reference() {
 }
 
 /// Within 1 % and two standard errors of the mean over seeds, which the photons' noise asks for: the more
-/// of them, the narrower the lobe. As those errors are at most 0.75 %, four seeds without bias would fail in one of 100
-/// comparisons or fewer.
+/// of them, the narrower the lobe. As those errors are at most 0.75 %, four seeds without bias would fail
+/// in one of 100 comparisons or fewer.
 #[test]
 fn slabs_by_photon_map_and_march() {
     const SEEDS: u32 = 4;

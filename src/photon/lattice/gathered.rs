@@ -1,7 +1,5 @@
 //! What final gathers find, on a lattice.
 
-use std::iter::successors;
-
 use crate::math::{Ray, Rgb, Span, Spectrum, WorldPoint};
 use crate::scene::Scene;
 use crate::scene::lighting::Draws;
@@ -40,15 +38,12 @@ const FINEST: f64 = 1.5;
 const THICK: f64 = 1.5;
 
 /// See [`THICK`].
-const FEW: f64 = 32.0;
+const FEW: u32 = 32;
 
-/// How that falls with the number of rays. Over cells so wide light is rough, and its squared bias
+/// How that falls with the number of rays, each time that they double. Over cells so wide light is rough, and its squared bias
 /// falls about with the square of the edge only: the sum of that and of variance is least for the
 /// -1/4th power. As the bias has the same sign all over a picture, it is to fall somewhat faster.
 const ROUGH_FALL: f64 = -1.0 / 3.0;
-
-/// By how much cells are made wider at a time where they would be too fine to be kept.
-const WIDER: f64 = 1.25;
 
 /// Some of the rays of each pixel, which are shot together before others are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,12 +89,11 @@ impl<S: Spectrum> GatherLattice<S> {
         let pixel = Pixel::new(scene, pixels);
         let wide = (PIXELS * (f64::from(rays) / USUAL).powf(FALL)).max(FINEST);
         let widest = THICK * thin_edge_for_moments(of, visible);
-        // Where cells that suit many rays are too fine to be kept, the finest that can be are.
-        let finest = (f64::from(rays) / FEW).max(1.0).powf(ROUGH_FALL);
-        let shares =
-            successors(Some(finest), |share| (*share < 1.0).then(|| (WIDER * share).min(1.0)));
-        let cells = shares.into_iter().find_map(|share| {
-            let edge = pixel.cells(of, visible, wide, share * widest)?;
+        // Where cells that suit many rays are too fine to be kept, those of fewer are.
+        let doubled = (rays / FEW).max(1).ilog2();
+        let cells = (0..=doubled).rev().find_map(|times| {
+            let widest = widest * (f64::from(times) * ROUGH_FALL).exp2();
+            let edge = pixel.cells(of, visible, wide, widest)?;
             Cells::around(&of.density, edge, 1)
         })?;
         Some(Self { filled: Filled::new(cells, seed, medium), medium, pixel, looks })
@@ -163,5 +157,43 @@ impl<S: Spectrum> GatherLattice<S> {
         let span = Span::new(0.0, self.pixel.distance(p));
         let seen: S = scene.media.transmittance_counted(&toward, span, &mut draws.work);
         opacity * seen.max_element() * (edge / self.pixel.edge(p)).powi(2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::WorldPoint;
+    use crate::scene::LoadOptions;
+
+    /// A ball so thick that cells for very many rays are too many.
+    const BALL: &str = r#"
+        [camera]
+        position = [0.0, 0.0, 5.0]
+        target = [0.0, 0.0, 0.0]
+        fov = 26.0
+        [film]
+        size = [64, 64]
+        [[medium]]
+        region = { sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }
+        sigma_t = 50.0
+        albedo = 0.99
+        phase = { type = "henyey-greenstein", g = 0.85 }
+    "#;
+
+    #[test]
+    fn more_rays_never_make_cells_wider() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, BALL).unwrap();
+        let scene = Scene::load(&path, &LoadOptions::default()).unwrap();
+        let visible = [WorldPoint::new(0.0, 0.0, 0.9)];
+        let edge = |rays: u32| {
+            let lattice = GatherLattice::<f64>::new(&scene, 0, &visible, 1.0, rays, 0, false);
+            lattice.unwrap().filled.edge()
+        };
+        let edges = [16, 32, 64, 300, 2500, 20_000, 1 << 20].map(edge);
+        assert!(edges.windows(2).all(|pair| pair[1] <= pair[0]), "{edges:?}");
+        assert!(edges[3] < 0.6 * edges[1] && edges[4] == edges[6], "{edges:?}");
     }
 }

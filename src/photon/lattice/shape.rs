@@ -182,3 +182,28 @@ impl Cells {
         self.corner + local * self.edge
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::{Cuboid, Region};
+    use glam::DAffine3;
+    use std::f64::consts::FRAC_PI_4;
+
+    /// Cells round a plate of 20 m that is 2 cm thick, aslant.
+    fn round_plate(edge: f64) -> Option<Cells> {
+        let corner = DVec3::new(10.0, 0.01, 10.0);
+        let aslant = DAffine3::from_rotation_x(FRAC_PI_4);
+        let plate = Cuboid::new(-corner, corner, &aslant).unwrap();
+        Cells::around(&Density::Homogeneous(Region::Box(plate)), edge, 1)
+    }
+
+    #[test]
+    fn what_is_held_is_bounded_however_little_of_it_the_medium_fills() {
+        // In both its own volume is that of few cells.
+        assert!(round_plate(0.016).is_none());
+        let cells = round_plate(0.1).unwrap();
+        assert!(cells.bricks() * VOLUME <= MOST_HELD);
+        assert!(cells.memory_bytes() >= cells.bricks() * size_of::<u32>());
+    }
+}
