@@ -3,13 +3,14 @@
 #![allow(clippy::print_stderr)] // skipped tests say so
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use assert_cmd::Command;
 use fogbow::director::{Sight, x_map};
 use fogbow::image::{Film, read_exr, read_layers};
 use fogbow::math::{Ray, Rgb, Span, World, luminance};
 use fogbow::medium::{Density, Medium};
-use fogbow::render::{Silent, render};
+use fogbow::render::{Progress, Silent, render};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{
     Directed, Directing, Director, Importance, LoadOptions, Overrides, RenderSettings, Scene,
@@ -235,6 +236,37 @@ fn variance_ends_pixels_early_but_not_black_ones() {
     let dark = scene_without_light(folder.path());
     let film = render(&dark, &settings, &Silent).unwrap().film;
     assert!(layer(&film, "rays").iter().all(|rays| *rays == 64.0));
+}
+
+/// Units of the last stage, all and done.
+#[derive(Default)]
+struct Counted([AtomicU64; 2]);
+
+impl Progress for Counted {
+    fn stage(&self, _: &str, total: u64) {
+        let Self([all, done]) = self;
+        all.store(total, Ordering::Relaxed);
+        done.store(0, Ordering::Relaxed);
+    }
+
+    fn advance(&self, units: u64) {
+        self.0[1].fetch_add(units, Ordering::Relaxed);
+    }
+
+    fn finish(&self) {}
+}
+
+#[test]
+fn rays_that_settled_pixels_spare_count_once_as_done() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = written(folder.path(), &WALL.replace("rays = 5", "rays = 40"));
+    let directing = Directing { floor: 12, tolerance: 0.5, ..Directing::default() };
+    let settings = RenderSettings { director: Director::Variance, directing, ..scene.render };
+    let counted = Counted::default();
+    let film = render(&scene, &settings, &counted).unwrap().film;
+    assert!(layer(&film, "rays").iter().all(|rays| *rays == 12.0));
+    let [all, done] = counted.0.map(AtomicU64::into_inner);
+    assert!(all > 0 && all == done, "{done} of {all}");
 }
 
 fn scene_without_light(folder: &Path) -> Scene {
