@@ -32,8 +32,9 @@ pub(super) struct Keeper<'a> {
 impl<'a> Keeper<'a> {
     /// For each medium, light straight from lights; nothing where one of them cannot keep it.
     pub fn direct<S: Spectrum>(&self) -> Vec<DirectLattice<S>> {
-        let Shooting { pixels, seed, .. } = *self.shooting;
-        self.each(|medium| DirectLattice::new(self.scene, medium, self.visible, pixels, seed))
+        let Shooting { pixels, rays, seed, .. } = *self.shooting;
+        let new = |medium| DirectLattice::new(self.scene, medium, self.visible, pixels, rays, seed);
+        self.each(new)
     }
 
     /// For each medium what final gathers find; nothing where one of them cannot keep it, and where

@@ -7,12 +7,18 @@ use crate::math::{Aabb, Rgb, Spectrum, World, WorldPoint};
 use crate::scene::Scene;
 use crate::scene::lighting::{self, Draws};
 
-use super::edge::{Pixel, thin_edge};
+use super::edge::{Pixel, Widths, thin_edge};
 use super::filled::{Filled, Vacant};
-use super::shape::Cells;
 
 /// Edge of a cell in pixels, where the camera sees it.
 const PIXELS: f64 = 1.5;
+
+/// Rays of a pixel up to which cells may be as wide as thin ones are.
+const FEW: u32 = 16;
+
+/// How their edge falls with the number of rays: a pixel's variance falls with that, and the squared bias
+/// of what is interpolated with the fourth power of the edge.
+const FALL: f64 = -0.25;
 
 /// Cells within which a lamp is too near for its light to be kept.
 const NEAR: f64 = 8.0;
@@ -30,19 +36,21 @@ pub struct DirectLattice<S = Rgb> {
 
 impl<S: Spectrum> DirectLattice<S> {
     /// A lattice for the medium of this index in `scene`, of which the camera sees `visible`
-    /// places, for a picture of which each pixel stands for so many of the film along each side.
-    /// Nothing where cells would be too thick or too many.
+    /// places, for a picture of which each pixel stands for so many of the film along each side and
+    /// gets so many rays. Nothing where cells would be too thick or too many.
     pub fn new(
         scene: &Scene,
         medium: usize,
         visible: &[WorldPoint],
         pixels: f64,
+        rays: u32,
         seed: u64,
     ) -> Option<Self> {
         let of = scene.media.get(medium);
-        let edge = Pixel::new(scene, pixels).cells(of, visible, PIXELS, thin_edge(of, visible))?;
-        let cells = Cells::around(&of.density, edge, 1)?;
-        let near = of.density.bounds()?.grown(NEAR * edge);
+        let widest = thin_edge(of, visible);
+        let widths = Widths { pixels: PIXELS, widest, few: FEW, fall: FALL };
+        let cells = Pixel::new(scene, pixels).cells(of, visible, rays, &widths)?;
+        let near = of.density.bounds()?.grown(NEAR * cells.edge);
         let kept = |light: &Light| is_kept(light, &near);
         let lights = &scene.lights.lights;
         let lights = (0..lights.len()).filter(|&index| kept(&lights[index])).collect();

@@ -4,6 +4,8 @@ use crate::math::{Ray, World, WorldPoint};
 use crate::medium::{Medium, Phase};
 use crate::scene::Scene;
 
+use super::shape::Cells;
+
 /// Flights that cross a cell, on average, where all flights together are as long as
 /// [`WAYS`] times the edge of a cube of the medium's volume.
 const CROSSINGS: f64 = 150.0;
@@ -46,6 +48,18 @@ pub fn thin_edge_for_moments(medium: &Medium, visible: &[WorldPoint]) -> f64 {
     thin_edge(medium, visible) / forgets
 }
 
+/// How wide cells are that are filled for a picture.
+pub(super) struct Widths {
+    /// In pixels, where the camera sees them.
+    pub pixels: f64,
+    /// At most, in metres, for [`few`](Self::few) rays of a pixel and for fewer.
+    pub widest: f64,
+    /// See [`widest`](Self::widest).
+    pub few: u32,
+    /// The power of the number of rays as which that falls, each time that they double.
+    pub fall: f64,
+}
+
 /// The edge of a pixel where something is seen.
 #[derive(Debug)]
 pub(super) struct Pixel {
@@ -76,19 +90,24 @@ impl Pixel {
         (p - self.rays[0].origin).length()
     }
 
-    /// The edge, in metres, of cells that are so many pixels `wide` at the `visible` places of media,
-    /// and at most `widest`; nothing where there are none, or they would be much finer than voxels.
+    /// Cells round `medium` as wide as `widths` says for a picture of so many rays a pixel, whose
+    /// `visible` places it sees; nothing where there are none, or they would be much finer than voxels or
+    /// too many. Where only those are that suit many rays, they are as wide as for fewer.
     pub fn cells(
         &self,
         medium: &Medium,
         visible: &[WorldPoint],
-        wide: f64,
-        widest: f64,
-    ) -> Option<f64> {
+        rays: u32,
+        widths: &Widths,
+    ) -> Option<Cells> {
         let pixel = quantile(visible.iter().map(|p| self.edge(*p)).collect(), 0.5)?;
         let finest = FINEST * medium.density.detail().unwrap_or(0.0);
-        let edge = (wide * pixel).max(finest).min(widest);
-        (edge >= 0.5 * finest).then_some(edge)
+        let doubled = (rays / widths.few).max(1).ilog2();
+        (0..=doubled).rev().find_map(|times| {
+            let widest = widths.widest * (f64::from(times) * widths.fall).exp2();
+            let edge = (widths.pixels * pixel).max(finest).min(widest);
+            (edge >= 0.5 * finest).then(|| Cells::around(&medium.density, edge, 1))?
+        })
     }
 }
 

@@ -4,9 +4,8 @@ use crate::math::{Ray, Rgb, Span, Spectrum, WorldPoint};
 use crate::scene::Scene;
 use crate::scene::lighting::Draws;
 
-use super::edge::{Pixel, thin_edge_for_moments};
+use super::edge::{Pixel, Widths, thin_edge_for_moments};
 use super::filled::Filled;
-use super::shape::Cells;
 use super::start::{LOOKUPS, start};
 
 /// Gathers for each ray whose light comes from a cell: about one for each time that it is asked for,
@@ -89,13 +88,8 @@ impl<S: Spectrum> GatherLattice<S> {
         let pixel = Pixel::new(scene, pixels);
         let wide = (PIXELS * (f64::from(rays) / USUAL).powf(FALL)).max(FINEST);
         let widest = THICK * thin_edge_for_moments(of, visible);
-        // Where cells that suit many rays are too fine to be kept, those of fewer are.
-        let doubled = (rays / FEW).max(1).ilog2();
-        let cells = (0..=doubled).rev().find_map(|times| {
-            let widest = widest * (f64::from(times) * ROUGH_FALL).exp2();
-            let edge = pixel.cells(of, visible, wide, widest)?;
-            Cells::around(&of.density, edge, 1)
-        })?;
+        let widths = Widths { pixels: wide, widest, few: FEW, fall: ROUGH_FALL };
+        let cells = pixel.cells(of, visible, rays, &widths)?;
         Some(Self { filled: Filled::new(cells, seed, medium), medium, pixel, looks })
     }
 
