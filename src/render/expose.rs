@@ -5,7 +5,6 @@
 //! seed, pixel and number: wherever work is halted, the samples that a pixel has say how it goes on,
 //! and the picture is the same in the end.
 
-use std::iter::successors;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
@@ -21,16 +20,10 @@ use crate::work::Work;
 
 use super::checkpoint::{Checkpoints, Keeping, Moment};
 use super::control::{Control, Halt};
+use super::passes::{Pass, passes, round};
 use super::plate::{Plate, Tile};
 use super::reckoning::{Left, Spent, Units};
 use super::rendered::Ended;
-
-/// How many times as many rays a pixel has after a pass as before it.
-const GROWTH: u32 = 4;
-
-/// Before all pixels get their first ray, one in so many along each side does: what is cut short
-/// early shows the whole film, if coarsely.
-const SPARSE: [u32; 3] = [32, 8, 2];
 
 /// Rays of a pixel after which the clock is looked at.
 const LOOK: u32 = 16;
@@ -126,12 +119,11 @@ pub fn expose<S: Spectrum>(
 ) -> Exposed {
     let Sheet { size, window, seed, stage, rays, needs } = sheet;
     let pixel = |x: u32, y: u32, samples: &mut Accumulator, pass: Pass, run: &mut Run<'_, S>| {
-        let Pass { begin: before, end, .. } = pass;
         let budget = direct(x, y).budget;
         let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let begin = samples.given() as u32;
         let mut looks = true;
-        for sample in begin..end.min(budget.rays) {
+        for sample in begin..pass.end.min(budget.rays) {
             if run.halt.halts(looks || sample % LOOK == 0) {
                 run.spent.rays += u64::from(sample - begin);
                 return;
@@ -157,8 +149,8 @@ pub fn expose<S: Spectrum>(
             looks = state.draws.once > once;
         }
         // What settled in an earlier pass has been counted.
-        let before = begin.max(before);
-        run.spent.rays += u64::from(end.min(budget.rays).saturating_sub(before));
+        let before = begin.max(pass.begin);
+        run.spent.rays += u64::from(pass.end.min(budget.rays).saturating_sub(before));
     };
     let threads = rayon::current_num_threads() as u32;
     let mut plate = Plate::new(window);
@@ -181,8 +173,7 @@ pub fn expose<S: Spectrum>(
     while let Some(&pass) = passes.peek() {
         // However short the time, there is to be something to see.
         let untimed = Control { deadline: None, ..*control };
-        let every = pass.every;
-        let control = if every == SPARSE[0] { &untimed } else { control };
+        let control = if pass.is_first() { &untimed } else { control };
         let halt = Halt::new(control, keeping.due());
         let tile = |tile: &mut Tile| {
             let draws = Draws::new(Stream::new(seed, stage, 0, 0), needs);
@@ -190,7 +181,7 @@ pub fn expose<S: Spectrum>(
             let mut run = Run { state, halt: &halt, spent: Spent::default() };
             let start = Instant::now();
             for (x, y, samples) in tile.pixels() {
-                if x % every != 0 || y % every != 0 {
+                if x % pass.every != 0 || y % pass.every != 0 {
                     continue;
                 }
                 pixel(x, y, samples, pass, &mut run);
@@ -206,7 +197,7 @@ pub fn expose<S: Spectrum>(
         let (done, took) = tiles.map(tile).reduce(Default::default, sum);
         work += done;
         spent += took;
-        if every == 1 && units.learn(&spent) {
+        if pass.every == 1 && units.learn(&spent) {
             let left = Left::of(&mut plate, &direct);
             let done = units.count(spent.rays, spent.gathers);
             control.progress.weigh(done, done + units.count(left.rays, left.gathers));
@@ -262,35 +253,6 @@ fn has_rays(plate: &mut Plate, direct: &impl Fn(u32, u32) -> Direction) -> Vec<b
         known[index] = samples.given() > 0 || direct(x, y).budget.rays == 0;
     }
     known
-}
-
-/// A way over the film.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Pass {
-    /// How many rays pixels have before it.
-    begin: u32,
-    /// And after it.
-    end: u32,
-    /// One pixel in so many along each side gets them.
-    every: u32,
-}
-
-/// The ways over a film whose pixels get up to `most` rays.
-fn passes(most: u32) -> impl Iterator<Item = Pass> {
-    let sparse = SPARSE.into_iter().map(|every| Pass { begin: 0, end: 1, every });
-    let ends = successors(Some(1_u32), |end| end.checked_mul(GROWTH));
-    let ends = ends.take_while(move |end| *end < most).chain([most]);
-    let begins = [0].into_iter().chain(ends.clone());
-    let whole = begins.zip(ends).map(|(begin, end)| Pass { begin, end, every: 1 });
-    sparse.chain(whole).take_while(move |_| most > 0)
-}
-
-/// The round that a sample of a pixel with at most so many rays belongs to: the first few passes, or
-/// a later one.
-fn round(sample: u32, rays: u32) -> Round {
-    let index = sample.max(1).ilog(GROWTH);
-    let end = |index: u32| GROWTH.checked_pow(index + 1).map_or(rays, |end| end.min(rays));
-    Round { index, rays: end(index) - index.checked_sub(1).map_or(0, end) }
 }
 
 /// What light that varies little counts along a ray of a pixel, so that few rays, spread evenly,
@@ -366,38 +328,5 @@ mod tests {
             }
             assert_eq!(unshared(&samples, &budget), Rgb::ZERO);
         }
-    }
-
-    #[test]
-    fn rounds_are_whole_passes() {
-        for most in [1, 3, 4, 5, 16, 40, 1000, u32::MAX] {
-            let mut shot = 0;
-            for index in 0.. {
-                let Round { rays, .. } = round(shot, most);
-                assert_eq!(
-                    [round(shot, most), round(shot + rays - 1, most)],
-                    [Round { index, rays }; 2]
-                );
-                shot += rays;
-                assert!(passes(most).any(|pass| pass.end == shot));
-                if shot == most {
-                    break;
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn passes_grow_to_all_rays() {
-        let full = |most| {
-            let sparse = |pass: &Pass| pass.every > 1;
-            passes(most).skip_while(sparse).map(|pass| pass.end).collect::<Vec<_>>()
-        };
-        assert_eq!(passes(0).count(), 0);
-        assert_eq!(passes(1).map(|pass| pass.every).collect::<Vec<_>>(), [32, 8, 2, 1]);
-        assert_eq!(full(1), [1]);
-        assert_eq!(full(16), [1, 4, 16]);
-        assert_eq!(full(40), [1, 4, 16, 40]);
-        assert_eq!(full(u32::MAX).last(), Some(&u32::MAX));
     }
 }

@@ -18,6 +18,7 @@ mod kept;
 mod lamps;
 mod march;
 mod pace;
+mod passes;
 mod plate;
 mod preview;
 mod progress;
