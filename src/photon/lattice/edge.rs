@@ -103,11 +103,15 @@ impl Pixel {
         let pixel = quantile(visible.iter().map(|p| self.edge(*p)).collect(), 0.5)?;
         let finest = FINEST * medium.density.detail().unwrap_or(0.0);
         let doubled = (rays / widths.few).max(1).ilog2();
-        (0..=doubled).rev().find_map(|times| {
+        let edge = |times: u32| {
             let widest = widths.widest * (f64::from(times) * widths.fall).exp2();
-            let edge = (widths.pixels * pixel).max(finest).min(widest);
-            (edge >= 0.5 * finest).then(|| Cells::around(&medium.density, edge, 1))?
-        })
+            (widths.pixels * pixel).max(finest).min(widest)
+        };
+        let mut edges: Vec<f64> = (0..=doubled).rev().map(edge).collect();
+        // Where pixels say how wide they are there is but one.
+        edges.dedup();
+        let mut sound = edges.into_iter().filter(|edge| *edge >= 0.5 * finest);
+        sound.find_map(|edge| Cells::around(&medium.density, edge, 1))
     }
 }
 
