@@ -138,7 +138,6 @@ fn running_sum(weights: impl Iterator<Item = f64>) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::math::{Stage, WorldPoint};
-    use crate::scene::LoadOptions;
 
     /// Lamps of one channel each, which tells whence a path starts.
     const LAMPS: &str = r#"
@@ -168,10 +167,7 @@ mod tests {
     /// and the mean of all starts is the power of each lamp however they are chosen.
     #[test]
     fn emitters_are_chosen_as_they_are_weighed() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("scene.toml");
-        std::fs::write(&path, LAMPS).unwrap();
-        let scene = Scene::load(&path, &LoadOptions::default()).unwrap();
+        let scene = Scene::of_text(LAMPS);
         let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 3.0).unwrap();
         let mut emitters = Emitters::new(&scene, reach, false).unwrap();
         let powers = emitters.powers().to_vec();

@@ -74,6 +74,15 @@ impl Scene {
     pub fn window(&self) -> Window {
         self.render.crop.unwrap_or(Window::whole(self.film.size))
     }
+
+    /// That of a file with this text.
+    #[cfg(test)]
+    pub(crate) fn of_text(text: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, text).unwrap();
+        Self::load(&path, &LoadOptions::default()).unwrap()
+    }
 }
 
 /// Voxels out of the camera's sight.

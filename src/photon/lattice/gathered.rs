@@ -158,7 +158,6 @@ impl<S: Spectrum> GatherLattice<S> {
 mod tests {
     use super::*;
     use crate::math::WorldPoint;
-    use crate::scene::LoadOptions;
 
     /// A ball so thick that cells for very many rays are too many.
     const BALL: &str = r#"
@@ -177,10 +176,7 @@ mod tests {
 
     #[test]
     fn more_rays_never_make_cells_wider() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("scene.toml");
-        std::fs::write(&path, BALL).unwrap();
-        let scene = Scene::load(&path, &LoadOptions::default()).unwrap();
+        let scene = Scene::of_text(BALL);
         let visible = [WorldPoint::new(0.0, 0.0, 0.9)];
         let edge = |rays: u32| {
             let lattice = GatherLattice::<f64>::new(&scene, 0, &visible, 1.0, rays, 0, false);
