@@ -247,6 +247,20 @@ fn photons_carry_what_samples_say() {
         }
         let aside = DVec3::new(0.7, 0.0, 0.7);
         compare(row.name, &row.light, &reach(0.3, 1.6).unwrap(), 0.5, aside);
+        if row.light.is_infinite() {
+            // In the smaller disk, round it, and far from both.
+            for (outer, x) in [(1.6, 0.0), (1.6, 0.9), (30.0, 3.0)] {
+                let over_ground = reach(0.3, outer).unwrap().over_ground(Some(0.8));
+                let name = format!("{}, over ground, reach to {outer}, {x} m aside", row.name);
+                compare(&name, &row.light, &over_ground, 0.5, DVec3::new(x, 0.0, 0.0));
+            }
+        }
+    }
+    // Ground beyond the larger sphere.
+    let sun = Light::Sun(Sun::new(DVec3::NEG_Y, WHITE, 0.0).unwrap());
+    for (outer, x) in [(0.3, 0.9), (1.6, 2.3)] {
+        let over_ground = reach(0.3, outer).unwrap().over_ground(Some(0.8));
+        compare("sun over ground", &sun, &over_ground, 0.5, DVec3::new(x, 0.0, 0.0));
     }
 }
 

@@ -7,14 +7,21 @@ use glam::{DVec2, DVec3};
 use super::{checked_place, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
 
-/// The part of the world that photons are emitted toward: a sphere round media and finite
-/// surfaces, and round that a larger one, at the same centre, for the ground about them. Half the
-/// photons go to each; where there are foci, half of all go to those.
+/// Ground within which light counts, over the height of the centre above it: what comes from beyond
+/// is a ten thousandth of what comes from all of it.
+const ENDLESS: f64 = 1e4;
+
+/// The part of the world that photons are emitted toward: a sphere round what is seen of media, and
+/// round that a larger one, at the same centre, for what is about them. Half the photons go to each.
+/// Light from far away falls on endless ground as well, for half of the latter; where there are foci,
+/// half of all photons go to those.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reach {
     center: WorldPoint,
     radius: f64,
     outer: f64,
+    /// Of the centre over endless ground, in metres.
+    height: Option<f64>,
     foci: Vec<Focus>,
     /// Running sum of the foci's weights, ending at 1.
     cdf: Vec<f64>,
@@ -53,7 +60,14 @@ impl Reach {
             ));
         }
         let center = checked_place("centre of the reach", center)?;
-        Ok(Self { center, radius, outer, foci: Vec::new(), cdf: Vec::new() })
+        Ok(Self { center, radius, outer, height: None, foci: Vec::new(), cdf: Vec::new() })
+    }
+
+    /// As `self`; where there is endless ground, from which the centre is about `height` metres away,
+    /// over that.
+    #[must_use]
+    pub fn over_ground(self, height: Option<f64>) -> Self {
+        Self { height: height.map(|height| height.max(self.radius)), ..self }
     }
 
     /// As `self`, with half of all photons for `foci`, of which those without weight count for
@@ -131,8 +145,9 @@ impl Reach {
     /// density per area perpendicular to the direction, 1/m².
     ///
     /// Uniform over the disk that the sphere of `radius` covers or, one time in two where there
-    /// is ground, log-uniform in the distance from the axis from there to `outer`; one time in two
-    /// where there are foci, uniform over the disk that one of them covers.
+    /// is more, log-uniform in the distance from the axis from there to `outer`, or by half of those
+    /// as the light of evenly lit ground comes to the centre; one time in two where there are foci,
+    /// uniform over the disk that one of them covers.
     pub(super) fn start(&self, direction: DVec3, u: [f64; 2]) -> (WorldPoint, f64) {
         let (focus, first) = self.choose(u[0]);
         let u = [first, u[1]];
@@ -157,34 +172,56 @@ impl Reach {
         (self.center + across - direction * self.outer, pdf)
     }
 
-    /// A place on the disks of both spheres, in metres from their centre.
-    fn offset(&self, u: [f64; 2]) -> DVec2 {
-        if !self.has_ground() {
-            warp::concentric_disk(u) * self.radius
-        } else if u[0] < 0.5 {
-            warp::concentric_disk([2.0 * u[0], u[1]]) * self.radius
-        } else {
-            let log_ratio = (self.outer / self.radius).ln();
-            let r = self.radius * (log_ratio * (2.0 * u[0] - 1.0)).exp();
-            DVec2::from_angle(2.0 * PI * u[1]) * r
+    /// Shares of photons that go to the smaller sphere, to the larger one and to the ground.
+    fn shares(&self) -> [f64; 3] {
+        match (self.has_ground(), self.height.is_some()) {
+            (false, false) => [1.0, 0.0, 0.0],
+            (true, false) => [0.5, 0.5, 0.0],
+            (false, true) => [0.5, 0.0, 0.5],
+            (true, true) => [0.5, 0.25, 0.25],
         }
+    }
+
+    /// A place on the disks of both spheres or on ground, in metres from their centre.
+    fn offset(&self, u: [f64; 2]) -> DVec2 {
+        let [near, ring, ground] = self.shares();
+        let (first, angle) = (u[0], 2.0 * PI * u[1]);
+        if first < near {
+            return warp::concentric_disk([first / near, u[1]]) * self.radius;
+        }
+        let first = first - near;
+        if first < ring {
+            let log_ratio = (self.outer / self.radius).ln();
+            return DVec2::from_angle(angle) * self.radius * (log_ratio * first / ring).exp();
+        }
+        let height = self.height.unwrap_or(self.radius);
+        let over_slant = 1.0 - endless() * ((first - ring) / ground).min(1.0);
+        let r = height * (over_slant.powi(-2) - 1.0).max(0.0).sqrt();
+        DVec2::from_angle(angle) * r
     }
 
     /// Density of [`offset`](Self::offset), 1/m².
     fn offset_pdf(&self, offset: DVec2) -> f64 {
+        let [near, ring, ground] = self.shares();
         let r2 = offset.length_squared();
-        let inner = self.radius * self.radius;
-        if !self.has_ground() {
-            1.0 / (PI * inner)
-        } else if r2 <= inner {
-            0.5 / (PI * inner)
-        } else {
-            0.5 / (2.0 * PI * r2 * (self.outer / self.radius).ln())
-        }
+        let (inner, outer) = (self.radius * self.radius, self.outer * self.outer);
+        let near = if r2 <= inner { near / (PI * inner) } else { 0.0 };
+        let is_ring = ring > 0.0 && r2 > inner && r2 <= outer;
+        let ring = if is_ring { ring / (PI * r2 * (outer / inner).ln()) } else { 0.0 };
+        let ground = self
+            .height
+            .filter(|height| r2 <= (ENDLESS * height).powi(2))
+            .map_or(0.0, |h| ground * h / (2.0 * PI * endless() * (r2 + h * h).powf(1.5)));
+        near + ring + ground
     }
 
     /// Area in m² of the disk that light from far away is emitted over.
     pub(super) fn disk_area(&self) -> f64 {
         PI * self.outer * self.outer
     }
+}
+
+/// Share of the light of all ground that comes from within [`ENDLESS`] heights.
+fn endless() -> f64 {
+    1.0 - 1.0 / ENDLESS.hypot(1.0)
 }

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::light::Reach;
-use crate::math::{Ray, Rgb, Stream, World, luminance};
+use crate::math::{Ray, Rgb, Span, Stream, World, luminance};
 use crate::medium::EmissionSampler;
 use crate::scene::Scene;
 
@@ -109,7 +109,8 @@ impl<'a> Emitters<'a> {
             Emitter::Light(light) => {
                 let light = &self.scene.lights.lights[*light];
                 let start = light.emit(&self.reach, u)?;
-                (start.ray, start.power, true, !(self.keeps_sky && light.is_environment()))
+                let ray = if light.is_infinite() { self.before_all(start.ray) } else { start.ray };
+                (ray, start.power, true, !(self.keeps_sky && light.is_environment()))
             }
             Emitter::Medium(medium, sampler) => {
                 let start = sampler.emit(self.scene.media.get(*medium), rng)?;
@@ -122,6 +123,18 @@ impl<'a> Emitters<'a> {
             direct,
             sampled,
         })
+    }
+
+    /// `ray`, which comes from infinitely far, from before it meets any surface: an infinite one may lie
+    /// behind its origin.
+    fn before_all(&self, ray: Ray<World>) -> Ray<World> {
+        let surfaces = &self.scene.surfaces;
+        let mut back = Ray::new(ray.origin, -ray.direction);
+        for _ in surfaces.surfaces() {
+            let Some(hit) = surfaces.intersect(&back, Span::AHEAD) else { break };
+            back = hit.leave(back.direction);
+        }
+        Ray::new(back.origin, ray.direction)
     }
 }
 
@@ -191,6 +204,40 @@ mod tests {
                 let off = sums[index] - right;
                 assert!(off.abs() <= 5.0 / expected.max(1.0).sqrt() * right, "{index}: {sums:?}");
             }
+        }
+    }
+
+    /// Light over endless ground, whose photons mostly set out near the horizon.
+    const SKY: &str = r#"
+        [camera]
+        position = [0.0, 2.0, 5.0]
+        target = [0.0, 2.0, 0.0]
+        fov = 40.0
+        [[surface]]
+        shape = "plane"
+        point = [0.0, 0.0, 0.0]
+        normal = [0.0, 1.0, 0.0]
+        material = { type = "diffuse", reflectance = 0.5 }
+        [[light]]
+        type = "environment"
+        radiance = 1.0
+        [[light]]
+        type = "sun"
+        direction = [1.0, -0.02, 0.0]
+        irradiance = 9.0
+    "#;
+
+    #[test]
+    fn light_from_far_starts_before_endless_ground() {
+        let scene = Scene::of_text(SKY);
+        let reach = Reach::with_ground(WorldPoint::new(0.0, 2.0, 0.0), 1.0, 20.0).unwrap();
+        let emitters = Emitters::new(&scene, reach.over_ground(Some(2.0)), false).unwrap();
+        let mut rng = Stream::new(5, Stage::Test, 0, 0);
+        for _ in 0..PATHS {
+            let u = std::array::from_fn(|_| rng.uniform());
+            let Ray { origin, direction, .. } = emitters.emit(u, &mut rng).unwrap().ray;
+            let above = origin.xyz.y > 0.0;
+            assert_eq!(above, direction.y < 0.0, "along {direction} from {}", origin.xyz);
         }
     }
 }

@@ -7,6 +7,7 @@ use crate::light::{Focus, Reach};
 use crate::math::{Aabb, Spectrum, World, WorldPoint, warp};
 use crate::medium::Medium;
 use crate::scene::Scene;
+use crate::surface::Material;
 use crate::work::Work;
 
 use super::emitters::Emitters;
@@ -25,8 +26,12 @@ use super::{
 /// Radius, in metres, that stands for everything.
 const ENDLESS: f64 = 1e15;
 
-/// Radii of the scene within which light on an infinite plane counts.
+/// Radii of the scene, or heights over an infinite plane, within which the light of lamps on that
+/// counts.
 const GROUND: f64 = 4.0;
+
+/// Radii of the scene from which an infinite plane is at most thought to be away.
+const HIGHEST: f64 = 1e4;
 
 /// Radius of the halo round what is seen of a medium that the eye is inside of, in radii.
 const HALO: f64 = 4.0;
@@ -247,22 +252,32 @@ fn toward_camera<S: Spectrum, H: Heading>(
 /// medium is endless.
 fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach> {
     let (center, seen) = visible.sphere().unwrap_or((middle(bounds), f64::INFINITY));
-    let mut all = bounds.corners().iter().fold(seen, |r, c| r.max((*c - center).length()));
-    if scene.surfaces.surfaces().iter().any(|s| s.shape().bounds().is_none()) {
-        all *= GROUND;
-    }
+    let all = bounds.corners().iter().fold(seen, |r, c| r.max((*c - center).length()));
     if scene.media.is_endless() || !all.is_finite() {
         return Reach::new(center, ENDLESS).map_err(Error::Usage);
     }
-    let reach =
-        Reach::with_ground(center, seen.clamp(1e-3 * all, all), all).map_err(Error::Usage)?;
+    let away = scene.surfaces.infinite_feet(center).map(|(_, foot)| (foot - center).length());
+    let height = away.min_by(f64::total_cmp).map(|height| height.min(HIGHEST * all));
+    let outer = height.map_or(all, |height| GROUND * all.max(height));
+    let seen = seen.clamp(1e-3 * all, all);
+    let reach = Reach::with_ground(center, seen, outer).map_err(Error::Usage)?;
+    let reach = reach.over_ground(height);
     let mut foci = visible.foci();
     if !scene.media.iter().all(|medium| is_before(scene, medium)) {
         // Light beside what is seen is a scattering away from it.
         let halo = |focus: &Focus| Focus { radius: HALO * focus.radius, ..*focus };
         foci.extend(foci.clone().iter().map(halo));
     }
+    let images: Vec<Focus> = foci.iter().flat_map(|focus| images(scene, focus)).collect();
+    foci.extend(images);
     Ok(reach.focused_on(foci))
+}
+
+/// The images of a focus in infinite mirrors and panes, behind which light for it has to aim.
+fn images(scene: &Scene, focus: &Focus) -> impl Iterator<Item = Focus> {
+    let feet = scene.surfaces.infinite_feet(focus.center);
+    let mirrors = feet.filter(|(surface, _)| surface.materials().iter().any(Material::is_specular));
+    mirrors.map(|(_, foot)| Focus { center: foot + (foot - focus.center), ..*focus })
 }
 
 /// A box that stands for everything.

@@ -95,6 +95,15 @@ impl Bvh {
         best.map(|foot| toward(p, foot))
     }
 
+    /// The place nearest to `point` on each infinite shape, with the shape's index.
+    pub fn infinite_feet(&self, point: WorldPoint) -> impl Iterator<Item = (u32, WorldPoint)> {
+        let foot = move |&index: &u32| {
+            let foot = self.shapes[index as usize].foot(point.xyz, f64::INFINITY)?;
+            Some((index, WorldPoint::from_xyz(foot.point)))
+        };
+        self.infinite.iter().filter_map(foot)
+    }
+
     fn finite_shape(&self, index: u32) -> &Shape {
         &self.shapes[self.finite[index as usize] as usize]
     }

@@ -154,6 +154,12 @@ impl Surfaces {
         self.bvh.nearest(point, max_distance)
     }
 
+    /// The place nearest to `point` on each infinite surface.
+    pub fn infinite_feet(&self, point: WorldPoint) -> impl Iterator<Item = (&Surface, WorldPoint)> {
+        let feet = self.bvh.infinite_feet(point);
+        feet.map(|(index, foot)| (&self.surfaces[index as usize], foot))
+    }
+
     /// The box round the finite surfaces, empty where there are none.
     pub fn bounds(&self) -> Aabb<World> {
         self.bvh.bounds()
