@@ -31,19 +31,33 @@ pub(super) struct Visible {
     pub work: Work,
 }
 
+/// A place where light may be scattered along one of the rays.
+struct Scattering {
+    place: WorldPoint,
+    /// Of all that the ray crosses.
+    opacity: f64,
+    /// A number in [0, 1) which tells whether it is one of the visible places: those of the most opaque
+    /// ray all are, however thin that is.
+    choice: f64,
+}
+
 impl Visible {
     /// Looks at `scene` through its camera, for what `needs` say.
     pub fn look(scene: &Scene, seed: u64, needs: Needs) -> Self {
         let mut visible = Self::default();
         let mut profile = Profile::default();
         let scale = scene.film.size.map(|side| f64::from(side) / f64::from(RAYS));
+        let mut scatterings = Vec::new();
         for index in 0..RAYS * RAYS {
             let mut rng = Stream::new(seed, Stage::Director, u64::from(index), 0);
             let x = (f64::from(index % RAYS) + rng.uniform()) * scale[0];
             let y = (f64::from(index / RAYS) + rng.uniform()) * scale[1];
             let ray = scene.camera.ray(x, y, rng.uniform2());
-            visible.follow(scene, needs, ray, &mut profile, &mut rng);
+            visible.follow(scene, needs, ray, &mut profile, &mut scatterings, &mut rng);
         }
+        let most = scatterings.iter().map(|s| s.opacity).fold(0.0, f64::max);
+        let kept = scatterings.iter().filter(|s| s.choice * most < s.opacity);
+        visible.media = kept.map(|s| s.place).collect();
         visible
     }
 
@@ -53,6 +67,7 @@ impl Visible {
         needs: Needs,
         mut ray: Ray<World>,
         profile: &mut Profile,
+        scatterings: &mut Vec<Scattering>,
         rng: &mut Stream,
     ) {
         let mut inside = 0;
@@ -64,10 +79,9 @@ impl Visible {
                 profile.trace(&scene.media, &ray, Span::new(0.0, end), 0.0, 0.5);
                 profile.count(&mut self.work);
                 let opacity = (Rgb::ONE - profile.transmittance()).max_element();
-                if let Some(place) = profile.sample(rng.uniform2())
-                    && rng.uniform() < opacity
-                {
-                    self.media.push(ray.at(place.t));
+                if let Some(place) = profile.sample(rng.uniform2()) {
+                    let place = ray.at(place.t);
+                    scatterings.push(Scattering { place, opacity, choice: rng.uniform() });
                 }
             }
             let Some(hit) = hit else { return };
