@@ -247,6 +247,14 @@ fn photons_carry_what_samples_say() {
         }
         let aside = DVec3::new(0.7, 0.0, 0.7);
         compare(row.name, &row.light, &reach(0.3, 1.6).unwrap(), 0.5, aside);
+        // Ground far outside of both spheres.
+        for x in [0.0, 0.9] {
+            let over_ground = reach(0.1, 0.3).unwrap().over_ground(Some(0.2));
+            let name = format!("{}, over ground, {x} m aside", row.name);
+            if !row.light.is_infinite() {
+                compare(&name, &row.light, &over_ground, 0.5, DVec3::new(x, 0.0, 0.0));
+            }
+        }
         if row.light.is_infinite() {
             // In the smaller disk, round it, and far from both.
             for (outer, x) in [(1.6, 0.0), (1.6, 0.9), (30.0, 3.0)] {

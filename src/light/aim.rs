@@ -1,7 +1,9 @@
 //! Directions from one place of a light toward what photons should reach.
 
 use glam::DVec3;
+use smallvec::{SmallVec, smallvec};
 
+use super::ground::Ground;
 use super::reach::Focus;
 use super::{Reach, one_minus_cos_between, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
@@ -21,24 +23,26 @@ pub(super) trait Lobe {
 
 /// A mixture of the directions to the near and to the far sphere of a [`Reach`], where those are
 /// narrower than the light's own lobe, and of that lobe where not; and of the same for each of the
-/// foci.
-#[derive(Debug, Clone, Copy)]
+/// foci. Where endless ground reaches beyond the far sphere also of those to ground and the lobe.
+#[derive(Debug, Clone)]
 pub(super) struct Aim<'a, L> {
     reach: &'a Reach,
     from: WorldPoint,
     lobe: &'a L,
-    /// Axis of both cones.
+    /// Of both cones.
     axis: DVec3,
-    near: Target,
-    /// Where there is ground: takes half of the photons.
-    far: Option<Target>,
+    /// In which half of the photons go, or all if it is alone; the others share the rest.
+    targets: SmallVec<[Target; 4]>,
     /// 1 - cos of the cone outside which nothing is to be reached.
     limit: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum Target {
+    /// Of this 1 - cos of the half angle.
     Cone(f64),
+    /// Ground round the reach's centre, at this distance in metres.
+    Ground(Ground, f64),
     Lobe,
 }
 
@@ -54,12 +58,22 @@ impl<'a, L: Lobe> Aim<'a, L> {
             _ => Target::Lobe,
         };
         let near = target(reach.radius());
+        let mut targets = smallvec![near];
         // Two targets of the same kind need no mixture.
-        let far =
-            (reach.has_ground() && matches!(near, Target::Cone(_))).then(|| target(reach.outer()));
+        if reach.has_ring() && matches!(near, Target::Cone(_)) {
+            let far = target(reach.outer());
+            targets.push(far);
+            if let (Some(ground), Target::Cone(_)) = (reach.ground(), far) {
+                let distance = (reach.center() - from).length();
+                targets.extend([Target::Ground(ground, distance), Target::Lobe]);
+            }
+        }
         let axis = cone(reach.radius()).map_or(DVec3::Z, |(axis, _)| axis);
-        let limit = cone(reach.outer()).map_or(ALL, |(_, width)| width);
-        Self { reach, from, lobe, axis, near, far, limit }
+        let limit = match (reach.ground(), cone(reach.outer())) {
+            (None, Some((_, width))) => width,
+            _ => ALL,
+        };
+        Self { reach, from, lobe, axis, targets, limit }
     }
 
     /// A direction and its density, 1/sr; nothing where the direction misses the reach.
@@ -82,22 +96,36 @@ impl<'a, L: Lobe> Aim<'a, L> {
         (!missed && pdf > 0.0).then_some((direction, pdf))
     }
 
-    /// A direction to one of both spheres, and whether the lobe made it.
+    /// A direction to one of the targets, and whether the lobe made it.
     fn unfocused(&self, u: [f64; 2]) -> (DVec3, bool) {
-        let (target, u) = match self.far {
-            Some(far) if u[0] >= 0.5 => (far, [2.0 * u[0] - 1.0, u[1]]),
-            Some(_) => (self.near, [2.0 * u[0], u[1]]),
-            None => (self.near, u),
+        let others = self.targets.len() - 1;
+        let (target, first) = if others == 0 {
+            (self.targets[0], u[0])
+        } else if u[0] < 0.5 {
+            (self.targets[0], 2.0 * u[0])
+        } else {
+            let place = (2.0 * u[0] - 1.0) * others as f64;
+            let index = (place as usize).min(others - 1);
+            (self.targets[1 + index], place - index as f64)
         };
+        let u = [first, u[1]];
         match target {
             Target::Cone(width) => (toward(self.axis, width, u), false),
+            Target::Ground(ground, distance) => {
+                let aside = ground.sample(u).extend(distance);
+                (Frame::around(self.axis).to_world(aside).normalize(), false)
+            }
             Target::Lobe => (self.lobe.sample(u), true),
         }
     }
 
     fn unfocused_pdf(&self, direction: DVec3) -> f64 {
-        let near = self.target_pdf(self.near, direction);
-        self.far.map_or(near, |far| 0.5 * (near + self.target_pdf(far, direction)))
+        let pdf = |target: &Target| self.target_pdf(*target, direction);
+        let (first, others) = (pdf(&self.targets[0]), &self.targets[1..]);
+        if others.is_empty() {
+            return first;
+        }
+        0.5 * (first + others.iter().map(pdf).sum::<f64>() / others.len() as f64)
     }
 
     /// Whether the cone round a focus, in this direction from the light, is worth aiming at.
@@ -142,6 +170,15 @@ impl<'a, L: Lobe> Aim<'a, L> {
                 warp::uniform_cone_pdf(width)
             }
             Target::Cone(_) => 0.0,
+            Target::Ground(ground, distance) => {
+                let cosine = self.axis.dot(direction);
+                if cosine <= 0.0 {
+                    return 0.0;
+                }
+                // Where the direction meets the plane across the axis at the reach's centre.
+                let r2 = self.axis.cross(direction).length_squared() * (distance / cosine).powi(2);
+                ground.pdf(r2) * distance * distance / cosine.powi(3)
+            }
             Target::Lobe => self.lobe.pdf(direction),
         }
     }

@@ -8,6 +8,7 @@
 mod aim;
 mod cdf;
 mod environment;
+mod ground;
 mod lights;
 mod mesh;
 mod point;

@@ -4,24 +4,23 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use super::ground::Ground;
 use super::{checked_place, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
 
-/// Ground within which light counts, over the height of the centre above it: what comes from beyond
-/// is a ten thousandth of what comes from all of it.
-const ENDLESS: f64 = 1e4;
+/// Rounding of the square of a distance.
+const SLACK: f64 = 1.0 + 1e-12;
 
 /// The part of the world that photons are emitted toward: a sphere round what is seen of media, and
-/// round that a larger one, at the same centre, for what is about them. Half the photons go to each.
-/// Light from far away falls on endless ground as well, for half of the latter; where there are foci,
-/// half of all photons go to those.
+/// round that a larger one, at the same centre, for what is about them. Half the photons go to each;
+/// endless ground takes part of the latter's. Where there are foci, half of all go to those.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reach {
     center: WorldPoint,
     radius: f64,
     outer: f64,
-    /// Of the centre over endless ground, in metres.
-    height: Option<f64>,
+    /// Where there is endless ground.
+    ground: Option<Ground>,
     foci: Vec<Focus>,
     /// Running sum of the foci's weights, ending at 1.
     cdf: Vec<f64>,
@@ -60,14 +59,15 @@ impl Reach {
             ));
         }
         let center = checked_place("centre of the reach", center)?;
-        Ok(Self { center, radius, outer, height: None, foci: Vec::new(), cdf: Vec::new() })
+        Ok(Self { center, radius, outer, ground: None, foci: Vec::new(), cdf: Vec::new() })
     }
 
     /// As `self`; where there is endless ground, from which the centre is about `height` metres away,
     /// over that.
     #[must_use]
     pub fn over_ground(self, height: Option<f64>) -> Self {
-        Self { height: height.map(|height| height.max(self.radius)), ..self }
+        let ground = height.map(|height| Ground::new(height.max(self.radius)));
+        Self { ground, ..self }
     }
 
     /// As `self`, with half of all photons for `foci`, of which those without weight count for
@@ -128,8 +128,19 @@ impl Reach {
         self.outer
     }
 
+    /// As `self` without endless ground, for light that comes from there.
+    #[must_use]
+    pub fn above_ground(&self) -> Self {
+        Self { ground: None, ..self.clone() }
+    }
+
+    /// The endless ground.
+    pub(super) const fn ground(&self) -> Option<Ground> {
+        self.ground
+    }
+
     /// Whether the larger sphere is more than the smaller.
-    pub(super) fn has_ground(&self) -> bool {
+    pub(super) fn has_ring(&self) -> bool {
         self.outer > self.radius
     }
 
@@ -174,7 +185,7 @@ impl Reach {
 
     /// Shares of photons that go to the smaller sphere, to the larger one and to the ground.
     fn shares(&self) -> [f64; 3] {
-        match (self.has_ground(), self.height.is_some()) {
+        match (self.has_ring(), self.ground.is_some()) {
             (false, false) => [1.0, 0.0, 0.0],
             (true, false) => [0.5, 0.5, 0.0],
             (false, true) => [0.5, 0.0, 0.5],
@@ -185,19 +196,19 @@ impl Reach {
     /// A place on the disks of both spheres or on ground, in metres from their centre.
     fn offset(&self, u: [f64; 2]) -> DVec2 {
         let [near, ring, ground] = self.shares();
-        let (first, angle) = (u[0], 2.0 * PI * u[1]);
+        let first = u[0];
         if first < near {
             return warp::concentric_disk([first / near, u[1]]) * self.radius;
         }
         let first = first - near;
         if first < ring {
             let log_ratio = (self.outer / self.radius).ln();
-            return DVec2::from_angle(angle) * self.radius * (log_ratio * first / ring).exp();
+            return DVec2::from_angle(2.0 * PI * u[1])
+                * self.radius
+                * (log_ratio * first / ring).exp();
         }
-        let height = self.height.unwrap_or(self.radius);
-        let over_slant = 1.0 - endless() * ((first - ring) / ground).min(1.0);
-        let r = height * (over_slant.powi(-2) - 1.0).max(0.0).sqrt();
-        DVec2::from_angle(angle) * r
+        let first = ((first - ring) / ground).min(1.0);
+        self.ground.map_or(DVec2::ZERO, |ground| ground.sample([first, u[1]]))
     }
 
     /// Density of [`offset`](Self::offset), 1/m².
@@ -206,12 +217,9 @@ impl Reach {
         let r2 = offset.length_squared();
         let (inner, outer) = (self.radius * self.radius, self.outer * self.outer);
         let near = if r2 <= inner { near / (PI * inner) } else { 0.0 };
-        let is_ring = ring > 0.0 && r2 > inner && r2 <= outer;
+        let is_ring = ring > 0.0 && r2 > inner && r2 <= outer * SLACK;
         let ring = if is_ring { ring / (PI * r2 * (outer / inner).ln()) } else { 0.0 };
-        let ground = self
-            .height
-            .filter(|height| r2 <= (ENDLESS * height).powi(2))
-            .map_or(0.0, |h| ground * h / (2.0 * PI * endless() * (r2 + h * h).powf(1.5)));
+        let ground = ground * self.ground.map_or(0.0, |ground| ground.pdf(r2));
         near + ring + ground
     }
 
@@ -219,9 +227,4 @@ impl Reach {
     pub(super) fn disk_area(&self) -> f64 {
         PI * self.outer * self.outer
     }
-}
-
-/// Share of the light of all ground that comes from within [`ENDLESS`] heights.
-fn endless() -> f64 {
-    1.0 - 1.0 / ENDLESS.hypot(1.0)
 }

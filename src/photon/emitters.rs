@@ -76,11 +76,6 @@ impl<'a> Emitters<'a> {
         &self.powers
     }
 
-    /// What photons should reach.
-    pub const fn reach(&self) -> &Reach {
-        &self.reach
-    }
-
     /// About the power of all together, W.
     pub fn power(&self) -> f64 {
         self.powers.iter().sum()

@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use crate::light::Reach;
 use crate::math::{Aabb, Ray, Span, Spectrum, Stage, Stream, World, WorldPoint};
 use crate::medium::Collision;
 use crate::scene::Scene;
@@ -29,6 +30,8 @@ const SAME: f64 = 1e-12;
 pub(super) struct Paths<'a> {
     pub scene: &'a Scene,
     pub emitters: Emitters<'a>,
+    /// What photons that a surface reflects should reach.
+    pub reach: Reach,
     pub zones: Zones,
     pub shooting: Shooting,
     /// What stored places are relative to.

@@ -26,8 +26,7 @@ use super::{
 /// Radius, in metres, that stands for everything.
 const ENDLESS: f64 = 1e15;
 
-/// Radii of the scene, or heights over an infinite plane, within which the light of lamps on that
-/// counts.
+/// Radii of the scene, or heights over an infinite plane, within which ground counts as near.
 const GROUND: f64 = 4.0;
 
 /// Radii of the scene from which an infinite plane is at most thought to be away.
@@ -80,6 +79,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
     let keeper = Keeper { scene, shooting, visible: &visible.media };
     let direct = keeper.direct();
     let reach = reach(scene, &visible, everything.grown(margin))?;
+    let above_ground = reach.above_ground();
     let emitters = Emitters::new(scene, reach, !direct.is_empty())?;
     let units = Units::around(emitters.power() / shooting.photons.max(1) as f64, size);
     let is_round_eye = |medium: &Medium| !is_before(scene, medium);
@@ -89,6 +89,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
     let mut paths = Paths {
         scene,
         emitters,
+        reach: above_ground,
         units,
         zones: if inside { zones.with_eye(eye(scene), depth) } else { zones },
         shooting: *shooting,
@@ -251,16 +252,18 @@ fn toward_camera<S: Spectrum, H: Heading>(
 /// and finite surfaces, with the ground about them where a plane is infinite; everything where a
 /// medium is endless.
 fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach> {
-    let (center, seen) = visible.sphere().unwrap_or((middle(bounds), f64::INFINITY));
-    let all = bounds.corners().iter().fold(seen, |r, c| r.max((*c - center).length()));
-    if scene.media.is_endless() || !all.is_finite() {
+    let seen = visible.sphere();
+    let (center, radius) = seen.unwrap_or_else(|| (middle(bounds), 0.0));
+    let all = bounds.corners().iter().fold(radius, |r, c| r.max((*c - center).length()));
+    if scene.media.is_endless() || !(all > 0.0 && all.is_finite()) {
         return Reach::new(center, ENDLESS).map_err(Error::Usage);
     }
     let away = scene.surfaces.infinite_feet(center).map(|(_, foot)| (foot - center).length());
     let height = away.min_by(f64::total_cmp).map(|height| height.min(HIGHEST * all));
     let outer = height.map_or(all, |height| GROUND * all.max(height));
-    let seen = seen.clamp(1e-3 * all, all);
-    let reach = Reach::with_ground(center, seen, outer).map_err(Error::Usage)?;
+    // Where nothing is seen all counts alike.
+    let radius = if seen.is_some() { radius.clamp(1e-3 * all, all) } else { all };
+    let reach = Reach::with_ground(center, radius, outer).map_err(Error::Usage)?;
     let reach = reach.over_ground(height);
     let mut foci = visible.foci();
     if !scene.media.iter().all(|medium| is_before(scene, medium)) {

@@ -31,7 +31,7 @@ impl Paths<'_> {
         let side = if incoming.dot(hit.shading_normal) > 0.0 { -1.0 } else { 1.0 };
         let normal = hit.shading_normal * side;
         let draw = |u: [f64; 2]| {
-            let (direction, pdf) = aim_from(hit.point, normal, self.emitters.reach(), u)?;
+            let (direction, pdf) = aim_from(hit.point, normal, &self.reach, u)?;
             let f = hit.material.eval(incoming, direction, hit, TransportMode::Importance);
             let power = photon.power * S::of(f) * (direction.dot(normal) / pdf);
             (power.element_sum() > 0.0).then_some((direction, power))
