@@ -8,8 +8,8 @@ use glam::DVec2;
 /// all of it.
 const ENDLESS: f64 = 1e4;
 
-/// Rounding of the square of a distance.
-const SLACK: f64 = 1.0 + 1e-6;
+/// Rounding of the square of a distance that was sampled.
+pub(super) const SLACK: f64 = 1.0 + 1e-6;
 
 /// Endless ground that a target stands over. Where it is even and evenly lit, what comes to a place at the
 /// height h from each m² at the distance r from the foot is as h / (r² + h²)^(3/2); places are sampled so,

@@ -4,12 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::ground::Ground;
+use super::ground::{Ground, SLACK};
 use super::{checked_place, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
-
-/// Rounding of the square of a distance.
-const SLACK: f64 = 1.0 + 1e-12;
 
 /// The part of the world that photons are emitted toward: a sphere round what is seen of media, and
 /// round that a larger one, at the same centre, for what is about them. Half the photons go to each;
@@ -26,7 +23,8 @@ pub struct Reach {
     cdf: Vec<f64>,
 }
 
-/// A ball, inside the smaller sphere of a [`Reach`], that deserves photons above others.
+/// A ball, inside the smaller sphere of a [`Reach`] or the image of such a one in a mirror, that deserves
+/// photons above others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Focus {
     /// Its centre.

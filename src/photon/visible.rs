@@ -32,7 +32,7 @@ pub(super) struct Visible {
 }
 
 /// A place where light may be scattered along one of the rays.
-struct Scattering {
+struct Candidate {
     place: WorldPoint,
     /// Of all that the ray crosses.
     opacity: f64,
@@ -47,16 +47,16 @@ impl Visible {
         let mut visible = Self::default();
         let mut profile = Profile::default();
         let scale = scene.film.size.map(|side| f64::from(side) / f64::from(RAYS));
-        let mut scatterings = Vec::new();
+        let mut candidates = Vec::new();
         for index in 0..RAYS * RAYS {
             let mut rng = Stream::new(seed, Stage::Director, u64::from(index), 0);
             let x = (f64::from(index % RAYS) + rng.uniform()) * scale[0];
             let y = (f64::from(index / RAYS) + rng.uniform()) * scale[1];
             let ray = scene.camera.ray(x, y, rng.uniform2());
-            visible.follow(scene, needs, ray, &mut profile, &mut scatterings, &mut rng);
+            visible.follow(scene, needs, ray, &mut profile, &mut candidates, &mut rng);
         }
-        let most = scatterings.iter().map(|s| s.opacity).fold(0.0, f64::max);
-        let kept = scatterings.iter().filter(|s| s.choice * most < s.opacity);
+        let most = candidates.iter().map(|s| s.opacity).fold(0.0, f64::max);
+        let kept = candidates.iter().filter(|s| s.choice * most < s.opacity);
         visible.media = kept.map(|s| s.place).collect();
         visible
     }
@@ -67,7 +67,7 @@ impl Visible {
         needs: Needs,
         mut ray: Ray<World>,
         profile: &mut Profile,
-        scatterings: &mut Vec<Scattering>,
+        candidates: &mut Vec<Candidate>,
         rng: &mut Stream,
     ) {
         let mut inside = 0;
@@ -81,7 +81,7 @@ impl Visible {
                 let opacity = (Rgb::ONE - profile.transmittance()).max_element();
                 if let Some(place) = profile.sample(rng.uniform2()) {
                     let place = ray.at(place.t);
-                    scatterings.push(Scattering { place, opacity, choice: rng.uniform() });
+                    candidates.push(Candidate { place, opacity, choice: rng.uniform() });
                 }
             }
             let Some(hit) = hit else { return };
