@@ -2,87 +2,19 @@
 
 #[path = "common/chi2.rs"]
 mod chi2;
+#[path = "common/lights.rs"]
+mod lights;
 
 use std::f64::consts::PI;
 
 use chi2::Chi2;
 use fogbow::light::{
-    BeamPicture, EmitterHit, Environment, Falloff, Focus, Light, Lights, MeshLight, PointLight,
-    QuadLight, Reach, SpotLight, Sun,
+    EmitterHit, Environment, Falloff, Focus, Light, Lights, MeshLight, PointLight, QuadLight,
+    Reach, SpotLight, Sun,
 };
 use fogbow::math::{Frame, Rgb, Stage, Stream, WorldPoint, warp};
 use glam::DVec3;
-
-const WHITE: Rgb = Rgb::ONE;
-
-fn picture_texels() -> Vec<[f32; 3]> {
-    let mut texels: Vec<[f32; 3]> =
-        (0..32).map(|i| [i as f32 % 5.0, i as f32 % 3.0, i as f32 % 2.0]).collect();
-    texels[11] = [40.0, 30.0, 20.0];
-    texels
-}
-
-/// A tetrahedron seen from outside, about 1 m across, round `center`.
-fn tetrahedron(center: DVec3) -> Vec<[DVec3; 3]> {
-    let p = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
-        .map(|(x, y, z)| center + 0.4 * DVec3::new(f64::from(x), f64::from(y), f64::from(z)));
-    vec![[p[0], p[1], p[2]], [p[0], p[3], p[1]], [p[0], p[2], p[3]], [p[1], p[3], p[2]]]
-}
-
-fn quad_corners(center: DVec3, u: DVec3, v: DVec3) -> Vec<[DVec3; 3]> {
-    let [a, b, c, d] =
-        [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(s, t)| center + u * s + v * t);
-    vec![[a, b, c], [a, c, d]]
-}
-
-struct Row {
-    name: &'static str,
-    light: Light,
-    /// Its surface, where it has one.
-    triangles: Vec<[DVec3; 3]>,
-}
-
-/// One row a light and way of falling off; all shine on the origin, `scale` m is the distance of
-/// the finite ones.
-fn all(scale: f64) -> Vec<Row> {
-    let place = DVec3::new(1.0, 3.0, -2.0) * scale;
-    let at = WorldPoint::from_xyz(place);
-    let spot = |angle, falloff| SpotLight::new(at, -place, WHITE, angle, falloff).unwrap();
-    let (u, v) = (DVec3::new(1.5, 0.0, 0.3) * scale, DVec3::new(0.2, -0.3, -1.0) * scale);
-    let (u, v) = if u.cross(v).dot(-place) > 0.0 { (u, v) } else { (v, u) };
-    let mesh: Vec<[DVec3; 3]> =
-        tetrahedron(DVec3::ZERO).iter().map(|t| t.map(|p| place + p * scale)).collect();
-    let picture = BeamPicture { width: 8, height: 4, texels: picture_texels(), up: DVec3::Y };
-    let row = |name, light| Row { name, light, triangles: Vec::new() };
-    let environment = |rotation| Environment::picture(8, 4, picture_texels(), WHITE, rotation);
-    let down = DVec3::new(0.3, -1.0, 0.2);
-    vec![
-        row("point", Light::Point(PointLight::new(at, WHITE).unwrap())),
-        row("spot", Light::Spot(spot(40.0, Falloff::Smooth { start: 10.0 }))),
-        row("hard spot", Light::Spot(spot(5.0, Falloff::Smooth { start: 5.0 }))),
-        row("cosine spot", Light::Spot(spot(90.0, Falloff::Cosine { exponent: 8.0 }))),
-        row(
-            "projector",
-            Light::Spot(spot(25.0, Falloff::Smooth { start: 20.0 }).with_picture(picture).unwrap()),
-        ),
-        row("direction", Light::Sun(Sun::new(down, WHITE, 0.0).unwrap())),
-        row("sun", Light::Sun(Sun::new(down, WHITE, 0.53).unwrap())),
-        row("wide sun", Light::Sun(Sun::new(down, WHITE, 60.0).unwrap())),
-        Row {
-            name: "quad",
-            light: Light::Quad(QuadLight::new(at, u, v, WHITE).unwrap()),
-            triangles: quad_corners(place, u, v),
-        },
-        Row {
-            name: "mesh",
-            light: Light::Mesh(MeshLight::new(mesh.clone(), WHITE).unwrap()),
-            triangles: mesh,
-        },
-        row("constant", Light::Environment(Environment::constant(WHITE).unwrap())),
-        row("picture", Light::Environment(environment(0.0).unwrap())),
-        row("turned picture", Light::Environment(environment(77.0).unwrap())),
-    ]
-}
+use lights::{Row, WHITE, all, tetrahedron};
 
 /// Where a ray from `from` along the unit `direction` meets the front of a triangle.
 fn hit(triangles: &[[DVec3; 3]], from: DVec3, direction: DVec3) -> Option<EmitterHit> {
@@ -222,7 +154,7 @@ fn compare(name: &str, light: &Light, reach: &Reach, disk: f64, middle: DVec3) {
 
 #[test]
 fn photons_carry_what_samples_say() {
-    let reach = |radius, outer| Reach::with_ground(WorldPoint::new(0.0, 0.0, 0.0), radius, outer);
+    let reach = |radius, outer| Reach::with_ring(WorldPoint::new(0.0, 0.0, 0.0), radius, outer);
     for row in all(1.0) {
         for (radius, outer) in [(0.5, 0.5), (0.5, 2.0), (0.5, 20.0), (8.0, 8.0), (8.0, 30.0)] {
             let name = format!("{}, reach {radius} to {outer}", row.name);
@@ -247,21 +179,17 @@ fn photons_carry_what_samples_say() {
         }
         let aside = DVec3::new(0.7, 0.0, 0.7);
         compare(row.name, &row.light, &reach(0.3, 1.6).unwrap(), 0.5, aside);
-        // Ground far outside of both spheres.
-        for x in [0.0, 0.9] {
-            let over_ground = reach(0.1, 0.3).unwrap().over_ground(Some(0.2));
-            let name = format!("{}, over ground, {x} m aside", row.name);
-            if !row.light.is_infinite() {
-                compare(&name, &row.light, &over_ground, 0.5, DVec3::new(x, 0.0, 0.0));
-            }
-        }
-        if row.light.is_infinite() {
-            // In the smaller disk, round it, and far from both.
-            for (outer, x) in [(1.6, 0.0), (1.6, 0.9), (30.0, 3.0)] {
-                let over_ground = reach(0.3, outer).unwrap().over_ground(Some(0.8));
-                let name = format!("{}, over ground, reach to {outer}, {x} m aside", row.name);
-                compare(&name, &row.light, &over_ground, 0.5, DVec3::new(x, 0.0, 0.0));
-            }
+        // Over ground: for light from far away in the smaller disk, round it, and far from both; for
+        // others far outside of both spheres.
+        let (height, places) = if row.light.is_infinite() {
+            (0.8, vec![(0.3, 1.6, 0.0), (0.3, 1.6, 0.9), (0.3, 30.0, 3.0)])
+        } else {
+            (0.2, vec![(0.1, 0.3, 0.0), (0.1, 0.3, 0.9)])
+        };
+        for (radius, outer, x) in places {
+            let over_ground = reach(radius, outer).unwrap().over_ground(Some(height));
+            let name = format!("{}, over ground, reach to {outer}, {x} m aside", row.name);
+            compare(&name, &row.light, &over_ground, 0.5, DVec3::new(x, 0.0, 0.0));
         }
     }
     // Ground beyond the larger sphere.

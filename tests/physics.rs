@@ -26,6 +26,20 @@ fn mean(film: &Film) -> (f64, f64) {
     (sum("G") / count, sum("variance").sqrt() / count)
 }
 
+/// What the photon map gives with each of the first `count` seeds, as [`mean`] tells.
+fn seeds(scene: &Scene, count: u32) -> Vec<f64> {
+    let of_seed = |seed| {
+        let settings = RenderSettings { seed: u64::from(seed), ..scene.render };
+        mean(&render(scene, &settings, &Silent).unwrap().film).0
+    };
+    (0..count).map(of_seed).collect()
+}
+
+/// The mean over the first four seeds.
+fn four_seeds(scene: &Scene) -> f64 {
+    seeds(scene, 4).iter().sum::<f64>() / 4.0
+}
+
 /// A sky that shines from the upper half only, as `sky.exr`.
 fn half_sky(folder: &Path) {
     let value = [1.0, 0.0];
@@ -102,12 +116,7 @@ fn slabs_by_photon_map_and_march() {
             let text = slab(albedo, thickness, g, from_above);
             let photons = if g > 0.8 { 75_000 } else { 25_000 };
             let scene = scene(folder.path(), &text, 128, photons);
-            let values: Vec<f64> = (0..SEEDS)
-                .map(|seed| {
-                    let settings = RenderSettings { seed: u64::from(seed), ..scene.render };
-                    mean(&render(&scene, &settings, &Silent).unwrap().film).0
-                })
-                .collect();
+            let values = seeds(&scene, SEEDS);
             let value = values.iter().sum::<f64>() / f64::from(SEEDS);
             let squares: f64 = values.iter().map(|v| (v - value).powi(2)).sum();
             let error = (squares / f64::from(SEEDS * (SEEDS - 1))).sqrt();
@@ -155,11 +164,7 @@ fn a_white_furnace_stays_white() {
         let scene = scene(folder.path(), &text, 256, 1_000_000);
         let reference = mean(&render_reference(&scene, &scene.render, &Silent).film).0;
         // One seed of a million photons scatters by 0.17 %.
-        let of_seed = |seed: u64| {
-            let settings = RenderSettings { seed, ..scene.render };
-            mean(&render(&scene, &settings, &Silent).unwrap().film).0
-        };
-        let photons = (0..4).map(of_seed).sum::<f64>() / 4.0;
+        let photons = four_seeds(&scene);
         assert!((reference - 1.0).abs() < 0.002, "{medium}: reference {reference}");
         assert!((photons - 1.0).abs() < 0.002, "{medium}: photon map {photons}");
     }
@@ -200,11 +205,7 @@ fn a_white_furnace_stays_white_over_endless_ground() {
             eye = height + 0.4
         );
         let scene = scene(folder.path(), &text, 64, 500_000);
-        let of_seed = |seed: u64| {
-            let settings = RenderSettings { seed, ..scene.render };
-            mean(&render(&scene, &settings, &Silent).unwrap().film).0
-        };
-        let light = (0..4).map(of_seed).sum::<f64>() / 4.0;
+        let light = four_seeds(&scene);
         assert!((light - 1.0).abs() < bound, "{height} m over {material}: {light}");
     }
 }
@@ -240,12 +241,7 @@ fn light_of_a_far_lamp_comes_back_from_all_of_the_ground() {
             intensity = 1e9
             "#
         );
-        let scene = scene(folder.path(), &text, 64, 200_000);
-        let of_seed = |seed: u64| {
-            let settings = RenderSettings { seed, ..scene.render };
-            mean(&render(&scene, &settings, &Silent).unwrap().film).0
-        };
-        (0..4).map(of_seed).sum::<f64>() / 4.0
+        four_seeds(&scene(folder.path(), &text, 64, 200_000))
     };
     let share = light(1.0) / light(0.0);
     assert!((share - 3.0).abs() < 0.045, "{share}");
@@ -369,7 +365,6 @@ fn white_furnace_from_inside_fog() {
 /// mean over seeds was 4.5 % too bright; it scatters by 0.6 %, the reference by 0.7 %.
 #[test]
 fn narrow_lobe_from_inside_fog() {
-    const SEEDS: u32 = 4;
     let folder = tempfile::tempdir().unwrap();
     let text = r#"
         [camera]
@@ -398,11 +393,6 @@ fn narrow_lobe_from_inside_fog() {
     "#;
     let exact = scene(folder.path(), text, 3000, 0);
     let expected = mean(&render_reference(&exact, &exact.render, &Silent).film).0;
-    let scene = scene(folder.path(), text, 64, 100_000);
-    let light = |seed| {
-        let settings = RenderSettings { seed: u64::from(seed), ..scene.render };
-        mean(&render(&scene, &settings, &Silent).unwrap().film).0
-    };
-    let light = (0..SEEDS).map(light).sum::<f64>() / f64::from(SEEDS);
+    let light = four_seeds(&scene(folder.path(), text, 64, 100_000));
     assert!((light / expected - 1.0).abs() < 0.03, "{light} not {expected}");
 }

@@ -5,7 +5,7 @@ use smallvec::{SmallVec, smallvec};
 
 use super::ground::Ground;
 use super::reach::Focus;
-use super::{Reach, one_minus_cos_between, one_minus_cos_by_sine};
+use super::{Reach, mixture, one_minus_cos_between, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
 
 /// A light's own distribution of directions from one place.
@@ -31,7 +31,7 @@ pub(super) struct Aim<'a, L> {
     lobe: &'a L,
     /// Of both cones.
     axis: DVec3,
-    /// In which half of the photons go, or all if it is alone; the others share the rest.
+    /// In the order of a [`mixture`].
     targets: SmallVec<[Target; 4]>,
     /// 1 - cos of the cone outside which nothing is to be reached.
     limit: f64,
@@ -98,18 +98,9 @@ impl<'a, L: Lobe> Aim<'a, L> {
 
     /// A direction to one of the targets, and whether the lobe made it.
     fn unfocused(&self, u: [f64; 2]) -> (DVec3, bool) {
-        let others = self.targets.len() - 1;
-        let (target, first) = if others == 0 {
-            (self.targets[0], u[0])
-        } else if u[0] < 0.5 {
-            (self.targets[0], 2.0 * u[0])
-        } else {
-            let place = (2.0 * u[0] - 1.0) * others as f64;
-            let index = (place as usize).min(others - 1);
-            (self.targets[1 + index], place - index as f64)
-        };
+        let (index, first) = mixture::pick(u[0], self.targets.len());
         let u = [first, u[1]];
-        match target {
+        match self.targets[index] {
             Target::Cone(width) => (toward(self.axis, width, u), false),
             Target::Ground(ground, distance) => {
                 let aside = ground.sample(u).extend(distance);
@@ -120,12 +111,7 @@ impl<'a, L: Lobe> Aim<'a, L> {
     }
 
     fn unfocused_pdf(&self, direction: DVec3) -> f64 {
-        let pdf = |target: &Target| self.target_pdf(*target, direction);
-        let (first, others) = (pdf(&self.targets[0]), &self.targets[1..]);
-        if others.is_empty() {
-            return first;
-        }
-        0.5 * (first + others.iter().map(pdf).sum::<f64>() / others.len() as f64)
+        mixture::pdf(&self.targets, |target| self.target_pdf(target, direction))
     }
 
     /// Whether the cone round a focus, in this direction from the light, is worth aiming at.

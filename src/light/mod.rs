@@ -11,6 +11,7 @@ mod environment;
 mod ground;
 mod lights;
 mod mesh;
+mod mixture;
 mod point;
 mod quad;
 mod reach;

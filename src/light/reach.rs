@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 
 use super::ground::{Ground, SLACK};
-use super::{checked_place, one_minus_cos_by_sine};
+use super::{checked_place, mixture, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
 
 /// The part of the world that photons are emitted toward: a sphere round what is seen of media, and
@@ -35,13 +36,24 @@ pub struct Focus {
     pub weight: f64,
 }
 
+/// Part of a [`Reach`], seen along the direction of light from far away.
+#[derive(Debug, Clone, Copy)]
+enum Target {
+    /// The disk that the smaller sphere covers.
+    Near,
+    /// The larger sphere's round it.
+    Ring,
+    /// Endless ground.
+    Ground(Ground),
+}
+
 impl Reach {
     /// The sphere of this radius in metres.
     ///
     /// # Errors
     /// Says what would be right where the centre is not finite or the radius not above 0.
     pub fn new(center: WorldPoint, radius: f64) -> Result<Self, String> {
-        Self::with_ground(center, radius, radius)
+        Self::with_ring(center, radius, radius)
     }
 
     /// The sphere of `radius` with a larger one of radius `outer`, both in metres.
@@ -49,7 +61,7 @@ impl Reach {
     /// # Errors
     /// Says what would be right where the centre is not finite, `radius` not above 0, or `outer`
     /// smaller or infinite.
-    pub fn with_ground(center: WorldPoint, radius: f64, outer: f64) -> Result<Self, String> {
+    pub fn with_ring(center: WorldPoint, radius: f64, outer: f64) -> Result<Self, String> {
         if !(radius > 0.0 && radius <= outer && outer.is_finite()) {
             return Err(format!(
                 "radii to reach are {radius} m and {outer} m: must be finite, above 0, and the \
@@ -181,44 +193,40 @@ impl Reach {
         (self.center + across - direction * self.outer, pdf)
     }
 
-    /// Shares of photons that go to the smaller sphere, to the larger one and to the ground.
-    fn shares(&self) -> [f64; 3] {
-        match (self.has_ring(), self.ground.is_some()) {
-            (false, false) => [1.0, 0.0, 0.0],
-            (true, false) => [0.5, 0.5, 0.0],
-            (false, true) => [0.5, 0.0, 0.5],
-            (true, true) => [0.5, 0.25, 0.25],
-        }
+    /// What light from far away goes to, in the order of a [`mixture`].
+    fn targets(&self) -> SmallVec<[Target; 3]> {
+        let ring = self.has_ring().then_some(Target::Ring);
+        let ground = self.ground.map(Target::Ground);
+        std::iter::once(Target::Near).chain(ring).chain(ground).collect()
     }
 
     /// A place on the disks of both spheres or on ground, in metres from their centre.
     fn offset(&self, u: [f64; 2]) -> DVec2 {
-        let [near, ring, ground] = self.shares();
-        let first = u[0];
-        if first < near {
-            return warp::concentric_disk([first / near, u[1]]) * self.radius;
+        let targets = self.targets();
+        let (index, first) = mixture::pick(u[0], targets.len());
+        let u = [first, u[1]];
+        match targets[index] {
+            Target::Near => warp::concentric_disk(u) * self.radius,
+            Target::Ring => {
+                let log_ratio = (self.outer / self.radius).ln();
+                DVec2::from_angle(2.0 * PI * u[1]) * self.radius * (log_ratio * u[0]).exp()
+            }
+            Target::Ground(ground) => ground.sample(u),
         }
-        let first = first - near;
-        if first < ring {
-            let log_ratio = (self.outer / self.radius).ln();
-            return DVec2::from_angle(2.0 * PI * u[1])
-                * self.radius
-                * (log_ratio * first / ring).exp();
-        }
-        let first = ((first - ring) / ground).min(1.0);
-        self.ground.map_or(DVec2::ZERO, |ground| ground.sample([first, u[1]]))
     }
 
     /// Density of [`offset`](Self::offset), 1/m².
     fn offset_pdf(&self, offset: DVec2) -> f64 {
-        let [near, ring, ground] = self.shares();
         let r2 = offset.length_squared();
         let (inner, outer) = (self.radius * self.radius, self.outer * self.outer);
-        let near = if r2 <= inner { near / (PI * inner) } else { 0.0 };
-        let is_ring = ring > 0.0 && r2 > inner && r2 <= outer * SLACK;
-        let ring = if is_ring { ring / (PI * r2 * (outer / inner).ln()) } else { 0.0 };
-        let ground = ground * self.ground.map_or(0.0, |ground| ground.pdf(r2));
-        near + ring + ground
+        mixture::pdf(&self.targets(), |target| match target {
+            Target::Near if r2 <= inner => 1.0 / (PI * inner),
+            Target::Ring if r2 > inner && r2 <= outer * SLACK => {
+                1.0 / (PI * r2 * (outer / inner).ln())
+            }
+            Target::Near | Target::Ring => 0.0,
+            Target::Ground(ground) => ground.pdf(r2),
+        })
     }
 
     /// Area in m² of the disk that light from far away is emitted over.

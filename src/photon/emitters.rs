@@ -14,6 +14,8 @@ pub struct Emitters<'a> {
     reach: Reach,
     /// Whether lattices keep light that comes straight from the sky.
     keeps_sky: bool,
+    /// How many surfaces are infinite.
+    infinite: usize,
     emitters: Vec<Emitter>,
     /// About the power of each, W.
     powers: Vec<f64>,
@@ -63,7 +65,8 @@ impl<'a> Emitters<'a> {
             }
         }
         let cdf = running_sum(powers.iter().copied());
-        Ok(Self { scene, reach, keeps_sky, emitters, powers, cdf })
+        let infinite = scene.surfaces.infinite_feet(reach.center()).count();
+        Ok(Self { scene, reach, keeps_sky, infinite, emitters, powers, cdf })
     }
 
     /// Chooses emitters in proportion to what `weight` gives for their numbers from now on.
@@ -120,12 +123,12 @@ impl<'a> Emitters<'a> {
         })
     }
 
-    /// `ray`, which comes from infinitely far, from before it meets any surface: an infinite one may lie
-    /// behind its origin.
+    /// `ray`, which comes from infinitely far, from before it meets any surface: of those only infinite ones
+    /// may lie behind its origin.
     fn before_all(&self, ray: Ray<World>) -> Ray<World> {
         let surfaces = &self.scene.surfaces;
         let mut back = Ray::new(ray.origin, -ray.direction);
-        for _ in surfaces.surfaces() {
+        for _ in 0..self.infinite {
             let Some(hit) = surfaces.intersect(&back, Span::AHEAD) else { break };
             back = hit.leave(back.direction);
         }
@@ -225,7 +228,7 @@ mod tests {
     #[test]
     fn light_from_far_starts_before_endless_ground() {
         let scene = Scene::of_text(SKY);
-        let reach = Reach::with_ground(WorldPoint::new(0.0, 2.0, 0.0), 1.0, 20.0).unwrap();
+        let reach = Reach::with_ring(WorldPoint::new(0.0, 2.0, 0.0), 1.0, 20.0).unwrap();
         let emitters = Emitters::new(&scene, reach.over_ground(Some(2.0)), false).unwrap();
         let mut rng = Stream::new(5, Stage::Test, 0, 0);
         for _ in 0..PATHS {

@@ -263,7 +263,7 @@ fn reach(scene: &Scene, visible: &Visible, bounds: Aabb<World>) -> Result<Reach>
     let outer = height.map_or(all, |height| GROUND * all.max(height));
     // Where nothing is seen all counts alike.
     let radius = if seen.is_some() { radius.clamp(1e-3 * all, all) } else { all };
-    let reach = Reach::with_ground(center, radius, outer).map_err(Error::Usage)?;
+    let reach = Reach::with_ring(center, radius, outer).map_err(Error::Usage)?;
     let reach = reach.over_ground(height);
     let mut foci = visible.foci();
     if !scene.media.iter().all(|medium| is_before(scene, medium)) {

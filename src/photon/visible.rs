@@ -55,9 +55,9 @@ impl Visible {
             let ray = scene.camera.ray(x, y, rng.uniform2());
             visible.follow(scene, needs, ray, &mut profile, &mut candidates, &mut rng);
         }
-        let most = candidates.iter().map(|s| s.opacity).fold(0.0, f64::max);
-        let kept = candidates.iter().filter(|s| s.choice * most < s.opacity);
-        visible.media = kept.map(|s| s.place).collect();
+        let most = candidates.iter().map(|c| c.opacity).fold(0.0, f64::max);
+        let kept = candidates.iter().filter(|c| c.choice * most < c.opacity);
+        visible.media = kept.map(|c| c.place).collect();
         visible
     }
 
