@@ -7,8 +7,10 @@
 //! tentative collisions and weighs one over their rate.
 
 mod beam;
+mod build;
 mod emitters;
 mod estimate;
+mod extents;
 mod gather;
 mod keep;
 mod kernel;
@@ -24,6 +26,7 @@ mod soft;
 mod split;
 mod stored;
 mod surface;
+mod target;
 mod visible;
 mod worth;
 mod zones;

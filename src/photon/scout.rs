@@ -35,6 +35,12 @@ const SPARED: f64 = 200_000.0;
 /// Volume photons after which enough is known of how many a path leaves: as at a spike of density.
 const ENOUGH: usize = 1_000_000;
 
+/// How many times as many events splitting may make of the same paths.
+const DEARER: f64 = 2.0;
+
+/// How often the window for splitting is raised at most.
+const RAISES: u32 = 8;
+
 /// What is known of all paths before they are shot.
 #[derive(Debug)]
 pub(super) struct Scouted {
@@ -45,14 +51,33 @@ pub(super) struct Scouted {
     pub flown: f64,
     /// Power, summed over channels, of flights in media, in the unit of tracks: half of their length
     /// is flown with less. Nothing where there are none.
-    pub usual_power: Option<f64>,
+    usual_power: Option<f64>,
     /// Collisions and surfaces met, a path.
-    pub events: f64,
+    events: f64,
 }
 
 impl Scouted {
+    /// Gives `paths` a window round the usual power in media, raised where splitting heavier photons
+    /// would make them too dear, and tells what `count` paths then leave.
+    pub fn windowed<S: Spectrum, H: Heading>(paths: &mut Paths<'_>, count: u64) -> Self {
+        let whole = Self::by::<S, H>(paths, count);
+        let Some(power) = whole.usual_power else { return whole };
+        let mut window = power * paths.units.surface;
+        for _ in 0..RAISES {
+            paths.window = Some(window);
+            let split = Self::by::<S, H>(paths, count);
+            let dearer = split.events / (DEARER * whole.events).max(1.0);
+            if dearer <= 1.0 {
+                return split;
+            }
+            window *= dearer.max(1.5);
+        }
+        paths.window = None;
+        whole
+    }
+
     /// Asks the first of `count` paths.
-    pub fn by<S: Spectrum, H: Heading>(paths: &Paths<'_>, count: u64) -> Self {
+    fn by<S: Spectrum, H: Heading>(paths: &Paths<'_>, count: u64) -> Self {
         let (mut traced, mut left, mut tracks, mut events) = (0, 0, Vec::new(), 0);
         let across = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
         let mut flown = 0.0;

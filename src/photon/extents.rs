@@ -1,0 +1,71 @@
+//! How large a scene is for photons.
+
+use crate::math::{Aabb, World, WorldPoint};
+use crate::scene::Scene;
+
+use super::visible::Visible;
+
+/// Radius, in metres, that stands for everything.
+pub(super) const ENDLESS: f64 = 1e15;
+
+/// Boxes and lengths of a scene that follow from its media, its surfaces and what its camera sees.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extents {
+    /// The box round all media.
+    pub media: Aabb<World>,
+    /// The box round all media and finite surfaces.
+    pub everything: Aabb<World>,
+    /// How large the media are, in metres; of endless ones what is seen of them.
+    pub size: f64,
+    /// The gather radius in metres, where the scene names one.
+    pub radius: Option<f64>,
+    /// How far gathers reach beyond a medium at most, in metres.
+    pub margin: f64,
+    /// What stored places are relative to.
+    pub origin: WorldPoint,
+    /// How deep media are seen, in metres.
+    pub depth: f64,
+}
+
+impl Extents {
+    /// Those of `scene` with this gather radius in metres, if any.
+    pub fn of(scene: &Scene, visible: &Visible, radius: Option<f64>) -> Self {
+        let media = scene.media.bounds();
+        let everything = media.union(scene.surfaces.bounds());
+        // An endless medium is as large as what is seen of it.
+        let seen = visible.sphere().map(|(_, radius)| (2.0 * radius).min(ENDLESS));
+        let size = seen.filter(|_| scene.media.is_endless()).unwrap_or(extent(media, everything));
+        // A gather wider than all there is finds nothing more and spoils the rest.
+        let radius = radius.map(|radius| radius.min(size));
+        Self {
+            media,
+            everything,
+            size,
+            radius,
+            margin: radius.unwrap_or(0.02 * size),
+            origin: visible.sphere().map_or_else(|| middle(everything), |(center, _)| center),
+            depth: visible.depth(scene).min(size),
+        }
+    }
+
+    /// How large surfaces are together with the media, in metres.
+    pub fn of_surfaces(&self) -> f64 {
+        extent(self.everything, self.media)
+    }
+}
+
+/// A box that stands for everything.
+pub(super) fn endless() -> Aabb<World> {
+    let middle = WorldPoint::new(0.0, 0.0, 0.0);
+    Aabb::new(middle, middle).grown(ENDLESS)
+}
+
+/// The centre of `bounds`, or the world's origin where they are empty: a scene of infinite planes.
+pub(super) fn middle(bounds: Aabb<World>) -> WorldPoint {
+    if bounds.is_empty() { WorldPoint::new(0.0, 0.0, 0.0) } else { bounds.center() }
+}
+
+/// The diagonal of `first`, or of `second` where that is empty, or 1 m.
+fn extent(first: Aabb<World>, second: Aabb<World>) -> f64 {
+    [first, second].iter().find(|b| !b.is_empty()).map_or(1.0, |b| b.size().length())
+}
