@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Renders a scene with fogbow, and measures the process.
 
-The CPU seconds are those of the process without its loading and writing. These run on one thread
-and are told in wall seconds only; on a busy machine every stage gets the same part of the CPU it
-could use, so the part of theirs follows from the wall seconds of all stages.
+The CPU seconds are those of the process without what comes before and after rendering: its start,
+loading, writing and its end. These run on one thread and are known in wall seconds only; on a busy
+machine every stage gets the same part of the CPU it could use, so the part of theirs follows from
+wall seconds.
 """
 
 import json
@@ -55,10 +56,9 @@ def to_toml(scene: scenes.Scene) -> str:
     return "\n".join(parts)
 
 
-def without_loading(cpu: float, seconds: dict[str, float], threads: int) -> float:
-    """The CPU seconds of a process whose `seconds` a stage hold some that are `APART`."""
-    apart = sum(seconds.get(stage, 0.0) for stage in APART)
-    rendering = sum(seconds.values()) - apart
+def of_rendering(cpu: float, wall: float, rendering: float, threads: int) -> float:
+    """The CPU seconds that are of rendering, of a process that took `wall` seconds in all."""
+    apart = wall - rendering
     return cpu * threads * rendering / (threads * rendering + apart)
 
 
@@ -102,11 +102,11 @@ def main() -> None:
     if process.returncode != 0:
         raise SystemExit(f"fogbow failed with exit code {process.returncode}: {' '.join(command)}")
     told = json.loads(printed)
-    seconds = told["seconds"]
+    rendering = sum(seconds for stage, seconds in told["seconds"].items() if stage not in APART)
     write_report(
         options.out,
-        cpu_s=without_loading(usage.ru_utime + usage.ru_stime, seconds, options.threads),
-        wall_s=wall - sum(seconds.get(stage, 0.0) for stage in APART),
+        cpu_s=of_rendering(usage.ru_utime + usage.ru_stime, wall, rendering, options.threads),
+        wall_s=rendering,
         peak_mib=usage.ru_maxrss / 1024,
     )
 
