@@ -12,6 +12,8 @@
 namespace fogbow {
 
 struct GridHeader;
+struct GridPlace;
+struct MetadataText;
 struct Tile;
 struct WriteGrid;
 
@@ -35,25 +37,25 @@ class Voxels {
     std::unique_ptr<Data> data_;
 };
 
-// An open file: the metadata of all its grids, and the voxels of those asked for.
+// An open file, from which metadata and voxels are read where the caller says they are.
 class File {
    public:
-    class Reader;
-    explicit File(std::unique_ptr<Reader> reader);
+    class Stream;
+    explicit File(std::unique_ptr<Stream> stream);
     ~File();
 
-    rust::String library_of_writer() const;
-    rust::Vec<GridHeader> headers() const;
-    std::unique_ptr<Voxels> read(size_t index, bool fog) const;
+    rust::Vec<MetadataText> metadata(uint64_t at) const;
+    GridHeader header(const GridPlace& place) const;
+    std::unique_ptr<Voxels> read(const GridPlace& place, bool fog) const;
 
    private:
-    std::unique_ptr<Reader> reader_;
+    std::unique_ptr<Stream> stream_;
 };
 
 void map_large_blocks();
 rust::String library_version();
 uint32_t newest_file_version();
-std::unique_ptr<File> open_file(rust::Str path);
+std::unique_ptr<File> open_file(rust::Str path, std::array<uint32_t, 2> library, uint32_t format);
 void write_file(rust::Str path, rust::Slice<const WriteGrid> grids);
 
 }  // namespace fogbow

@@ -1,15 +1,17 @@
-// Reading: the header and all metadata at once, voxels grid by grid.
+// Reading: metadata at once, voxels grid by grid.
+//
+// Where things stand in the file is known from src/vdb/check, so that only what decodes metadata,
+// transforms and trees is asked of OpenVDB: openvdb::io::Archive changes its calls from version to
+// version and warns on stderr of formats newer than its own.
 
-#include <openvdb/io/Archive.h>
-#include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 
+#include <algorithm>
 #include <fstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "fogbow/cpp/vdb_voxels.h"
 #include "fogbow/src/vdb/ffi.rs.h"
@@ -18,13 +20,9 @@ namespace fogbow {
 
 namespace {
 
-constexpr int32_t kMostGrids = 100000;
-
-struct Entry {
-    openvdb::io::GridDescriptor descriptor;
-    openvdb::GridBase::Ptr grid;  // Metadata and transform; empty where the type is not known.
-    uint32_t compression = 0;
-};
+// Bounds of the metadata that is handed over as text.
+constexpr size_t kMostTexts = 256;
+constexpr size_t kLongestText = 256;
 
 // The matrix of a linear transform; zeros where it is singular, which OpenVDB throws at.
 openvdb::Mat4d matrix_of(const openvdb::math::Transform& transform) {
@@ -35,18 +33,92 @@ openvdb::Mat4d matrix_of(const openvdb::math::Transform& transform) {
     }
 }
 
-GridHeader header_of(const Entry& entry) {
+rust::Vec<MetadataText> texts_of(const openvdb::MetaMap& metadata) {
+    rust::Vec<MetadataText> texts;
+    for (auto entry = metadata.beginMeta(); entry != metadata.endMeta(); ++entry) {
+        const auto& [name, value] = *entry;
+        if (!openvdb::Metadata::isRegisteredType(value->typeName())) continue;
+        if (name == openvdb::GridBase::META_FILE_DELAYED_LOAD) continue;
+        if (name.size() > kLongestText || value->size() > kLongestText) continue;
+        const std::string text = value->str();
+        if (text.size() > kLongestText) continue;
+        texts.push_back({rust::String::lossy(name), rust::String::lossy(text)});
+        if (texts.size() == kMostTexts) break;
+    }
+    return texts;
+}
+
+}  // namespace
+
+// openvdb::io::File ignores the state of its stream, so a truncated file would be read as garbage.
+// This stream throws.
+class File::Stream {
+   public:
+    Stream(const std::string& path, const openvdb::VersionId& library, uint32_t format) {
+        stream_.exceptions(std::ios::failbit | std::ios::badbit);
+        stream_.open(path, std::ios::binary);
+        openvdb::io::setStreamMetadataPtr(stream_, metadata_, /*transfer=*/false);
+        openvdb::io::setVersion(stream_, library, std::min(format, openvdb::OPENVDB_FILE_VERSION));
+    }
+
+    openvdb::MetaMap metadata(uint64_t at) {
+        seek(at);
+        openvdb::MetaMap metadata;
+        metadata.readMeta(stream_);
+        return metadata;
+    }
+
+    // A grid with its metadata and transform, and its flags of compression; the stream goes on with
+    // its tree.
+    std::pair<openvdb::GridBase::Ptr, uint32_t> open(const GridPlace& place) {
+        auto grid = openvdb::GridBase::createGrid(std::string(place.tree_type));
+        seek(place.start);
+        uint32_t compression = 0;
+        stream_.read(reinterpret_cast<char*>(&compression), sizeof compression);
+        openvdb::io::setDataCompression(stream_, compression);
+        openvdb::io::setGridBackgroundValuePtr(stream_, nullptr);
+        grid->readMeta(stream_);
+        openvdb::io::setGridClass(stream_, grid->getGridClass());
+        openvdb::io::setHalfFloat(stream_, grid->saveFloatAsHalf());
+        grid->readTransform(stream_);
+        return {grid, compression};
+    }
+
+    openvdb::GridBase::Ptr read(const GridPlace& place) {
+        const auto grid = open(place).first;
+        grid->readTopology(stream_);
+        grid->readBuffers(stream_);
+        return grid;
+    }
+
+   private:
+    void seek(uint64_t at) {
+        stream_.clear();
+        stream_.seekg(static_cast<std::streamoff>(at));
+    }
+
+    // The stream keeps a pointer to this pointer, so it has to outlive the stream.
+    openvdb::io::StreamMetadata::Ptr metadata_ = std::make_shared<openvdb::io::StreamMetadata>();
+    std::ifstream stream_;
+};
+
+File::File(std::unique_ptr<Stream> stream) : stream_(std::move(stream)) {}
+File::~File() = default;
+
+rust::Vec<MetadataText> File::metadata(uint64_t at) const {
+    return texts_of(stream_->metadata(at));
+}
+
+GridHeader File::header(const GridPlace& place) const {
     GridHeader header{};
-    header.name = rust::String::lossy(entry.descriptor.gridName());
-    header.tree_type = rust::String::lossy(entry.descriptor.gridType());
-    header.half = entry.descriptor.saveFloatAsHalf();
-    header.compression = entry.compression;
     header.voxel_count = -1;
-    header.registered = entry.grid != nullptr;
-    if (!entry.grid) return header;
+    header.registered = openvdb::GridBase::isRegistered(std::string(place.tree_type));
+    if (!header.registered) return header;
+    const auto [grid, compression] = stream_->open(place);
+    header.compression = compression;
     header.grid_class =
-        rust::String::lossy(openvdb::GridBase::gridClassToString(entry.grid->getGridClass()));
-    const auto& transform = entry.grid->transform();
+        rust::String::lossy(openvdb::GridBase::gridClassToString(grid->getGridClass()));
+    const auto& transform = grid->constTransform();
     header.map = rust::String::lossy(transform.mapType());
     header.linear = transform.isLinear();
     if (header.linear) {
@@ -54,136 +126,26 @@ GridHeader header_of(const Entry& entry) {
         for (int i = 0; i < 16; ++i) header.affine.push_back(matrix.asPointer()[i]);
     }
     using Count = openvdb::Int64Metadata;
-    if (auto count = entry.grid->getMetadata<Count>(openvdb::GridBase::META_FILE_VOXEL_COUNT)) {
+    if (auto count = grid->getMetadata<Count>(openvdb::GridBase::META_FILE_VOXEL_COUNT)) {
         header.voxel_count = count->value();
     }
+    header.metadata = texts_of(*grid);
     return header;
 }
 
-}  // namespace
-
-// openvdb::io::File ignores the state of its stream, so a truncated file would be read as garbage.
-// This reader has its own stream, which throws.
-class File::Reader : public openvdb::io::Archive {
-   public:
-    explicit Reader(const std::string& path) {
-        stream_.exceptions(std::ios::failbit | std::ios::badbit);
-        stream_.open(path, std::ios::binary);
-        stream_.seekg(0, std::ios::end);
-        const int64_t size = stream_.tellg();
-        stream_.seekg(0);
-        openvdb::io::setStreamMetadataPtr(stream_, metadata_, /*transfer=*/false);
-        readHeader(stream_);
-        setFormatVersion(stream_);
-        setLibraryVersion(stream_);
-        setDataCompression(stream_);
-        openvdb::MetaMap().readMeta(stream_);
-        const int32_t count = readGridCount(stream_);
-        if (count < 0 || count > kMostGrids) throw std::runtime_error("impossible number of grids");
-        for (int32_t i = 0; i < count; ++i) read_entry(size);
-    }
-
-    const std::vector<Entry>& entries() const { return entries_; }
-
-    std::string library() const {
-        const auto version = libraryVersion();
-        return std::to_string(version.first) + "." + std::to_string(version.second);
-    }
-
-    openvdb::GridBase::Ptr read(size_t index) {
-        const Entry& entry = entries_.at(index);
-        if (!inputHasGridOffsets()) return entry.grid;
-        auto grid = openvdb::GridBase::createGrid(entry.descriptor.gridType());
-        grid->setSaveFloatAsHalf(entry.descriptor.saveFloatAsHalf());
-        stream_.clear();
-        entry.descriptor.seekToGrid(stream_);
-        readGrid(grid, entry.descriptor, stream_);
-        if (entry.descriptor.isInstance()) {
-            grid->setTree(read(parent_of(entry.descriptor))->baseTreePtr());
-        }
-        return grid;
-    }
-
-   private:
-    void read_entry(int64_t file_size) {
-        Entry entry;
-        auto& descriptor = entry.descriptor;
-        try {
-            entry.grid = descriptor.read(stream_);
-        } catch (const openvdb::LookupError&) {
-            // The type is not known. The descriptor has its names; the offsets come next.
-            int64_t offsets[3];
-            stream_.read(reinterpret_cast<char*>(offsets), sizeof offsets);
-            descriptor.setGridPos(offsets[0]);
-            descriptor.setBlockPos(offsets[1]);
-            descriptor.setEndPos(offsets[2]);
-        }
-        if (!inputHasGridOffsets()) {
-            // Written to a stream: the grids can only be read one after the other.
-            if (!entry.grid)
-                throw std::runtime_error("unknown grid type in a file without offsets");
-            readGrid(entry.grid, descriptor, stream_);
-            if (descriptor.isInstance()) {
-                entry.grid->setTree(entries_.at(parent_of(descriptor)).grid->baseTreePtr());
-            }
-        } else {
-            const int64_t here = stream_.tellg(), end = descriptor.getEndPos();
-            if (descriptor.getGridPos() < here || end < descriptor.getGridPos() ||
-                end > file_size) {
-                throw std::runtime_error("grid \"" + std::string(descriptor.gridName()) +
-                                         "\" should end at byte " + std::to_string(end) +
-                                         ", but the file has " + std::to_string(file_size));
-            }
-            if (entry.grid) {
-                descriptor.seekToGrid(stream_);
-                readGridCompression(stream_);
-                entry.compression = openvdb::io::getDataCompression(stream_);
-                entry.grid->readMeta(stream_);
-                entry.grid->readTransform(stream_);
-            }
-            descriptor.seekToEnd(stream_);
-        }
-        entries_.push_back(std::move(entry));
-    }
-
-    size_t parent_of(const openvdb::io::GridDescriptor& descriptor) const {
-        for (size_t i = 0; i < entries_.size(); ++i) {
-            const auto& other = entries_[i].descriptor;
-            if (other.uniqueName() == descriptor.instanceParentName() && !other.isInstance()) {
-                return i;
-            }
-        }
-        throw std::runtime_error("the grid whose tree it shares is missing");
-    }
-
-    // The stream keeps a pointer to this pointer, so it has to outlive the stream.
-    openvdb::io::StreamMetadata::Ptr metadata_ = std::make_shared<openvdb::io::StreamMetadata>();
-    std::ifstream stream_;
-    std::vector<Entry> entries_;
-};
-
-File::File(std::unique_ptr<Reader> reader) : reader_(std::move(reader)) {}
-File::~File() = default;
-
-rust::String File::library_of_writer() const { return reader_->library(); }
-
-rust::Vec<GridHeader> File::headers() const {
-    rust::Vec<GridHeader> headers;
-    for (const auto& entry : reader_->entries()) headers.push_back(header_of(entry));
-    return headers;
-}
-
-std::unique_ptr<Voxels> File::read(size_t index, bool fog) const {
-    return extract(reader_->read(index), fog);
+std::unique_ptr<Voxels> File::read(const GridPlace& place, bool fog) const {
+    return extract(stream_->read(place), fog);
 }
 
 rust::String library_version() { return openvdb::getLibraryVersionString(); }
 
 uint32_t newest_file_version() { return openvdb::OPENVDB_FILE_VERSION; }
 
-std::unique_ptr<File> open_file(rust::Str path) {
+std::unique_ptr<File> open_file(rust::Str path, std::array<uint32_t, 2> library, uint32_t format) {
     openvdb::initialize();  // Does its work once, under a lock of its own.
-    return std::make_unique<File>(std::make_unique<File::Reader>(std::string(path)));
+    const openvdb::VersionId version(library[0], library[1]);
+    return std::make_unique<File>(
+        std::make_unique<File::Stream>(std::string(path), version, format));
 }
 
 }  // namespace fogbow

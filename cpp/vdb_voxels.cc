@@ -90,9 +90,23 @@ void copy_grid(const Grid& grid, Voxels::Data& data) {
     copy_tiles(tree, data);
 }
 
+// Half floats, which OpenVDB 13 keeps in memory as such, as floats; any other grid as it is.
+openvdb::GridBase::Ptr widened(openvdb::GridBase::Ptr grid) {
+#if OPENVDB_LIBRARY_MAJOR_VERSION_NUMBER >= 13
+    if (const auto halves = openvdb::GridBase::grid<openvdb::HalfGrid>(grid)) {
+        auto tree = std::make_shared<openvdb::FloatTree>(halves->constTree());
+        auto floats = openvdb::FloatGrid::create(tree);
+        floats->setGridClass(halves->getGridClass());
+        return floats;
+    }
+#endif
+    return grid;
+}
+
 }  // namespace
 
-std::unique_ptr<Voxels> extract(const openvdb::GridBase::Ptr& grid, bool fog) {
+std::unique_ptr<Voxels> extract(openvdb::GridBase::Ptr grid, bool fog) {
+    grid = widened(std::move(grid));
     if (fog) {
         const bool converted =
             grid->apply<openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid>>(

@@ -10,7 +10,8 @@
 namespace fogbow {
 
 // Copies a grid's leaves and tiles into plain arrays; throws where its type holds neither scalars
-// nor three-vectors. `fog` turns a level set into a fog volume first.
-std::unique_ptr<Voxels> extract(const openvdb::GridBase::Ptr& grid, bool fog);
+// nor three-vectors. `fog` turns a level set into a fog volume first. Nobody else may hold the
+// grid, which is changed in place.
+std::unique_ptr<Voxels> extract(openvdb::GridBase::Ptr grid, bool fog);
 
 }  // namespace fogbow

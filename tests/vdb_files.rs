@@ -2,6 +2,8 @@
 
 #[path = "common/vdb.rs"]
 mod common;
+#[allow(dead_code)]
+mod corpus;
 
 use common::{shared, written};
 use fogbow::vdb::{Block, GridToWrite, ReadAs, Tile, ValueType, VdbFile, write};
@@ -76,7 +78,11 @@ fn foreign_and_damaged_files_are_refused() {
     assert!(refusal("a.vdb", b"hello").contains("starts with 68 65 6c 6c, and an OpenVDB file"));
     assert!(refusal("b.vdb", b"").contains("is empty"));
     assert!(refusal("c.vdb", b"version https://git-lfs.github.com/spec/v1\n").contains("git-lfs"));
-    assert!(refusal("d.nvdb", b"NanoVDB0........").contains("NanoVDB"));
+    for magic in [b"NanoVDB0", b"NanoVDB1", b"NanoVDB2"] {
+        let message = refusal("d.nvdb", &[&magic[..], b"........"].concat());
+        let remedy = "nanovdb_convert in.nvdb out.vdb";
+        assert!(message.contains(remedy) && message.contains("libnanovdb-tools"), "{message}");
+    }
     let mut future = vec![0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0];
     future.extend(999u32.to_le_bytes());
     assert!(refusal("e.vdb", &future).contains("file format 999"));
@@ -85,6 +91,123 @@ fn foreign_and_damaged_files_are_refused() {
     assert!(message.contains("is a folder"), "{message}");
     let message = VdbFile::open(&folder.path().join("none.vdb")).unwrap_err().to_string();
     assert!(message.contains("cannot be read: No such file"), "{message}");
+}
+
+/// A file of `bytes`, which lives as long as the folder.
+fn opened(bytes: &[u8]) -> (tempfile::TempDir, VdbFile) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("made.vdb");
+    std::fs::write(&path, bytes).unwrap();
+    let file = VdbFile::open(&path).unwrap();
+    (folder, file)
+}
+
+/// The non-zero voxels of a grid with their places.
+fn voxels(file: &VdbFile, index: usize) -> Vec<(IVec3, f32)> {
+    let mut voxels = Vec::new();
+    let grid = file.read_scalar(index, ReadAs::Density).unwrap();
+    grid.for_each_nonzero(|voxel| voxels.push((voxel.min, voxel.value)));
+    voxels
+}
+
+#[test]
+fn newer_formats_give_the_same_voxels_and_a_note() {
+    let sound = corpus::tiny(|_| {});
+    let (_folder, known) = opened(&corpus::format(&sound, 224));
+    assert_eq!(known.notes(), [""; 0]);
+    let truth = voxels(&known, 0);
+    assert!(truth.len() > 500);
+    let newest = VdbFile::reader_version();
+    for (version, says) in
+        [(225, "newer than OpenVDB"), (226, "newer than any"), (u32::MAX, "newer than any")]
+    {
+        let (_folder, file) = opened(&corpus::format(&sound, version));
+        assert_eq!(file.version(), version);
+        assert_eq!(voxels(&file, 0), truth, "{version}");
+        if version > 225 || newest.starts_with("10.") {
+            let [note] = &file.notes()[..] else { panic!("{:?}", file.notes()) };
+            let head = format!("{}: file format {version}, ", file.path().display());
+            assert!(note.starts_with(&head) && note.contains(says), "{note}");
+        }
+    }
+}
+
+#[test]
+fn a_newer_format_that_is_built_otherwise_is_refused() {
+    let sound = corpus::tiny(|_| {});
+    let grown = [&sound[..], &[7; 20]].concat();
+    let moved = {
+        // The grid starts one byte later than its descriptor ends.
+        let mut bytes = sound.clone();
+        let kind = b"Tree_float_5_4_3";
+        let offsets = bytes.windows(kind.len()).position(|w| w == kind).unwrap() + kind.len() + 4;
+        for offset in bytes[offsets..offsets + 24].as_chunks_mut::<8>().0 {
+            *offset = (i64::from_le_bytes(*offset) + 1).to_le_bytes();
+        }
+        bytes.insert(offsets + 24, 0);
+        bytes
+    };
+    for (bytes, says) in [
+        (&grown[..], "goes on for 20 bytes behind its last grid"),
+        (&moved, "starts at byte"),
+        (&sound[..sound.len() - 1], "should end at byte"),
+    ] {
+        let message = refusal("newer.vdb", &corpus::format(bytes, 226));
+        assert!(message.contains("has the file format 226, and is not built as"), "{message}");
+        assert!(message.contains(says), "{message}");
+    }
+    for bytes in [&grown[..], &moved] {
+        let (_folder, file) = opened(&corpus::format(bytes, 225));
+        assert!(voxels(&file, 0).len() > 500);
+    }
+}
+
+#[test]
+fn true_half_grids_are_read_or_refused_by_name() {
+    for version in [225, 226] {
+        let (_folder, file) = opened(&corpus::format(corpus::HALF_GRID, version));
+        let [half, density] = ["half", "density"].map(|name| file.find(name, None).unwrap());
+        let info = &file.grids()[half];
+        assert_eq!((info.value_type.as_str(), info.half), ("half", false));
+        let truth = voxels(&file, density);
+        assert!(truth.len() > 600);
+        if VdbFile::reader_version().starts_with("13.") {
+            assert_eq!(voxels(&file, half), truth);
+            continue;
+        }
+        let message = file.read_scalar(half, ReadAs::Density).unwrap_err().to_string();
+        assert!(message.contains("is a grid of 16-bit floats (Tree_half_5_4_3)"), "{message}");
+        assert!(message.contains("write it anew as a grid of floats"), "{message}");
+    }
+}
+
+#[test]
+fn blenders_newest_smoke_is_read() {
+    let Some(path) = shared("blender52/smoke_0001.vdb") else { return };
+    let file = VdbFile::open(&path).unwrap();
+    assert_eq!((file.version(), file.library_version()), (225, "13.0"));
+    let density = file.default_density().unwrap();
+    let grid = file.read_scalar(density, ReadAs::Density).unwrap();
+    assert_eq!(file.grids()[density].voxel_count, Some(grid.statistics().active));
+    assert!(grid.max_value() > 0.0);
+}
+
+#[test]
+fn metadata_comes_as_text() {
+    let (_folder, file) = opened(&corpus::tiny(|_| {}));
+    let of_grid = |name: &str| {
+        let entry = file.grids()[0].metadata.iter().find(|(key, _)| key == name);
+        entry.map(|(_, value)| value.as_str())
+    };
+    assert_eq!(of_grid("class"), Some("fog volume"));
+    assert_eq!(of_grid("name"), Some("density"));
+    assert!(of_grid("file_bbox_min").unwrap().starts_with("[-128, "));
+    assert_eq!(of_grid("file_delayed_load"), None);
+    assert_eq!(file.metadata(), []);
+    let long = corpus::tiny(|grid| grid.name = "x".repeat(257));
+    assert!(opened(&long).1.grids()[0].metadata.iter().all(|(key, _)| key != "name"));
+    let written = opened(corpus::HALF_GRID).1;
+    assert_eq!(written.metadata(), [("creator".into(), "OpenVDB 13.0.0".into())]);
 }
 
 #[test]
@@ -129,6 +252,46 @@ fn level_sets_are_refused_or_converted() {
     let fog = file.read_scalar(0, ReadAs::LevelSetAsFog).unwrap();
     assert_eq!((fog.min_value(), fog.max_value(), fog.background()), (0.0, 1.0, 0.0));
     assert!(fog.occupied_volume() > 500_000.0);
+}
+
+/// A ball of radius 6 voxels as a level set: distances within the narrow band of 3 voxels, active
+/// where they are, in a file with offsets of its grids or without.
+fn ball(offsets: bool) -> (tempfile::TempDir, VdbFile) {
+    let mut grid =
+        GridToWrite { class: "level set".into(), ..GridToWrite::fog("ball", 1.0, DVec3::ZERO) };
+    grid.background = [3.0; 3];
+    for corner in 0..8 {
+        let origin = IVec3::new(corner / 4, corner / 2 % 2, corner % 2) * 8;
+        let at = |i: i32| origin + IVec3::new(i / 64, i / 8 % 8, i % 8);
+        let distance =
+            |i: i32| (at(i).as_dvec3().distance(DVec3::splat(7.5)) - 6.0).clamp(-3.0, 3.0);
+        let values: Vec<_> = (0..512).map(|i| distance(i) as f32).collect();
+        let mut active = [0u64; 8];
+        for (i, value) in values.iter().enumerate() {
+            active[i / 64] |= u64::from(value.abs() < 3.0) << (i % 64);
+        }
+        grid.blocks.push(Block { origin, values, active: Some(active) });
+    }
+    let mut bytes = corpus::written(&[grid]);
+    bytes[20] = u8::from(offsets); // the flag behind magic number and versions
+    opened(&bytes)
+}
+
+#[test]
+fn a_level_set_becomes_the_same_fog_however_often_it_is_read() {
+    for offsets in [true, false] {
+        let (_folder, file) = ball(offsets);
+        let read = |read_as| {
+            let grid = file.read_scalar(0, read_as).unwrap();
+            serde_json::to_value(grid.statistics()).unwrap()
+        };
+        let (distances, fog) = (read(ReadAs::Raw), read(ReadAs::LevelSetAsFog));
+        assert_eq!(fog["max"], 1.0, "full inside of the band, offsets: {offsets}");
+        for _ in 0..2 {
+            assert_eq!(read(ReadAs::LevelSetAsFog), fog, "offsets: {offsets}");
+        }
+        assert_eq!(read(ReadAs::Raw), distances, "offsets: {offsets}");
+    }
 }
 
 #[test]

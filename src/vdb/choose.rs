@@ -2,7 +2,8 @@
 
 use crate::error::{Error, Result};
 
-use super::file::{GridInfo, VdbFile};
+use super::file::VdbFile;
+use super::info::GridInfo;
 
 impl VdbFile {
     /// The grid to take for density where none is named: the first called `density`, else the only

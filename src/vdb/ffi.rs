@@ -7,17 +7,29 @@
 
 #[cxx::bridge(namespace = "fogbow")]
 pub(super) mod bridge {
+    /// Where a grid stands in its file.
+    #[derive(Debug, Clone)]
+    struct GridPlace {
+        /// OpenVDB's type name, such as `Tree_float_5_4_3`.
+        tree_type: String,
+        /// Offset of its flags of compression, behind which metadata, transform and tree follow.
+        start: u64,
+    }
+
+    /// An entry of metadata as OpenVDB prints it.
+    #[derive(Debug, Clone)]
+    struct MetadataText {
+        name: String,
+        value: String,
+    }
+
     /// What a file says about one grid before its voxels are read.
     #[derive(Debug, Clone)]
     struct GridHeader {
-        name: String,
-        /// OpenVDB's type name, such as `Tree_float_5_4_3`.
-        tree_type: String,
-        /// Whether the library knows the type.
+        /// Whether the library knows the type; nothing else is told where it does not.
         registered: bool,
         /// OpenVDB's class name, such as `fog volume`.
         grid_class: String,
-        half: bool,
         /// OpenVDB's map name, such as `UniformScaleMap`.
         map: String,
         linear: bool,
@@ -27,6 +39,7 @@ pub(super) mod bridge {
         compression: u32,
         /// From the metadata; -1 where it is not there.
         voxel_count: i64,
+        metadata: Vec<MetadataText>,
     }
 
     /// A constant block of voxels.
@@ -67,7 +80,7 @@ pub(super) mod bridge {
     unsafe extern "C++" {
         include!("fogbow/cpp/vdb.h");
 
-        /// An open file: its header, and its grids' metadata.
+        /// An open file.
         type File;
         /// One grid with its voxels.
         type Voxels;
@@ -78,11 +91,15 @@ pub(super) mod bridge {
         fn library_version() -> String;
         fn newest_file_version() -> u32;
 
-        fn open_file(path: &str) -> Result<UniquePtr<File>>;
-        fn library_of_writer(self: &File) -> String;
-        fn headers(self: &File) -> Result<Vec<GridHeader>>;
-        /// Reads the voxels of grid `index`; `fog` turns a level set into a fog volume.
-        fn read(self: &File, index: usize, fog: bool) -> Result<UniquePtr<Voxels>>;
+        /// Opens a file that the library `library` (major, minor) wrote in the file format `format`;
+        /// one newer than the library's own is read as that.
+        fn open_file(path: &str, library: [u32; 2], format: u32) -> Result<UniquePtr<File>>;
+        /// The metadata at an offset, entries of more than 256 bytes and unknown types left out.
+        fn metadata(self: &File, at: u64) -> Result<Vec<MetadataText>>;
+        fn header(self: &File, place: &GridPlace) -> Result<GridHeader>;
+        /// Reads the voxels of a grid that has a tree of its own; `fog` turns a level set into a fog
+        /// volume.
+        fn read(self: &File, place: &GridPlace, fog: bool) -> Result<UniquePtr<Voxels>>;
 
         /// Numbers a value: 1 or 3.
         fn components(self: &Voxels) -> usize;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bytesize::ByteSize;
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 
 use crate::error::{Error, Result};
 use crate::math::{Aabb, Index, Transform, WorldPoint};
@@ -11,6 +11,7 @@ use crate::math::{Aabb, Index, Transform, WorldPoint};
 use super::check::Checked;
 use super::ffi::bridge;
 use super::grid::Grid;
+use super::info::{GridInfo, describe, texts};
 use super::source::Source;
 use super::statistics::Statistics;
 use super::voxel::Voxel;
@@ -42,100 +43,13 @@ pub enum ReadAs {
     LevelSetAsFog,
 }
 
-/// What a file says about a grid before its voxels are read.
-#[derive(Debug, Clone, serde::Serialize)]
-pub struct GridInfo {
-    /// The name, which need not be unique and may be empty.
-    pub name: String,
-    /// Which of the grids of this name it is, from 0.
-    pub occurrence: usize,
-    /// Type of the values, such as `float`, `vec3s` or `ptdataidx32`.
-    pub value_type: String,
-    /// OpenVDB's class: `fog volume`, `level set`, `staggered` or `unknown`.
-    pub class: String,
-    /// Whether the values are stored in 16 bits.
-    pub half: bool,
-    /// OpenVDB's name of the map, such as `UniformScaleMap`.
-    pub map: String,
-    /// Compression in the file, such as `blosc + active mask`.
-    pub compression: String,
-    /// Active voxels, where the file tells.
-    pub voxel_count: Option<u64>,
-    /// The map as rows of a column-vector matrix; nothing where it is not linear.
-    pub matrix: Option<[[f64; 4]; 3]>,
-    #[serde(skip)]
-    tree_type: String,
-    #[serde(skip)]
-    registered: bool,
-    #[serde(skip)]
-    unique: bool,
-}
-
-impl GridInfo {
-    /// The name as a user gives it: with the occurrence where several grids share the name.
-    pub fn label(&self) -> String {
-        if self.unique { self.name.clone() } else { format!("{}[{}]", self.name, self.occurrence) }
-    }
-
-    /// Whether the values are single numbers that can be read.
-    pub fn is_scalar(&self) -> bool {
-        self.has_type(&["float", "double", "int32", "int64", "bool"])
-    }
-
-    /// Whether the values are three-vectors that can be read.
-    pub fn is_vector(&self) -> bool {
-        self.has_type(&["vec3s", "vec3d", "vec3i"])
-    }
-
-    /// Whether it is a level set.
-    pub fn is_level_set(&self) -> bool {
-        self.class == "level set"
-    }
-
-    fn has_type(&self, types: &[&str]) -> bool {
-        self.registered && types.contains(&self.value_type.as_str())
-    }
-
-    /// Why its voxels cannot be read at all; nothing where they can.
-    pub fn unreadable(&self) -> Option<String> {
-        if !self.registered {
-            return Some(format!(
-                "has the type {}, which OpenVDB does not know; write it anew with another",
-                self.tree_type
-            ));
-        }
-        if self.value_type.starts_with("ptdataidx") {
-            return Some("holds points; turn them into a fog volume first".into());
-        }
-        if !self.is_scalar() && !self.is_vector() {
-            return Some(format!(
-                "has the type {}; scalar grids (float, double, int32, int64, bool) and vec3 grids \
-                 can be read",
-                self.value_type
-            ));
-        }
-        if self.matrix.is_none() {
-            return Some(format!(
-                "has a frustum transform ({}); resample it to a linear transform",
-                self.map
-            ));
-        }
-        None
-    }
-
-    fn affine(&self) -> Option<DAffine3> {
-        let [x, y, z] = self.matrix?;
-        let column = |i: usize| DVec3::new(x[i], y[i], z[i]);
-        Some(DAffine3::from_cols(column(0), column(1), column(2), column(3)))
-    }
-}
-
 /// An open OpenVDB file: the metadata of all its grids, and the voxels of those asked for.
 pub struct VdbFile {
     path: PathBuf,
     file: cxx::UniquePtr<bridge::File>,
     checked: Checked,
     writer: String,
+    metadata: Vec<(String, String)>,
     grids: Vec<GridInfo>,
     /// Bytes that reading a grid may take.
     memory: Option<u64>,
@@ -152,17 +66,26 @@ impl VdbFile {
     ///
     /// # Errors
     /// Where there is no such file, it is a folder, not an OpenVDB file, truncated, damaged in its
-    /// headers, or of a format that the library does not know.
+    /// headers, or of an unknown format and not built as files of known ones are.
     pub fn open(path: &Path) -> Result<Self> {
         let checked = Checked::open(path)?;
         let Some(name) = path.to_str() else {
             return Err(Error::file(path, "the name is not UTF-8, which OpenVDB needs"));
         };
-        let file = bridge::open_file(name).map_err(|e| Error::file(path, reading(&e)))?;
-        let headers = file.headers().map_err(|e| Error::file(path, reading(&e)))?;
-        let grids = describe(&headers);
-        let writer = file.library_of_writer();
-        Ok(Self { path: path.to_path_buf(), file, checked, writer, grids, memory: None })
+        let of_file = |e: cxx::Exception| Error::file(path, reading(&e));
+        let [major, minor] = checked.library();
+        let file = bridge::open_file(name, [major, minor], checked.version()).map_err(of_file)?;
+        let metadata = texts(file.metadata(checked.metadata()).map_err(of_file)?);
+        let grids = describe(&file, &checked).map_err(of_file)?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            file,
+            writer: format!("{major}.{minor}"),
+            metadata,
+            checked,
+            grids,
+            memory: None,
+        })
     }
 
     /// The same file, of which no grid is read that takes more than `memory` bytes on its way.
@@ -184,6 +107,19 @@ impl VdbFile {
     /// Version of the file format, such as 224.
     pub fn version(&self) -> u32 {
         self.checked.version()
+    }
+
+    /// What a user should know of the file before it is used, each in one line that names it: that its
+    /// format is newer than the library's own.
+    pub fn notes(&self) -> Vec<String> {
+        let note = |note: String| format!("{}: {note}", self.path.display());
+        self.checked.note().map(note).into_iter().collect()
+    }
+
+    /// Metadata of the file by name, as OpenVDB prints values; entries longer than 256 bytes and types
+    /// that it does not know are left out.
+    pub fn metadata(&self) -> &[(String, String)] {
+        &self.metadata
     }
 
     /// Version of the library that wrote the file, such as `8.0`.
@@ -292,7 +228,8 @@ impl VdbFile {
                 ),
             ));
         }
-        self.file.read(index, fog).map_err(|e| self.grid_error(info, reading(&e)))
+        let place = self.checked.owner(index).map_err(|e| self.grid_error(info, e))?;
+        self.file.read(&place, fog).map_err(|e| self.grid_error(info, reading(&e)))
     }
 
     fn info(&self, index: usize) -> Result<&GridInfo> {
@@ -319,43 +256,4 @@ fn reading(e: &cxx::Exception) -> String {
         }
         what => format!("is damaged: OpenVDB says \"{what}\"; copy or download it again"),
     }
-}
-
-fn describe(headers: &[bridge::GridHeader]) -> Vec<GridInfo> {
-    let same =
-        |some: &[bridge::GridHeader], name: &str| some.iter().filter(|h| h.name == name).count();
-    headers
-        .iter()
-        .enumerate()
-        .map(|(i, header)| GridInfo {
-            name: header.name.clone(),
-            occurrence: same(&headers[..i], &header.name),
-            unique: same(headers, &header.name) == 1,
-            value_type: value_type(&header.tree_type).to_string(),
-            class: header.grid_class.clone(),
-            half: header.half,
-            map: header.map.clone(),
-            compression: compression(header.compression),
-            voxel_count: u64::try_from(header.voxel_count).ok(),
-            matrix: header.linear.then(|| {
-                // OpenVDB multiplies row vectors from the left, so its rows are our columns.
-                std::array::from_fn(|r| std::array::from_fn(|c| header.affine[4 * c + r]))
-            }),
-            tree_type: header.tree_type.clone(),
-            registered: header.registered,
-        })
-        .collect()
-}
-
-/// `Tree_float_5_4_3` holds `float`; other configurations keep their full name.
-fn value_type(tree_type: &str) -> &str {
-    let inner = tree_type.strip_prefix("Tree_").and_then(|t| t.strip_suffix("_5_4_3"));
-    inner.unwrap_or(tree_type)
-}
-
-/// OpenVDB's compression flags in words.
-fn compression(flags: u32) -> String {
-    let names = [(1, "zip"), (2, "active mask"), (4, "blosc")];
-    let set: Vec<_> = names.iter().filter(|(bit, _)| flags & bit != 0).map(|&(_, n)| n).collect();
-    if set.is_empty() { "none".into() } else { set.join(" + ") }
 }

@@ -13,6 +13,7 @@ mod choose;
 mod ffi;
 mod file;
 mod grid;
+mod info;
 mod sample;
 mod source;
 mod statistics;
@@ -22,8 +23,9 @@ mod walk;
 mod write;
 
 pub(crate) use ffi::bridge::map_large_blocks;
-pub use file::{GridInfo, ReadAs, VdbFile, Wanted};
+pub use file::{ReadAs, VdbFile, Wanted};
 pub use grid::{Grid, VoxelBox};
+pub use info::GridInfo;
 pub use statistics::{BadValues, Statistics};
 pub use voxel::Voxel;
 pub use walk::{BrickRef, BrickSegment, BrickWalk};

@@ -101,6 +101,15 @@ pub(crate) fn written(grids: &[GridToWrite]) -> Vec<u8> {
     std::fs::read(path).unwrap()
 }
 
+/// `bytes` as a file of the format `version`.
+pub(crate) fn format(bytes: &[u8], version: u32) -> Vec<u8> {
+    with(bytes, 8, &version.to_le_bytes())
+}
+
+/// A file that OpenVDB 13.0.0 wrote: the grids `half` and `density` of the same voxels, of true 16-bit
+/// floats and of floats.
+pub(crate) const HALF_GRID: &[u8] = include_bytes!("half_grid.vdb");
+
 /// Damage number `n` of `of` to a file.
 type Damage = fn(&[u8], usize, usize, &mut SplitMix64) -> Vec<u8>;
 

@@ -4,7 +4,7 @@ use fogbow::vdb::{Block, GridToWrite, ValueType};
 use glam::{DVec3, IVec3};
 
 use super::craft::{retyped, text_at, tree_at};
-use super::{Case, tiny, with, written};
+use super::{Case, HALF_GRID, format, tiny, with, written};
 
 pub(super) fn cases() -> Vec<Case> {
     let case = |(name, bytes): (&str, Vec<u8>)| Case { name: name.into(), bytes };
@@ -24,8 +24,12 @@ fn foreign() -> Vec<(&'static str, Vec<u8>)> {
         ("nanovdb", b"NanoVDB0\x20\0\0\0\x06\0\0\0\x01\0\0\0".to_vec()),
         ("nanovdb 2", b"NanoVDB2\x20\0\0\0\x06\0\0\0\x01\0\0\0".to_vec()),
         ("magic only", sound[..8].to_vec()),
-        ("newer", with(&sound, 8, &225u32.to_le_bytes())),
-        ("far newer", with(&sound, 8, &u32::MAX.to_le_bytes())),
+        ("nanovdb grid", b"NanoVDB1\x20\0\0\0\x06\0\0\0\x01\0\0\0".to_vec()),
+        ("newest known", format(&sound, 225)),
+        ("newer", format(&sound, 226)),
+        ("newer with more behind it", format(&[&sound[..], &[7; 999]].concat(), 226)),
+        ("newer, cut", format(&sound[..sound.len() - 1], 226)),
+        ("far newer", format(&sound, u32::MAX)),
         ("older", with(&sound, 8, &221u32.to_le_bytes())),
         ("oldest", with(&sound, 8, &1u32.to_le_bytes())),
         ("ancient header", with(&sound, 8, &[218, 0, 0, 0])),
@@ -124,6 +128,9 @@ fn lies() -> Vec<(&'static str, Vec<u8>)> {
         ("point indices", retyped(&sound, float, "Tree_ptidx32_5_4_3")),
         ("mask", retyped(&sound, float, "Tree_mask_5_4_3")),
         ("text", retyped(&sound, float, "Tree_string_5_4_3")),
+        ("half grid", HALF_GRID.into()),
+        ("half grid, newer", format(HALF_GRID, 226)),
+        ("half grid in name only", retyped(&sound, float, "Tree_half_5_4_3")),
         ("unknown type", retyped(&sound, float, "Tree_float_6_5_4")),
         ("double in name only", retyped(&sound, float, "Tree_double_5_4_3")),
         ("vector in name only", retyped(&sound, float, "Tree_vec3d_5_4_3")),

@@ -6,6 +6,9 @@ use crate::vdb::ffi::bridge;
 const MAGIC: [u8; 8] = [0x20, 0x42, 0x44, 0x56, 0, 0, 0, 0];
 /// The oldest format whose structure is known here: that of 2013.
 const OLDEST: u32 = 222;
+/// The newest format whose structure is known here, which OpenVDB 13 writes: 224 with grids of the
+/// type `half`.
+const NEWEST: u32 = 225;
 
 /// The format's version, from the first bytes of a file.
 pub(super) fn version(head: &[u8]) -> Result<u32, String> {
@@ -18,19 +21,47 @@ pub(super) fn version(head: &[u8]) -> Result<u32, String> {
         );
     };
     let version = u32::from_le_bytes(*version);
-    let newest = bridge::newest_file_version();
-    let reads = format!("OpenVDB {} reads {OLDEST} to {newest}", bridge::library_version());
-    if version > newest {
-        return Err(format!(
-            "has the file format {version}; {reads}: write it anew with an older OpenVDB"
-        ));
-    }
     if version < OLDEST {
         return Err(format!(
-            "has the file format {version}, from before 2013; {reads}: write it anew with a newer one"
+            "has the file format {version}, from before 2013; {OLDEST} and newer are read: write it \
+             anew with a newer OpenVDB"
         ));
     }
     Ok(version)
+}
+
+/// Whether nothing is known of a version but that its files may be built as those of earlier ones.
+pub(super) fn is_unknown(version: u32) -> bool {
+    version > NEWEST
+}
+
+/// The problem that a file of an unknown version is not built as known ones are.
+pub(super) fn differs(version: u32, problem: &str) -> String {
+    let (cause, _) = problem.split_once("; ").unwrap_or((problem, ""));
+    format!(
+        "has the file format {version}, and is not built as files of {OLDEST} to {NEWEST} are: it \
+         {cause}; write it anew with OpenVDB 13 or older"
+    )
+}
+
+/// What a user should know of a version that is read although the library that is linked does not
+/// write it yet.
+pub(super) fn note(version: u32) -> Option<String> {
+    let newest = bridge::newest_file_version();
+    if is_unknown(version) {
+        Some(format!(
+            "file format {version}, newer than any that is known ({NEWEST}); its structure is that of \
+             {NEWEST} to the last byte, and it is read as such"
+        ))
+    } else if version > newest {
+        let library = bridge::library_version();
+        Some(format!(
+            "file format {version}, newer than OpenVDB {library} writes ({newest}); its structure is \
+             checked, and it is read as {newest}"
+        ))
+    } else {
+        None
+    }
 }
 
 /// What a file is that does not begin as OpenVDB files do.
@@ -40,7 +71,13 @@ fn foreign(head: &[u8]) -> String {
             b"version https://",
             "is a git-lfs pointer, and not the file itself; fetch it with git lfs pull",
         ),
-        (b"NanoVDB", "is a NanoVDB file; convert it to OpenVDB with nanovdb_convert"),
+        // A digit follows: 0 in files and grids of versions before 32.6, then 1 in grids without a
+        // file's header and 2 in files (NANOVDB_MAGIC_NUMB, _GRID and _FILE of nanovdb/NanoVDB.h).
+        (
+            b"NanoVDB",
+            "is a NanoVDB file; convert it with \"nanovdb_convert in.nvdb out.vdb\", which comes with \
+             OpenVDB (Debian's libnanovdb-tools)",
+        ),
         (&[0x1f, 0x8b], "is compressed with gzip; unpack it first"),
         (b"PK\x03\x04", "is a ZIP archive; unpack it first"),
         (b"<!DOCTYPE", "is a web page, and not the file itself; download it again"),

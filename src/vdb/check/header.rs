@@ -14,28 +14,55 @@ const HALF_SUFFIX: &str = "_HalfFloat";
 /// What OpenVDB puts between a grid's name and its number where names repeat.
 const SEPARATOR: char = '\x1e';
 
-/// Where the trees of a file are.
+/// Offset of the metadata of a file: behind the magic number, the versions of format and library, the
+/// flag of offsets, and an identifier as text.
+pub(super) const METADATA: u64 = 8 + 3 * 4 + 1 + 36;
+
+/// Where the grids of a file are.
 #[derive(Debug)]
 pub(super) struct Layout {
-    grids: Vec<GridLayout>,
+    /// Major and minor version of the library that wrote it.
+    pub(super) library: [u32; 2],
+    /// End of the file's own header.
+    head: u64,
+    pub(super) grids: Vec<GridLayout>,
 }
 
-/// Where a grid's tree is.
+/// Where a grid is.
 #[derive(Debug)]
 pub(super) struct GridLayout {
-    unique_name: String,
+    pub(super) unique_name: String,
     /// The grid whose tree it shares; empty where it has its own.
-    parent: String,
-    kind: String,
+    pub(super) parent: String,
+    /// OpenVDB's name of the type.
+    pub(super) kind: String,
+    /// Whether its type is marked for floats that are stored in 16 bits.
+    pub(super) half: bool,
+    /// End of its descriptor.
+    pub(super) described: u64,
+    /// Offset of its compression, behind which metadata and transform follow.
+    pub(super) start: u64,
     /// Offset of the tree.
     pub(super) tree: u64,
-    /// End of the grid, where the file tells.
-    pub(super) end: Option<u64>,
-    /// What it holds, where fogbow reads it.
+    /// End of the grid.
+    pub(super) end: u64,
+    /// What it holds, where the walk reads it.
     pub(super) values: Option<Values>,
 }
 
+impl GridLayout {
+    /// The name, without the number that OpenVDB puts behind those that repeat.
+    pub(super) fn name(&self) -> &str {
+        self.unique_name.split(SEPARATOR).next().unwrap_or_default()
+    }
+}
+
 impl Layout {
+    /// End of the last grid.
+    pub(super) fn end(&self) -> u64 {
+        self.grids.last().map_or(self.head, |grid| grid.end)
+    }
+
     /// The grid that has the tree of grid `index`.
     pub(super) fn owner(&self, index: usize) -> Checked<&GridLayout> {
         let grid = &self.grids[index];
@@ -54,12 +81,13 @@ impl Layout {
 }
 
 /// A problem, with the grid that it is about where it is about one.
-type GridProblem = (Option<String>, String);
+pub(super) type GridProblem = (Option<String>, String);
 
 /// Walks over everything but the trees; over those as well where a file has no offsets.
 pub(super) fn read<R: Read + Seek>(file: &mut Bytes<R>) -> Result<Layout, GridProblem> {
     let of_file = |problem| (None, problem);
-    let (offsets, count) = head(file).map_err(of_file)?;
+    let Head { library, offsets, count } = head(file).map_err(of_file)?;
+    let head = file.at();
     let mut grids = Vec::new();
     let mut names = HashSet::new();
     for _ in 0..count {
@@ -72,13 +100,22 @@ pub(super) fn read<R: Read + Seek>(file: &mut Bytes<R>) -> Result<Layout, GridPr
         }
         grids.push(grid);
     }
-    Ok(Layout { grids })
+    Ok(Layout { library, head, grids })
 }
 
-/// Whether the file has offsets, and how many grids.
-fn head<R: Read + Seek>(file: &mut Bytes<R>) -> Checked<(bool, i32)> {
+/// What the header of a file tells.
+struct Head {
+    library: [u32; 2],
+    /// Whether grids have offsets.
+    offsets: bool,
+    /// How many grids there are.
+    count: i32,
+}
+
+fn head<R: Read + Seek>(file: &mut Bytes<R>) -> Checked<Head> {
     let what = "the header";
-    file.skip(8 + 3 * 4, what)?; // magic number, versions of format and library
+    file.skip(8 + 4, what)?; // magic number, version of the format
+    let library = [file.u32(what)?, file.u32(what)?];
     let offsets = file.byte(what)? != 0;
     file.skip(36, what)?; // an identifier, as text
     metadata::read(file)?;
@@ -87,7 +124,7 @@ fn head<R: Read + Seek>(file: &mut Bytes<R>) -> Checked<(bool, i32)> {
     if !(0..=MOST_GRIDS).contains(&count) {
         return Err(damaged(at, format_args!("a number of {count} grids")));
     }
-    Ok((offsets, count))
+    Ok(Head { library, offsets, count })
 }
 
 fn grid<R: Read + Seek>(
@@ -96,13 +133,14 @@ fn grid<R: Read + Seek>(
     offsets: bool,
 ) -> Checked<GridLayout> {
     let full_type = file.text("the type of a grid")?;
-    let kind = full_type.strip_suffix(HALF_SUFFIX).unwrap_or(&full_type);
+    let (kind, half) =
+        full_type.strip_suffix(HALF_SUFFIX).map_or((&full_type[..], false), |kind| (kind, true));
     let parent = file.text("the name of a grid")?;
     let places = ["start", "voxels", "end"];
     let mut read = |place| file.i64(&format!("the offset of its {place}"));
     let [start, _, end] = [read(places[0])?, read(places[1])?, read(places[2])?];
     let here = file.at();
-    let behind = if offsets {
+    let told = if offsets {
         let right = u64::try_from(start).ok().zip(u64::try_from(end).ok());
         let right = right.filter(|(start, end)| here <= *start && start <= end);
         let Some((start, end)) = right else {
@@ -120,12 +158,13 @@ fn grid<R: Read + Seek>(
     } else {
         None
     };
+    let start = file.at();
     let compression = file.u32("the compression")?;
-    let half = metadata::read(file)?;
+    let halves = metadata::read(file)?;
     transform(file)?;
-    let values = Values::new(kind, half, compression);
+    let values = Values::new(kind, halves, compression);
     let tree = file.at();
-    match (behind, values) {
+    match (told, values) {
         (Some(end), _) if tree > end => {
             return Err(damaged(end, "a transform that reaches behind the grid's end"));
         }
@@ -139,7 +178,17 @@ fn grid<R: Read + Seek>(
             ));
         }
     }
-    Ok(GridLayout { unique_name, parent, kind: kind.into(), tree, end: behind, values })
+    Ok(GridLayout {
+        unique_name,
+        parent,
+        kind: kind.into(),
+        half,
+        described: here,
+        start,
+        tree,
+        end: file.at(),
+        values,
+    })
 }
 
 /// Walks over a transform.
@@ -170,7 +219,7 @@ fn linear(map: &str) -> Option<u64> {
 }
 
 /// A name for messages: without its number, its length bounded.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     let name = name.split(SEPARATOR).next().unwrap_or_default();
     name.chars().take(80).map(|c| if c.is_control() { ' ' } else { c }).collect()
 }

@@ -11,8 +11,9 @@ const HALF: &str = "is_saved_as_half_float";
 const PADDED: u64 = 128;
 
 /// Types whose size OpenVDB knows without looking at the one in the file, in bytes.
-const FIXED: [(&str, u32); 18] = [
+const FIXED: [(&str, u32); 19] = [
     ("bool", 1),
+    ("half", 2),
     ("int32", 4),
     ("int64", 8),
     ("float", 4),

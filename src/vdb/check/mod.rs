@@ -17,16 +17,19 @@ mod format;
 mod header;
 mod metadata;
 mod tree;
+mod whole;
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use bytes::Bytes;
-use header::Layout;
+use header::{GridLayout, Layout};
 
 use crate::error::{Error, Result};
 use crate::file;
+
+use super::ffi::bridge::GridPlace;
 
 /// A file whose headers are sound; its trees are checked one by one.
 #[derive(Debug)]
@@ -38,7 +41,8 @@ pub(super) struct Checked {
 
 impl Checked {
     /// Checks what a file is, its headers and the metadata of all grids; in a file without offsets,
-    /// where grids stand one behind the other, their trees as well.
+    /// where grids stand one behind the other, their trees as well, and in one of an unknown format
+    /// everything to its last byte.
     ///
     /// # Errors
     /// Where it is no regular file, not of a format that is read, or a size or an offset in it cannot
@@ -51,9 +55,22 @@ impl Checked {
         read.map_err(|e| of_file(format!("cannot be read: {e}")))?;
         let version = format::version(&head).map_err(of_file)?;
         let mut bytes = Bytes::new(&file).map_err(of_file)?;
-        let layout = header::read(&mut bytes).map_err(|(grid, problem)| match grid {
-            Some(grid) => Error::grid(path, grid, problem),
-            None => of_file(problem),
+        let layout = header::read(&mut bytes).and_then(|layout| {
+            if format::is_unknown(version) {
+                whole::check(&mut bytes, &layout)?;
+            }
+            Ok(layout)
+        });
+        let layout = layout.map_err(|(grid, problem)| {
+            let problem = if format::is_unknown(version) {
+                format::differs(version, &problem)
+            } else {
+                problem
+            };
+            match grid {
+                Some(grid) => Error::grid(path, grid, problem),
+                None => of_file(problem),
+            }
         })?;
         Ok(Self { file, version, layout })
     }
@@ -61,6 +78,34 @@ impl Checked {
     /// Version of the file format.
     pub(super) fn version(&self) -> u32 {
         self.version
+    }
+
+    /// What a user should know of the format.
+    pub(super) fn note(&self) -> Option<String> {
+        format::note(self.version)
+    }
+
+    /// Major and minor version of the library that wrote the file.
+    pub(super) fn library(&self) -> [u32; 2] {
+        self.layout.library
+    }
+
+    /// Offset of the file's own metadata.
+    pub(super) fn metadata(&self) -> u64 {
+        header::METADATA
+    }
+
+    /// The grids, in the order of the file: name, whether floats are stored in 16 bits, and place.
+    pub(super) fn grids(&self) -> impl Iterator<Item = (&str, bool, GridPlace)> {
+        self.layout.grids.iter().map(|grid| (grid.name(), grid.half, place(grid)))
+    }
+
+    /// Where the grid is that has the tree of grid `index`.
+    ///
+    /// # Errors
+    /// The problem, where it is missing.
+    pub(super) fn owner(&self, index: usize) -> Result<GridPlace, String> {
+        self.layout.owner(index).map(place)
     }
 
     /// Checks the tree of grid `index`; how many leaves it has, as far as they are its own.
@@ -73,14 +118,18 @@ impl Checked {
         let mut bytes = Bytes::new(&self.file)?;
         bytes.seek(grid.tree)?;
         let leaves = tree::walk(&mut bytes, values)?;
-        match grid.end {
-            Some(end) if bytes.at() > end => Err(bytes::damaged(
-                end,
+        if bytes.at() > grid.end {
+            return Err(bytes::damaged(
+                grid.end,
                 format_args!("its voxels, which go on to byte {} behind its end,", bytes.at()),
-            )),
-            _ => Ok(leaves),
+            ));
         }
+        Ok(leaves)
     }
+}
+
+fn place(grid: &GridLayout) -> GridPlace {
+    GridPlace { tree_type: grid.kind.clone(), start: grid.start }
 }
 
 #[cfg(test)]

@@ -32,6 +32,7 @@ impl Values {
         let value = kind.strip_prefix("Tree_")?.strip_suffix("_5_4_3")?;
         let (size, components, real) = match value {
             "bool" => (1, 1, false),
+            "half" => (2, 1, false),
             "int32" => (4, 1, false),
             "int64" => (8, 1, false),
             "float" => (4, 1, true),
