@@ -9,18 +9,30 @@ use std::path::{Path, PathBuf};
 use find::{find, library, need_header, prefixes};
 
 /// All files that are looked for, in a prefix.
-const FILES: [&str; 4] = [
+const FILES: [&str; 5] = [
     "include/openvdb/openvdb.h",
+    "include/openvdb/io/Archive.h",
     "include/boost/uuid/uuid.hpp",
     "include/tbb/version.h",
     "lib/x86_64-linux-gnu/libopenvdb.so",
 ];
 
+/// What stands in them: OpenVDB's reach Boost over another of its own.
+fn text(file: &str) -> &'static str {
+    match file {
+        "include/openvdb/openvdb.h" => "#include \"io/Archive.h\"\n#include <string>\n",
+        "include/openvdb/io/Archive.h" => {
+            "# include  <boost/uuid/uuid.hpp> // id\n#include <openvdb/openvdb.h>\n"
+        }
+        _ => "",
+    }
+}
+
 fn put(prefix: &Path, files: &[&str]) {
-    for file in files {
-        let file = prefix.join(file);
+    for name in files {
+        let file = prefix.join(name);
         fs::create_dir_all(file.parent().unwrap()).unwrap();
-        fs::write(file, "").unwrap();
+        fs::write(file, text(name)).unwrap();
     }
 }
 
@@ -38,9 +50,9 @@ fn message_without(missing: &str) -> String {
 fn each_missing_part_is_named_with_the_packages_to_install() {
     let parts = [
         (FILES[0], "openvdb/openvdb.h of libopenvdb-dev"),
-        (FILES[1], "boost/uuid/uuid.hpp of libboost-dev"),
-        (FILES[2], "tbb/version.h of libtbb-dev"),
-        (FILES[3], "libopenvdb of libopenvdb-dev"),
+        (FILES[2], "boost/uuid/uuid.hpp of libboost-dev"),
+        (FILES[3], "tbb/version.h of libtbb-dev"),
+        (FILES[4], "libopenvdb of libopenvdb-dev"),
     ];
     for (file, says) in parts {
         let message = message_without(file);
@@ -49,6 +61,19 @@ fn each_missing_part_is_named_with_the_packages_to_install() {
         assert!(message.contains("OPENVDB_DIR"), "{message}");
         assert_eq!(message.matches("fogbow needs OpenVDB").count(), 1, "{message}");
     }
+}
+
+#[test]
+fn boost_is_asked_for_only_where_openvdbs_headers_include_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let prefix = [folder.path().to_path_buf()];
+    put(folder.path(), &[FILES[0], FILES[1], FILES[3], FILES[4]]);
+    assert!(find(&prefix, "x86_64").unwrap_err().contains("boost/uuid/uuid.hpp of libboost-dev"));
+    fs::write(folder.path().join(FILES[1]), "// #include <boost/any.hpp>\n").unwrap();
+    assert_eq!(find(&prefix, "x86_64").unwrap(), folder.path().join("lib/x86_64-linux-gnu"));
+    fs::remove_file(folder.path().join(FILES[4])).unwrap();
+    let message = find(&prefix, "x86_64").unwrap_err();
+    assert!(message.contains("install libopenvdb-dev\n"), "{message}");
 }
 
 #[test]
@@ -71,8 +96,8 @@ fn the_named_prefix_comes_before_the_usual_ones() {
 #[test]
 fn parts_may_lie_under_several_prefixes_and_in_any_library_folder() {
     let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
-    put(one.path(), &FILES[..2]);
-    put(two.path(), &[FILES[2], "lib64/libopenvdb.a"]);
+    put(one.path(), &FILES[..3]);
+    put(two.path(), &[FILES[3], "lib64/libopenvdb.a"]);
     let both: Vec<PathBuf> = [&one, &two].map(|f| f.path().to_path_buf()).into();
     assert_eq!(find(&both, "riscv64").unwrap(), two.path().join("lib64"));
     assert_eq!(library(&both, "riscv64", "Imath"), None);
