@@ -1,0 +1,41 @@
+#!/usr/bin/env bash
+# Writes smoke, fire and a coloured cloud by Blender's own OpenVDB and by Debian's, and renders both: the
+# pictures must be the same to the last pixel, whatever the formats of the files are.
+#
+#     pip install bpy==5.2.3            # wants Python 3.13
+#     apt-get install python3-openvdb python3-numpy
+#     tests/check/blender.sh
+#
+# BLENDER_PYTHON names the command with bpy (python3.13), SYSTEM_PYTHON the one with Debian's module
+# (/usr/bin/python3), FOGBOW a built program, FOLDER where files and pictures are left.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+read -ra blender <<< "${BLENDER_PYTHON:-python3.13}"
+system=${SYSTEM_PYTHON:-/usr/bin/python3}
+"${blender[@]}" -c 'import bpy' > /dev/null 2>&1 || { echo "skipped: ${blender[*]} has no bpy"; exit 0; }
+"$system" -c 'import pyopenvdb, numpy' 2> /dev/null ||
+    { echo "skipped: $system has no pyopenvdb or numpy"; exit 0; }
+
+if [ -z "${FOLDER:-}" ]; then
+    FOLDER=$(mktemp -d)
+    trap 'rm -r "$FOLDER"' EXIT
+fi
+mkdir -p "$FOLDER/blender" "$FOLDER/system"
+"${blender[@]}" - "$FOLDER/blender" < tests/check/blender.py | tail -n 1
+"$system" - "$FOLDER/system" < tests/check/blender.py
+
+if [ -z "${FOGBOW:-}" ]; then
+    cargo build --release
+    FOGBOW=${CARGO_TARGET_DIR:-target}/release/fogbow
+fi
+for name in smoke fire cloud; do
+    for writer in blender system; do
+        picture=$FOLDER/$writer/$name
+        "$FOGBOW" render "$picture.vdb" -o "$picture.exr" --size 96x96 --rays 4 --photons 20000 --quiet
+    done
+    cmp "$FOLDER/blender/$name.png" "$FOLDER/system/$name.png"
+    "$FOGBOW" error "$FOLDER/blender/$name.exr" "$FOLDER/system/$name.exr" --json |
+        "$system" -c 'import json, sys; found = json.load(sys.stdin); sys.exit(found["rmse"] != 0)'
+    echo "$name: the same pixels"
+done
