@@ -75,7 +75,7 @@ impl VdbFile {
         let of_file = |e: cxx::Exception| Error::file(path, reading(&e));
         let [major, minor] = checked.library();
         let file = bridge::open_file(name, [major, minor], checked.version()).map_err(of_file)?;
-        let metadata = texts(file.metadata(checked.metadata()).map_err(of_file)?);
+        let metadata = texts(file.metadata(Checked::METADATA).map_err(of_file)?);
         let grids = describe(&file, &checked).map_err(of_file)?;
         Ok(Self {
             path: path.to_path_buf(),

@@ -22,7 +22,8 @@ if [ -z "${FOLDER:-}" ]; then
     trap 'rm -r "$FOLDER"' EXIT
 fi
 mkdir -p "$FOLDER/blender" "$FOLDER/system"
-"${blender[@]}" - "$FOLDER/blender" < tests/check/blender.py | tail -n 1
+"${blender[@]}" - "$FOLDER/blender" < tests/check/blender.py 2> "$FOLDER/blender/messages" |
+    tail -n 1 || { cat "$FOLDER/blender/messages"; exit 1; }
 "$system" - "$FOLDER/system" < tests/check/blender.py
 
 if [ -z "${FOGBOW:-}" ]; then
@@ -32,10 +33,11 @@ fi
 for name in smoke fire cloud; do
     for writer in blender system; do
         picture=$FOLDER/$writer/$name
-        "$FOGBOW" render "$picture.vdb" -o "$picture.exr" --size 96x96 --rays 4 --photons 20000 --quiet
+        "$FOGBOW" render "$picture.vdb" -o "$picture.exr" --size 96x96 --rays 4 --photons 20000 \
+            --quiet > "$FOLDER/$writer/$name.txt"
     done
     cmp "$FOLDER/blender/$name.png" "$FOLDER/system/$name.png"
     "$FOGBOW" error "$FOLDER/blender/$name.exr" "$FOLDER/system/$name.exr" --json |
-        "$system" -c 'import json, sys; found = json.load(sys.stdin); sys.exit(found["rmse"] != 0)'
+        "$system" -c 'import json, sys; found = json.load(sys.stdin); sys.exit(found["errors"]["mse"] != 0)'
     echo "$name: the same pixels"
 done

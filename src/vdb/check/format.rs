@@ -35,11 +35,13 @@ pub(super) fn is_unknown(version: u32) -> bool {
     version > NEWEST
 }
 
-/// The problem that a file of an unknown version is not built as known ones are.
-pub(super) fn differs(version: u32, problem: &str) -> String {
+/// The problem that a file of an unknown version is not built as known ones are, for which the walk
+/// found a `problem`, in a grid or in the file itself.
+pub(super) fn differs(version: u32, grid: Option<&str>, problem: &str) -> String {
+    let what = grid.map_or("it".into(), |grid| format!("grid {grid:?}"));
     let (cause, _) = problem.split_once("; ").unwrap_or((problem, ""));
     format!(
-        "has the file format {version}, and is not built as files of {OLDEST} to {NEWEST} are: it \
+        "has the file format {version}, and is not built as files of {OLDEST} to {NEWEST} are: {what} \
          {cause}; write it anew with OpenVDB 13 or older"
     )
 }

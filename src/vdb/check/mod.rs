@@ -40,6 +40,9 @@ pub(super) struct Checked {
 }
 
 impl Checked {
+    /// Offset of the file's own metadata.
+    pub(super) const METADATA: u64 = header::METADATA;
+
     /// Checks what a file is, its headers and the metadata of all grids; in a file without offsets,
     /// where grids stand one behind the other, their trees as well, and in one of an unknown format
     /// everything to its last byte.
@@ -61,16 +64,12 @@ impl Checked {
             }
             Ok(layout)
         });
-        let layout = layout.map_err(|(grid, problem)| {
-            let problem = if format::is_unknown(version) {
-                format::differs(version, &problem)
-            } else {
-                problem
-            };
-            match grid {
-                Some(grid) => Error::grid(path, grid, problem),
-                None => of_file(problem),
+        let layout = layout.map_err(|(grid, problem)| match grid {
+            _ if format::is_unknown(version) => {
+                of_file(format::differs(version, grid.as_deref(), &problem))
             }
+            Some(grid) => Error::grid(path, grid, problem),
+            None => of_file(problem),
         })?;
         Ok(Self { file, version, layout })
     }
@@ -88,11 +87,6 @@ impl Checked {
     /// Major and minor version of the library that wrote the file.
     pub(super) fn library(&self) -> [u32; 2] {
         self.layout.library
-    }
-
-    /// Offset of the file's own metadata.
-    pub(super) fn metadata(&self) -> u64 {
-        header::METADATA
     }
 
     /// The grids, in the order of the file: name, whether floats are stored in 16 bits, and place.
