@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Writes smoke, fire and a coloured cloud by Blender's own OpenVDB and by Debian's, and renders both: the
-# pictures must be the same to the last pixel, whatever the formats of the files are.
+# Writes smoke, fire and a coloured cloud by Blender's own OpenVDB and by Debian's, and renders both: what
+# fogbow tells of their grids must be the same, and the pictures to the last pixel, whatever the formats
+# of the files are.
 #
 #     pip install bpy==5.2.3            # wants Python 3.13
 #     apt-get install python3-openvdb python3-numpy
@@ -35,9 +36,13 @@ for name in smoke fire cloud; do
         picture=$FOLDER/$writer/$name
         "$FOGBOW" render "$picture.vdb" -o "$picture.exr" --size 96x96 --rays 4 --photons 20000 \
             --quiet > "$FOLDER/$writer/$name.txt"
+        "$FOGBOW" info "$picture.vdb" --json |
+            "$system" -c 'import json, sys; print(json.dumps(json.load(sys.stdin)["grids"], indent=1))' \
+                > "$picture.json"
     done
+    cmp "$FOLDER/blender/$name.json" "$FOLDER/system/$name.json"
     cmp "$FOLDER/blender/$name.png" "$FOLDER/system/$name.png"
     "$FOGBOW" error "$FOLDER/blender/$name.exr" "$FOLDER/system/$name.exr" --json |
         "$system" -c 'import json, sys; found = json.load(sys.stdin); sys.exit(found["errors"]["mse"] != 0)'
-    echo "$name: the same pixels"
+    echo "$name: the same grids, the same pixels"
 done
