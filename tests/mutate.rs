@@ -14,7 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use fogbow::image::{EXR_DECODER, decode_texture};
+use fogbow::image::{PICTURE_DECODER, decode_texture};
 use fogbow::scene::file::parse;
 use fogbow::shape::{MESH_READER, load_mesh};
 use fogbow::vdb::{ReadAs, VdbFile};
@@ -163,7 +163,7 @@ fn run(count: u64, seed: u64, keep: &Path) -> Vec<Outcome> {
 fn hush() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        if !matches!(std::thread::current().name(), Some(EXR_DECODER | MESH_READER)) {
+        if !matches!(std::thread::current().name(), Some(PICTURE_DECODER | MESH_READER)) {
             print(info);
         }
     }));

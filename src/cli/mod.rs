@@ -33,7 +33,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::image::EXR_DECODER;
+use crate::image::PICTURE_DECODER;
 use crate::shape::MESH_READER;
 
 /// Volumetric photon-mapping renderer for OpenVDB smoke, fog and fire.
@@ -100,11 +100,11 @@ fn command() -> String {
     std::iter::once("fogbow".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-/// Keeps panics over a damaged EXR or mesh off stderr, where they come back as one error.
+/// Keeps panics over a damaged picture or mesh off stderr, where they come back as one error.
 fn hush_decoder() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        if !matches!(std::thread::current().name(), Some(EXR_DECODER | MESH_READER)) {
+        if !matches!(std::thread::current().name(), Some(PICTURE_DECODER | MESH_READER)) {
             print(info);
         }
     }));

@@ -12,22 +12,13 @@ use exr::prelude::{
     read as read_with,
 };
 
-use super::{Image, MAX_PIXELS};
+use super::Image;
+use super::decoder::{MAX_BYTES, check_packing, check_size, on_decoder};
 use crate::error::{Error, Result};
 use crate::file;
 
 /// The most values, pixels times channels over all parts, that a file may hold: 4 GiB as f32.
 const MAX_VALUES: usize = 1 << 30;
-
-/// The most values that a byte of a file may stand for: ZIP packs a thousand zeros into one.
-const MAX_PACKING: usize = 4096;
-
-/// The largest picture file that is read, in bytes.
-pub(super) const MAX_BYTES: u64 = 8 << 30;
-
-/// The name of the thread that decodes EXR files. A damaged file can make the exr crate panic; that
-/// ends this thread and is reported as an error, so that its message on stderr may be left out.
-pub const EXR_DECODER: &str = "exr decoder";
 
 /// The layers of an EXR file, one f32 per pixel each.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +57,7 @@ impl Layers {
 /// them, half or float, taken as linear Rec.709. The picture is the data window.
 ///
 /// # Errors
-/// Where the file cannot be read, is no flat EXR, is damaged, holds more than [`MAX_PIXELS`] or has
+/// Where the file cannot be read, is no flat EXR, is damaged, holds more than [`MAX_PIXELS`](super::MAX_PIXELS) or has
 /// no such channels.
 pub fn read_exr(path: &Path) -> Result<Image> {
     decode_exr(&file::read(path, MAX_BYTES)?, path)
@@ -112,17 +103,6 @@ pub(super) fn decode_exr(bytes: &[u8], path: &Path) -> Result<Image> {
     })
 }
 
-/// Refuses a picture of no pixel or of too many.
-pub(super) fn check_size(width: usize, height: usize, path: &Path) -> Result<()> {
-    match width.checked_mul(height) {
-        Some(1..=MAX_PIXELS) => Ok(()),
-        _ => Err(Error::file(
-            path,
-            format!("claims {width} x {height} pixels; from 1 to {MAX_PIXELS} can be read"),
-        )),
-    }
-}
-
 /// Decodes on a thread of its own: a panic of the exr crate ends there. It must not decode in
 /// parallel then, as a panic in its thread pool ends the process.
 fn decode_parts(bytes: &[u8], path: &Path) -> Result<Vec<Layers>> {
@@ -133,21 +113,6 @@ fn decode_parts(bytes: &[u8], path: &Path) -> Result<Vec<Layers>> {
         Error::file(path, format!("is damaged or of a kind of EXR that cannot be read: {e}"))
     };
     on_decoder(path, &damaged, || decode_here(bytes, path, &damaged))
-}
-
-/// Runs `decode` on a thread of its own; a panic there is damage.
-fn on_decoder<T: Send>(
-    path: &Path,
-    damaged: &dyn Fn(&dyn Display) -> Error,
-    decode: impl FnOnce() -> Result<T> + Send,
-) -> Result<T> {
-    std::thread::scope(|scope| {
-        let decoder = std::thread::Builder::new()
-            .name(EXR_DECODER.into())
-            .spawn_scoped(scope, decode)
-            .map_err(|e| Error::file(path, format!("cannot be decoded: {e}")))?;
-        decoder.join().unwrap_or_else(|_| Err(damaged(&"its blocks do not fit its header")))
-    })
 }
 
 fn decode_here(
@@ -222,13 +187,7 @@ fn check_sizes(meta: &MetaData, bytes: usize, path: &Path) -> Result<()> {
             ));
         }
     }
-    if values / MAX_PACKING > bytes {
-        return Err(Error::file(
-            path,
-            format!("claims {values} values in {bytes} bytes: it is damaged or incomplete"),
-        ));
-    }
-    Ok(())
+    check_packing(values, bytes, path)
 }
 
 fn floats(samples: FlatSamples) -> Vec<f32> {

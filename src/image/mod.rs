@@ -5,6 +5,7 @@
 
 mod accumulator;
 mod agx;
+mod decoder;
 #[cfg(feature = "denoise")]
 mod denoise;
 #[cfg(not(feature = "denoise"))]
@@ -15,6 +16,7 @@ mod exr_read;
 mod exr_write;
 mod fill;
 mod film;
+mod hdr_read;
 mod palette;
 mod picture;
 mod pixels;
@@ -22,12 +24,14 @@ mod png;
 mod scalar;
 mod srgb;
 mod texture;
+mod tiff_read;
 mod view;
 mod window;
 
 pub use accumulator::{Accumulator, Sample};
+pub use decoder::PICTURE_DECODER;
 pub use denoise::{can_denoise, denoised};
-pub use exr_read::{EXR_DECODER, Layers, read_attributes, read_exr, read_layers};
+pub use exr_read::{Layers, read_attributes, read_exr, read_layers};
 pub use exr_write::{exr_bytes, write_exr, write_exr_image, write_exr_layers};
 pub use film::{FAR, Film, FilmPixel};
 pub use palette::{NOT_FINITE, viridis};
@@ -36,6 +40,6 @@ pub use pixels::{Image, MAX_PIXELS};
 pub use png::{png_path_beside, write_picture, write_png};
 pub use scalar::{ScalarMap, contact_sheet, titled};
 pub use srgb::{decode as srgb_decode, encode as srgb_encode};
-pub use texture::{decode_texture, read_texture};
+pub use texture::{DecodedTexture, Encoding, decode_texture, read_texture};
 pub use view::{View, ViewTransform};
 pub use window::Window;

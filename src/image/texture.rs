@@ -1,41 +1,79 @@
-//! Textures and environment maps: PNG, JPEG or EXR.
+//! Textures and environment maps: EXR, HDR, TIFF, PNG or JPEG.
 
+use std::fmt::Display;
 use std::io::Cursor;
 use std::path::Path;
 
-use ::image::{ImageDecoder, ImageReader, Limits};
+use ::image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 
-use super::exr_read::MAX_BYTES;
-use super::{Image, MAX_PIXELS, exr_read, srgb};
+use super::decoder::{MAX_BYTES, check_size, on_decoder};
+use super::exr_read::{decode_exr, is_exr};
+use super::hdr_read::{decode_hdr, is_hdr};
+use super::tiff_read::{decode_tiff, is_tiff};
+use super::{Image, MAX_PIXELS, srgb};
 use crate::error::{Error, Result};
 use crate::file;
 
-/// Reads a PNG, JPEG or EXR file, told apart by content.
+/// A picture file, decoded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DecodedTexture {
+    /// Linear Rec.709 values, without alpha.
+    pub image: Image,
+    /// How the file held them.
+    pub encoding: Encoding,
+}
+
+/// How a picture file holds light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Encoding {
+    /// Linear, without an upper end: EXR, HDR and TIFF of floats.
+    Linear,
+    /// As sRGB codes that end at white: PNG, JPEG and TIFF of integers.
+    Srgb {
+        /// Bits a sample.
+        bits: u8,
+    },
+}
+
+/// Reads an EXR, HDR, TIFF, PNG or JPEG file, told apart by content.
 ///
 /// # Errors
 /// As [`decode_texture`], and where the file cannot be read.
-pub fn read_texture(path: &Path) -> Result<Image> {
+pub fn read_texture(path: &Path) -> Result<DecodedTexture> {
     decode_texture(&file::read(path, MAX_BYTES)?, path)
 }
 
-/// Decodes the bytes of a PNG, JPEG or EXR file; messages name it `path`. PNG and JPEG are taken as
-/// sRGB whatever their gamma or profile says, EXR as linear Rec.709. Alpha is left out.
+/// Decodes the bytes of an EXR, HDR, TIFF, PNG or JPEG file; messages name it `path`. Integers are
+/// taken as sRGB whatever their gamma or profile says, floats as linear Rec.709. Alpha is left out.
 ///
 /// # Errors
 /// Where the bytes are in no known format, are damaged, hold more than [`MAX_PIXELS`] or a value
 /// that is not finite.
-pub fn decode_texture(bytes: &[u8], path: &Path) -> Result<Image> {
-    if exr_read::is_exr(bytes) {
-        let image = exr_read::decode_exr(bytes, path)?;
-        image.check_finite(path)?;
-        return Ok(image);
-    }
+pub fn decode_texture(bytes: &[u8], path: &Path) -> Result<DecodedTexture> {
+    let damaged = |e: &dyn Display| Error::file(path, format!("cannot be decoded: {e}"));
+    let texture = if is_exr(bytes) {
+        DecodedTexture { image: decode_exr(bytes, path)?, encoding: Encoding::Linear }
+    } else {
+        on_decoder(path, &damaged, || match bytes {
+            _ if is_hdr(bytes) => {
+                Ok(DecodedTexture { image: decode_hdr(bytes, path)?, encoding: Encoding::Linear })
+            }
+            _ if is_tiff(bytes) => decode_tiff(bytes, path),
+            _ => decode_codes(bytes, path),
+        })?
+    };
+    texture.image.check_finite(path)?;
+    Ok(texture)
+}
+
+/// Decodes PNG and JPEG.
+fn decode_codes(bytes: &[u8], path: &Path) -> Result<DecodedTexture> {
     let damaged = |e: ::image::ImageError| Error::file(path, format!("cannot be decoded: {e}"));
     let mut reader = ImageReader::new(Cursor::new(bytes))
         .with_guessed_format()
         .map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
     if reader.format().is_none() {
-        return Err(Error::file(path, "is no picture known here; use PNG, JPEG or EXR"));
+        return Err(Error::file(path, "is no picture known here; use EXR, HDR, TIFF, PNG or JPEG"));
     }
     let mut limits = Limits::default();
     limits.max_alloc = Some(8 * MAX_PIXELS as u64); // 16-bit RGBA
@@ -43,10 +81,19 @@ pub fn decode_texture(bytes: &[u8], path: &Path) -> Result<Image> {
     let decoder = reader.into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
     let (width, height) = (width as usize, height as usize);
-    exr_read::check_size(width, height, path)?;
-    let codes = ::image::DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgb16();
-    let linear: Vec<f32> =
-        (0..=u16::MAX).map(|code| srgb::decode(f64::from(code) / 65535.0) as f32).collect();
+    check_size(width, height, path)?;
+    let color = decoder.color_type();
+    let bits = 8 * color.bytes_per_pixel() / color.channel_count();
+    let codes = DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgb16();
+    let linear = srgb_codes(u16::MAX);
     let pixels = codes.pixels().map(|p| p.0.map(|code| linear[usize::from(code)])).collect();
-    Ok(Image::new(width, height, pixels))
+    Ok(DecodedTexture {
+        image: Image::new(width, height, pixels),
+        encoding: Encoding::Srgb { bits },
+    })
+}
+
+/// The linear value of every sRGB code from 0 to `white`.
+pub(super) fn srgb_codes(white: u16) -> Vec<f32> {
+    (0..=white).map(|code| srgb::decode(f64::from(code) / f64::from(white)) as f32).collect()
 }

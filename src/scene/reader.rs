@@ -292,6 +292,15 @@ impl<'t> Value<'t> {
         }
     }
 
+    /// The values of an array of at most `max`.
+    pub(super) fn list(&self, max: usize, right: &str) -> Result<Vec<Self>> {
+        let array = self.value.get_ref().as_array().ok_or_else(|| self.wrong(right))?;
+        if array.len() > max {
+            return Err(self.error(format!("{} of them; at most {max} are allowed", array.len())));
+        }
+        Ok(self.items(array).collect())
+    }
+
     /// A number for all three channels or axes, or three numbers, within `range`.
     pub(super) fn splat(&self, range: Range) -> Result<DVec3> {
         match self.value.get_ref() {

@@ -1,17 +1,17 @@
-//! Any bytes as a picture: EXR, PNG or JPEG.
+//! Any bytes as a picture: EXR, HDR, TIFF, PNG or JPEG.
 
 #![no_main]
 
 use std::path::Path;
 
-use fogbow::image::{EXR_DECODER, decode_texture};
+use fogbow::image::{PICTURE_DECODER, decode_texture};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(
     init: {
-        // The exr crate panics on some files, in a thread of its own, and fogbow reports an error.
+        // Decoders panic on some files, in a thread of their own, and fogbow reports an error.
         std::panic::set_hook(Box::new(|info| {
-            if std::thread::current().name() != Some(EXR_DECODER) {
+            if std::thread::current().name() != Some(PICTURE_DECODER) {
                 eprintln!("{info}");
                 std::process::abort();
             }

@@ -70,6 +70,12 @@ pub enum LightKind {
         /// Turn about the y axis in degrees.
         rotate: f64,
     },
+    /// Light from infinitely far that goes with the elevation.
+    Gradient {
+        /// Elevations in degrees, going upward, with the radiance there in W/(m² sr); `scale` is
+        /// already in it.
+        stops: Vec<(f64, Rgb)>,
+    },
 }
 
 /// How strong a point or spot light is.
@@ -113,6 +119,12 @@ const HALF_ANGLE: Range =
 const DIAMETER: Range =
     Range::new(|a| (0.0..180.0).contains(&a), "an angle from 0 to below 180 degrees");
 const EXPONENT: Range = Range::new(|e| (0.0..=1e6).contains(&e), "a number from 0 to 1000000");
+
+const ELEVATION: Range =
+    Range::new(|e| (-90.0..=90.0).contains(&e), "an elevation from -90 to 90 degrees");
+
+/// The most stops of a gradient.
+const MAX_STOPS: usize = 256;
 
 /// The sun's angular diameter seen from the earth, in degrees.
 const SUN_DIAMETER: f64 = 0.533;
@@ -207,20 +219,48 @@ fn area(section: &Section<'_>) -> Result<LightKind> {
 }
 
 fn environment(section: &Section<'_>) -> Result<LightKind> {
-    section.only("an environment", &["type", "radiance", "texture", "scale", "rotate"])?;
-    section.at_most_one(&["radiance", "texture"])?;
-    let texture = section.maybe("texture", |v| v.file("a latitude-longitude EXR"))?;
+    let known = ["type", "radiance", "texture", "gradient", "scale", "rotate"];
+    section.only("an environment", &known)?;
+    section.at_most_one(&["radiance", "texture", "gradient"])?;
+    let scale = section.or("scale", 1.0, |v| v.number(Range::NOT_NEGATIVE))?;
+    if let Some(value) = section.get("gradient") {
+        section.at_most_one(&["gradient", "rotate"])?;
+        return Ok(LightKind::Gradient { stops: stops(&value, scale)? });
+    }
+    let texture =
+        section.maybe("texture", |v| v.file("a latitude-longitude EXR, HDR, TIFF, PNG or JPEG"))?;
     let radiance = match &texture {
         Some(_) => Rgb::ONE,
         None => section
-            .require("radiance", "a colour in W/(m² sr), or `texture`")?
+            .require("radiance", "a colour in W/(m² sr), `texture` or `gradient`")?
             .color(Range::NOT_NEGATIVE)?,
     };
     Ok(LightKind::Environment {
-        radiance: radiance * section.or("scale", 1.0, |v| v.number(Range::NOT_NEGATIVE))?,
+        radiance: radiance * scale,
         texture,
         rotate: section.or("rotate", 0.0, |v| v.number(Range::ANY))?,
     })
+}
+
+/// The stops of a gradient, their radiance times `scale`.
+fn stops(value: &Value<'_>, scale: f64) -> Result<Vec<(f64, Rgb)>> {
+    let right = "at least two stops [elevation, colour], going upward";
+    let list = value.list(MAX_STOPS, right)?;
+    if list.len() < 2 {
+        return Err(value.wrong(right));
+    }
+    let mut stops: Vec<(f64, Rgb)> = Vec::with_capacity(list.len());
+    for stop in &list {
+        let right = "a stop [elevation, colour]";
+        let pair = stop.list(2, right)?;
+        let [elevation, color] = &pair[..] else { return Err(stop.wrong(right)) };
+        let degrees = elevation.number(ELEVATION)?;
+        if let Some((last, _)) = stops.last().filter(|(last, _)| degrees < *last) {
+            return Err(elevation.wrong(&format!("an elevation not below the one before, {last}")));
+        }
+        stops.push((degrees, color.color(Range::NOT_NEGATIVE)? * scale));
+    }
+    Ok(stops)
 }
 
 fn position(section: &Section<'_>) -> Result<DVec3> {

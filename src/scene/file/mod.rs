@@ -85,7 +85,9 @@
 //! intensity = 10.0             #   falloff (degrees, inside the cone) or exponent; texture
 //!                              # "sun": direction (of travel), irradiance (W/m²), angle (diameter)
 //!                              # "area": center, u, v (half sides), radiance; shines along u x v
-//!                              # "environment": radiance or texture, scale, rotate (about y)
+//!                              # "environment": radiance, texture (EXR, HDR, TIFF, PNG, JPEG) or
+//!                              #   gradient; scale, rotate (of a texture, about y)
+//! # gradient = [[-90, 0.02], [0, [0.3, 0.32, 0.35]], [90, 0.05]]  # elevation (degrees), radiance
 //! ```
 
 mod camera;

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Context, at};
 use crate::error::Result;
-use crate::image::read_texture;
+use crate::image::{DecodedTexture, Encoding, read_texture};
 use crate::light::{
     BeamPicture, Environment, Falloff, Light, PointLight, QuadLight, SpotLight, Sun,
 };
@@ -61,11 +61,21 @@ pub(super) fn build(
             Light::Environment(at(place, Environment::constant(*radiance))?)
         }
         LightKind::Environment { radiance, texture: Some(file), rotate } => {
-            let image = picture(file, context)?;
+            let DecodedTexture { image, encoding } = picture(file, context)?;
+            if let Encoding::Srgb { bits } = encoding {
+                context.notes.push(format!(
+                    "{}: {bits}-bit picture as a sky, taken as sRGB; highlights are clipped, an .exr \
+                     or .hdr holds them",
+                    file.path.display()
+                ));
+            }
             let (width, height) = (image.width(), image.height());
             let texels = image.pixels().to_vec();
             let environment = Environment::picture(width, height, texels, *radiance, *rotate);
             Light::Environment(at(&file.at, environment)?)
+        }
+        LightKind::Gradient { stops } => {
+            Light::Environment(at(place, Environment::gradient(stops))?)
         }
     };
     Ok((light, None))
@@ -99,7 +109,7 @@ fn beam_picture(
     direction: DVec3,
     context: &mut Context,
 ) -> Result<BeamPicture> {
-    let image = picture(file, context)?;
+    let image = picture(file, context)?.image;
     // A beam straight up or down has its picture's upper edge toward -z, as a map has north.
     let level = direction.normalize().cross(DVec3::Y).length() > 1e-6;
     Ok(BeamPicture {
@@ -110,7 +120,7 @@ fn beam_picture(
     })
 }
 
-fn picture(file: &FileReference, context: &mut Context) -> Result<crate::image::Image> {
+fn picture(file: &FileReference, context: &mut Context) -> Result<DecodedTexture> {
     context.sources.add(&file.path);
     at(&file.at, read_texture(&file.path))
 }

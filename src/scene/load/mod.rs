@@ -50,6 +50,8 @@ pub(super) struct Context {
     pub(super) sources: Sources,
     /// One line each.
     pub(super) warnings: Vec<String>,
+    /// What is told beside warnings, one line each.
+    pub(super) notes: Vec<String>,
     /// Where the camera looks, if nothing else asks for voxels.
     sight: Option<Sight>,
     /// Active voxels elsewhere.
@@ -72,6 +74,7 @@ pub(super) struct Stills {
     lights: Arc<Lights>,
     sources: Sources,
     warnings: Vec<String>,
+    notes: Vec<String>,
     hash: String,
 }
 
@@ -126,6 +129,7 @@ impl Stills {
             hash: context.sources.hash(&seen)?,
             sources: context.sources,
             warnings: context.warnings,
+            notes: context.notes,
         })
     }
 }
@@ -138,13 +142,13 @@ pub(super) fn build(
     stills: Stills,
     options: &LoadOptions,
 ) -> Result<Scene> {
-    let Stills { camera, surfaces, lights, sources, warnings, hash: still } = stills;
+    let Stills { camera, surfaces, lights, sources, warnings, notes, hash: still } = stills;
     let grids = Grids::within(options.memory);
     let film = file.film.overridden(&options.overrides);
     let leaves_out = options.planning == Planning::Needed;
     let frustum = camera.frustum(film.size).filter(|_| is_only_seen(file, &surfaces));
     let sight = frustum.map(|frustum| Sight { frustum, leaves_out });
-    let mut context = Context { grids, sources, warnings, sight, unseen: 0 };
+    let mut context = Context { grids, sources, warnings, notes, sight, unseen: 0 };
     let media = file
         .media
         .iter()
@@ -168,7 +172,7 @@ pub(super) fn build(
         still,
         unseen: sight.map(|_| Unseen { voxels: context.unseen, left_out: leaves_out }),
         warnings: context.warnings,
-        notes: Vec::new(),
+        notes: context.notes,
     })
 }
 
@@ -220,10 +224,7 @@ fn endless_fog(file: &SceneFile) -> Option<String> {
         m.density == DensitySection::Region(RegionSection::Everywhere)
             && m.sigma_t.max_element() > 0.0
     })?;
-    let light = file
-        .lights
-        .iter()
-        .find(|l| matches!(l.kind, LightKind::Sun { .. } | LightKind::Environment { .. }))?;
+    let light = file.lights.iter().find(|l| is_infinite(&l.kind))?;
     Some(format!(
         "{}:{}: {} comes from infinitely far and cannot cross {}, which has no end; give the medium \
          a region with an end",
@@ -232,6 +233,12 @@ fn endless_fog(file: &SceneFile) -> Option<String> {
         light.at.key,
         fog.name
     ))
+}
+
+/// Whether light of this kind comes from infinitely far.
+fn is_infinite(kind: &LightKind) -> bool {
+    use LightKind::{Environment, Gradient, Sun};
+    matches!(kind, Sun { .. } | Environment { .. } | Gradient { .. })
 }
 
 /// `result` with its problem told at `place`.

@@ -104,9 +104,9 @@ fn mesh_material(
         None => return Ok(Material::Diffuse { reflectance: Texture::Constant(color) }),
         Some(TextureSource::Path(path)) => {
             context.sources.add(path);
-            at(&file.at, read_texture(path))?
+            at(&file.at, read_texture(path))?.image
         }
-        Some(TextureSource::Bytes(bytes)) => at(&file.at, decode_texture(bytes, &file.path))?,
+        Some(TextureSource::Bytes(bytes)) => at(&file.at, decode_texture(bytes, &file.path))?.image,
     };
     reflectance(&file.at, &image, color).map(|reflectance| Material::Diffuse { reflectance })
 }
@@ -118,7 +118,7 @@ fn material(section: &MaterialSection, context: &mut Context) -> Result<Material
         }
         MaterialSection::Diffuse { reflectance: ColorSection::Texture(file) } => {
             context.sources.add(&file.path);
-            let image = at(&file.at, read_texture(&file.path))?;
+            let image = at(&file.at, read_texture(&file.path))?.image;
             Material::Diffuse { reflectance: reflectance(&file.at, &image, Rgb::ONE)? }
         }
         MaterialSection::Mirror { reflectance } => Material::Mirror { reflectance: *reflectance },

@@ -1,33 +1,17 @@
-//! Light from very far all round.
+//! A latitude-longitude picture as environment.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::cdf::Cdf;
-use super::{LightSample, PhotonStart, Reach, checked_color};
-use crate::math::{Ray, Rgb, are_grey, is_grey, luminance, warp};
-
-/// An environment: one radiance for all directions, or a latitude-longitude picture, constant
-/// over each texel.
-///
-/// Row 0 of a picture is straight up (+y) and its rows are equal steps of the angle from there.
-/// The middle of a row looks to +z, a quarter from the left to +x, its ends to -z, as in
-/// Mitsuba's `envmap`: seen from inside, the picture is not mirrored. A rotation turns the
-/// environment about +y, from +z toward +x.
-#[derive(Debug, Clone)]
-pub struct Environment(Kind);
-
-#[derive(Debug, Clone)]
-enum Kind {
-    Constant(Rgb),
-    Picture(Picture),
-}
+use super::super::cdf::Cdf;
+use super::super::checked_color;
+use crate::math::{Rgb, are_grey, is_grey, luminance};
 
 /// A picture with what sampling it takes: texels are chosen by luminance times solid angle, then
 /// directions uniformly in the texel, so that the density is the luminance over its integral.
 #[derive(Debug, Clone)]
-struct Picture {
+pub(super) struct Picture {
     width: usize,
     height: usize,
     texels: Vec<[f32; 3]>,
@@ -41,35 +25,9 @@ struct Picture {
     integral: Rgb,
 }
 
-impl Environment {
-    /// The same `radiance`, in W/(m² sr), from all directions.
-    ///
-    /// # Errors
-    /// Says what would be right where it is negative or not finite.
-    pub fn constant(radiance: Rgb) -> Result<Self, String> {
-        Ok(Self(Kind::Constant(checked_color("radiance", radiance)?)))
-    }
-
-    /// Whether it shines alike from all sides.
-    pub(super) const fn is_even(&self) -> bool {
-        matches!(self.0, Kind::Constant(_))
-    }
-
-    /// Whether it shines alike in all channels.
-    pub(super) fn is_grey(&self) -> bool {
-        match &self.0 {
-            Kind::Constant(radiance) => is_grey(*radiance),
-            Kind::Picture(Picture { texels, scale, .. }) => is_grey(*scale) && are_grey(texels),
-        }
-    }
-
-    /// The picture of `width` times `height` linear texels, row after row, times `scale` to give
-    /// W/(m² sr), turned by `rotation` degrees. Negative values, which filtered pictures have,
-    /// count as 0.
-    ///
-    /// # Errors
-    /// Says what would be right where the size does not match, or a value is not finite.
-    pub fn picture(
+impl Picture {
+    /// As [`Environment::picture`](super::Environment::picture).
+    pub(super) fn new(
         width: usize,
         height: usize,
         mut texels: Vec<[f32; 3]>,
@@ -98,68 +56,6 @@ impl Environment {
         }
         let scale = checked_color("scale", scale)?;
         let turn = (rotation / 360.0).rem_euclid(1.0);
-        Ok(Self(Kind::Picture(Picture::new(width, height, texels, scale, turn))))
-    }
-
-    /// Radiance in W/(m² sr) from the unit `direction` (from the viewer).
-    pub fn radiance(&self, direction: DVec3) -> Rgb {
-        match &self.0 {
-            Kind::Constant(radiance) => *radiance,
-            Kind::Picture(picture) => picture.radiance(direction),
-        }
-    }
-
-    /// Integral of the radiance over all directions, W/m².
-    fn integral(&self) -> Rgb {
-        match &self.0 {
-            Kind::Constant(radiance) => *radiance * (4.0 * PI),
-            Kind::Picture(picture) => picture.integral,
-        }
-    }
-
-    /// A direction, its density and the radiance from there; nothing where all is black.
-    fn toward(&self, u: [f64; 2]) -> Option<(DVec3, f64, Rgb)> {
-        match &self.0 {
-            Kind::Constant(radiance) => (*radiance != Rgb::ZERO)
-                .then(|| (warp::uniform_sphere(u), warp::uniform_sphere_pdf(), *radiance)),
-            Kind::Picture(picture) => picture.toward(u),
-        }
-    }
-
-    pub(super) fn pdf(&self, direction: DVec3) -> f64 {
-        match &self.0 {
-            Kind::Constant(radiance) if *radiance == Rgb::ZERO => 0.0,
-            Kind::Constant(_) => warp::uniform_sphere_pdf(),
-            Kind::Picture(picture) => {
-                let (row, column) = picture.texel(direction);
-                picture.texel_pdf(row, column)
-            }
-        }
-    }
-
-    pub(super) fn sample(&self, u: [f64; 2]) -> Option<LightSample> {
-        let (direction, pdf, radiance) = self.toward(u)?;
-        let distance = f64::INFINITY;
-        Some(LightSample { direction, distance, radiance, pdf, delta: false })
-    }
-
-    pub(super) fn emit(&self, reach: &Reach, u: [f64; 4]) -> Option<PhotonStart> {
-        let (toward, pdf, radiance) = self.toward([u[0], u[1]])?;
-        let (origin, place_pdf) = reach.start(-toward, [u[2], u[3]]);
-        Some(PhotonStart { ray: Ray::new(origin, -toward), power: radiance / (pdf * place_pdf) })
-    }
-
-    pub(super) fn power(&self, reach: &Reach) -> Rgb {
-        self.integral() * reach.disk_area()
-    }
-
-    pub(super) fn incident_estimate(&self) -> f64 {
-        luminance(self.integral())
-    }
-}
-
-impl Picture {
-    fn new(width: usize, height: usize, texels: Vec<[f32; 3]>, scale: Rgb, turn: f64) -> Self {
         let mut picture = Self {
             width,
             height,
@@ -180,7 +76,35 @@ impl Picture {
             let row_sum = picture.columns[row].as_ref().map_or(0.0, Cdf::total);
             row_sum * picture.texel_solid_angle(row)
         }));
-        picture
+        Ok(picture)
+    }
+
+    pub(super) fn is_grey(&self) -> bool {
+        is_grey(self.scale) && are_grey(&self.texels)
+    }
+
+    /// Integral of the radiance over all directions, W/m².
+    pub(super) const fn integral(&self) -> Rgb {
+        self.integral
+    }
+
+    /// Irradiance on a horizontal plane from above, W/m².
+    pub(super) fn irradiance_up(&self) -> Rgb {
+        let horizon = self.height.div_ceil(2);
+        let of_row = |row| {
+            // The integral of cosine times sine over the part of the row above the horizon.
+            let sine = |row| self.row_angle(row).min(0.5 * PI).sin();
+            let (upper, lower) = (sine(row), sine(row + 1));
+            let weight = 0.5 * (lower - upper) * (lower + upper) * TAU / self.width as f64;
+            (0..self.width).map(|column| self.color(row, column)).sum::<Rgb>() * weight
+        };
+        (0..horizon).map(of_row).sum()
+    }
+
+    /// Density in 1/sr of a direction.
+    pub(super) fn pdf(&self, direction: DVec3) -> f64 {
+        let (row, column) = self.texel(direction);
+        self.texel_pdf(row, column)
     }
 
     /// Angle from +y, in radians, of the upper edge of a row.
@@ -210,7 +134,7 @@ impl Picture {
         (row.min(self.height - 1), column.min(self.width - 1))
     }
 
-    fn radiance(&self, direction: DVec3) -> Rgb {
+    pub(super) fn radiance(&self, direction: DVec3) -> Rgb {
         let (row, column) = self.texel(direction);
         self.color(row, column)
     }
@@ -220,7 +144,8 @@ impl Picture {
         self.rows.as_ref().map_or(0.0, |rows| luminance(self.color(row, column)) / rows.total())
     }
 
-    fn toward(&self, u: [f64; 2]) -> Option<(DVec3, f64, Rgb)> {
+    /// A direction, its density and the radiance from there; nothing where all is black.
+    pub(super) fn toward(&self, u: [f64; 2]) -> Option<(DVec3, f64, Rgb)> {
         let (row, _, down) = self.rows.as_ref()?.sample(u[0]);
         let (column, _, right) = self.columns[row].as_ref()?.sample(u[1]);
         // Uniform in the cosine within the row, found from its edges without cancellation.
