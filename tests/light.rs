@@ -105,6 +105,7 @@ fn irradiance_is_that_of_the_closed_form() {
     let quad = QuadLight::new(above, DVec3::X * 2.0, DVec3::Z * 2.0, WHITE).unwrap();
     // Configuration factor from a patch to a rectangle with a corner above it (Howell, C-3),
     // here four squares with sides half of the distance.
+    let rising = Environment::gradient(&[(0.0, Rgb::ZERO), (90.0, WHITE)]);
     let side = 0.5 / 1.25f64.sqrt();
     let quarter = 2.0 * side * side.atan() / (2.0 * PI);
     for (name, light, expected) in [
@@ -115,6 +116,8 @@ fn irradiance_is_that_of_the_closed_form() {
         ("wide sun", Light::Sun(Sun::new(DVec3::NEG_Y, WHITE, 100.0).unwrap()), 1.0),
         ("quad", Light::Quad(quad), 4.0 * quarter * PI),
         ("constant", Light::Environment(Environment::constant(WHITE).unwrap()), PI),
+        // The cosine times the cosine.
+        ("gradient", Light::Environment(rising.unwrap()), 2.0 * PI / 3.0),
     ] {
         let (found, sigma) = irradiance(&light, origin, DVec3::Y, 100_000);
         // 4.5 sigma: one false alarm in 150,000; the rest is rounding.
@@ -252,6 +255,73 @@ fn environment_picture_density_integrates_to_one_and_finds_a_bright_texel() {
     assert!((integral - 1.0).abs() < 4.5 * sigma, "{integral} +- {sigma}");
 }
 
+/// Integrals over all directions and, with the cosine, over the upper ones, by the midpoint rule in the
+/// sine of the elevation.
+fn by_midpoints(environment: &Environment) -> [Rgb; 2] {
+    const STEPS: [u32; 2] = [20_000, 64];
+    let mut sums = [Rgb::ZERO; 2];
+    for i in 0..STEPS[0] {
+        let y = 2.0 * (f64::from(i) + 0.5) / f64::from(STEPS[0]) - 1.0;
+        for j in 0..STEPS[1] {
+            let (sin, cos) = (2.0 * PI * (f64::from(j) + 0.5) / f64::from(STEPS[1])).sin_cos();
+            let across = (1.0 - y * y).sqrt();
+            let radiance = environment.radiance(DVec3::new(across * sin, y, across * cos));
+            sums = [sums[0] + radiance, sums[1] + radiance * y.max(0.0)];
+        }
+    }
+    sums.map(|sum| sum * (4.0 * PI / f64::from(STEPS[0] * STEPS[1])))
+}
+
+#[test]
+fn integrals_of_environments_are_those_of_what_is_seen() {
+    let texels = (0..40).map(|i| [i as f32 % 7.0, 1.0, i as f32 % 3.0]).collect();
+    let smooth =
+        [(-90.0, WHITE), (0.0, Rgb::new(0.3, 0.2, 0.1)), (30.0, WHITE * 2.0), (90.0, Rgb::ZERO)];
+    let edged = [(-20.0, WHITE), (10.0, WHITE), (10.0, WHITE * 3.0), (50.0, WHITE)];
+    // Stops at sines of even steps leave the midpoint rule exact but for the cosine; edges and
+    // rows of pictures cost it a step.
+    for (name, environment, slack) in [
+        ("constant", Environment::constant(WHITE), 1e-8),
+        ("smooth gradient", Environment::gradient(&smooth), 1e-8),
+        ("gradient with an edge", Environment::gradient(&edged), 1e-3),
+        // Its middle row lies on both sides of the horizon.
+        ("picture", Environment::picture(8, 5, texels, WHITE * 0.5, 33.0), 1e-3),
+    ] {
+        let environment = environment.unwrap();
+        let [all, up] = by_midpoints(&environment);
+        let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 1.0).unwrap();
+        let found = Light::Environment(environment.clone()).power(&reach) / PI;
+        assert!(((found - all) / all).abs().max_element() < slack, "{name}: {found} not {all}");
+        let found = environment.irradiance_up();
+        assert!(((found - up) / up).abs().max_element() < slack, "{name}: {found} not {up}");
+    }
+}
+
+#[test]
+fn a_gradient_goes_through_its_stops_by_the_sine() {
+    let (low, high) = (Rgb::new(0.1, 0.2, 0.3), Rgb::new(2.0, 1.0, 0.5));
+    let sky = Environment::gradient(&[(-30.0, low), (30.0, high)]).unwrap();
+    let at = |sine: f64| sky.radiance(DVec3::new((1.0 - sine * sine).sqrt(), sine, 0.0));
+    for (sine, expected) in [
+        (-1.0, low),
+        (-0.7, low),
+        (-0.5, low),
+        (0.0, low.midpoint(high)),
+        (0.25, low.lerp(high, 0.75)),
+        (0.5, high),
+        (1.0, high),
+    ] {
+        assert!((at(sine) - expected).abs().max_element() < 1e-12, "{sine}: {}", at(sine));
+    }
+    // Two stops at one place are an edge; the turn about the vertical changes nothing.
+    let edge = Environment::gradient(&[(0.0, low), (0.0, high)]).unwrap();
+    for turn in [0.0f64, 1.0, 4.0] {
+        let around = |y: f64| DVec3::new(turn.cos(), y, turn.sin()).normalize();
+        assert_eq!(edge.radiance(around(-1e-6)), low);
+        assert_eq!(edge.radiance(around(1e-6)), high);
+    }
+}
+
 #[test]
 fn dark_lights_give_nothing() {
     let black = Rgb::ZERO;
@@ -265,6 +335,7 @@ fn dark_lights_give_nothing() {
         Light::Quad(QuadLight::new(at, u, v, black).unwrap()),
         Light::Mesh(MeshLight::new(tetrahedron(u), black).unwrap()),
         Light::Environment(Environment::constant(black).unwrap()),
+        Light::Environment(Environment::gradient(&[(-9.0, black), (9.0, black)]).unwrap()),
         Light::Environment(Environment::picture(2, 1, vec![[0.0; 3]; 2], WHITE, 0.0).unwrap()),
     ];
     let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 1.0).unwrap();
@@ -323,6 +394,7 @@ fn values_out_of_range_are_refused_by_name() {
     let at = WorldPoint::new(0.0, 0.0, 0.0);
     let (x, nan) = (DVec3::X, Rgb::splat(f64::NAN));
     let spot = |angle, falloff| SpotLight::new(at, x, WHITE, angle, falloff).map(|_| ());
+    let gradient = |stops: &[(f64, Rgb)]| Environment::gradient(stops).map(|_| ());
     for (found, word) in [
         (PointLight::new(at, -WHITE).map(|_| ()), "intensity"),
         (PointLight::new(WorldPoint::from_xyz(nan), WHITE).map(|_| ()), "position"),
@@ -334,6 +406,11 @@ fn values_out_of_range_are_refused_by_name() {
         (QuadLight::new(at, x, x * 2.0, WHITE).map(|_| ()), "edges"),
         (MeshLight::new(vec![[x; 3]], WHITE).map(|_| ()), "area"),
         (MeshLight::new(vec![[nan; 3]], WHITE).map(|_| ()), "triangle 0"),
+        (gradient(&[(0.0, WHITE)]), "stops of a gradient are 1"),
+        (gradient(&[(0.0, WHITE), (91.0, WHITE)]), "91°"),
+        (gradient(&[(f64::NAN, WHITE), (9.0, WHITE)]), "NaN°"),
+        (gradient(&[(9.0, WHITE), (8.0, WHITE)]), "8° comes after 9°"),
+        (gradient(&[(0.0, WHITE), (9.0, -WHITE)]), "radiance of a stop"),
         (Environment::constant(nan).map(|_| ()), "radiance"),
         (Environment::picture(2, 2, vec![[1.0; 3]; 3], WHITE, 0.0).map(|_| ()), "2 x 2"),
         (Environment::picture(1, 1, vec![[f32::NAN; 3]], WHITE, 0.0).map(|_| ()), "texel 0"),

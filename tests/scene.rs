@@ -304,6 +304,36 @@ const WRONG: &[(&str, &str, &str, &[&str])] = &[
         "light[0].texture",
         &["exclude"],
     ),
+    (
+        "[[light]]\ntype = \"environment\"\ngradient = [[0, 1]]",
+        "6:12",
+        "light[0].gradient",
+        &["at least two stops"],
+    ),
+    (
+        "[[light]]\ntype = \"environment\"\ngradient = [1, 2]",
+        "6:13",
+        "light[0].gradient[0]",
+        &["`1`", "a stop [elevation, colour]"],
+    ),
+    (
+        "[[light]]\ntype = \"environment\"\ngradient = [[-91, 1], [0, 1]]",
+        "6:14",
+        "light[0].gradient[0][0]",
+        &["`-91`", "-90 to 90 degrees"],
+    ),
+    (
+        "[[light]]\ntype = \"environment\"\ngradient = [[10, 1], [0, 1]]",
+        "6:23",
+        "light[0].gradient[1][0]",
+        &["`0`", "not below the one before, 10"],
+    ),
+    (
+        "[[light]]\ntype = \"environment\"\ngradient = [[0, 1], [1, 1]]\nrotate = 3",
+        "7:10",
+        "light[0].rotate",
+        &["exclude"],
+    ),
 ];
 
 #[test]

@@ -7,6 +7,7 @@
 
 use glam::DMat3;
 
+use super::srgb;
 use crate::math::Rgb;
 
 /// Exposure range, log2 of linear Rec.2020 values: 10 stops below middle grey to 6.5 above.
@@ -44,4 +45,16 @@ pub(super) fn display_linear(scene: Rgb) -> Rgb {
 fn sigmoid(x: f64) -> f64 {
     const COEFFICIENTS: [f64; 7] = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
     COEFFICIENTS.iter().fold(0.0, |sum, c| sum * x + c)
+}
+
+/// The scene-linear grey that is shown on a display level: an sRGB code value from 0 to 1.
+pub(super) fn scene_grey(level: f64) -> f64 {
+    let shown = |log: f64| srgb::encode(display_linear(Rgb::splat(log.exp2())).y);
+    let (mut low, mut high) = (MIN_EV, MAX_EV);
+    // Half of the range each time, down to less than rounding.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if shown(middle) < level { low = middle } else { high = middle }
+    }
+    low.exp2()
 }

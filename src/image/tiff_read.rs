@@ -42,7 +42,7 @@ pub(super) fn decode_tiff(bytes: &[u8], path: &Path) -> Result<DecodedTexture> {
     check_size(size[0], size[1], path)?;
     let color = decoder.colortype().map_err(damaged)?;
     let is_rgb =
-        is_rgb(color).ok_or_else(|| refused(path, &format!("has pixels of the kind {color:?}")))?;
+        is_rgb(color).ok_or_else(|| refused(path, format!("has pixels of the kind {color:?}")))?;
     check_packing(size[0] * size[1] * usize::from(color.num_samples()), bytes.len(), path)?;
     let mut samples = DecodingResult::U8(Vec::new());
     let layout = decoder.read_image_to_buffer(&mut samples).map_err(damaged)?;
@@ -63,7 +63,7 @@ pub(super) fn decode_tiff(bytes: &[u8], path: &Path) -> Result<DecodedTexture> {
         (DecodingResult::F64(values), _) => {
             (planes.pixels(&values, |v| v as f32), Encoding::Linear)
         }
-        (_, bits) => return Err(refused(path, &format!("has samples of {bits} bits"))),
+        (_, bits) => return Err(refused(path, format!("has samples of {bits} bits"))),
     };
     let pixels = pixels.ok_or_else(|| refused(path, "has pixels of no even number of samples"))?;
     Ok(DecodedTexture { image: Image::new(size[0], size[1], pixels), encoding })

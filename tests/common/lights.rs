@@ -48,6 +48,14 @@ pub(crate) fn all(scale: f64) -> Vec<Row> {
     let picture = BeamPicture { width: 8, height: 4, texels: picture_texels(), up: DVec3::Y };
     let row = |name, light| Row { name, light, triangles: Vec::new() };
     let environment = |rotation| Environment::picture(8, 4, picture_texels(), WHITE, rotation);
+    // With an edge, a black stop, and more below and above than the stops say.
+    let gradient = [
+        (-50.0, Rgb::new(0.1, 0.2, 0.3)),
+        (-5.0, Rgb::ZERO),
+        (-5.0, Rgb::splat(0.4)),
+        (20.0, Rgb::new(2.0, 1.5, 1.0)),
+        (80.0, Rgb::new(0.3, 0.3, 0.6)),
+    ];
     let down = DVec3::new(0.3, -1.0, 0.2);
     vec![
         row("point", Light::Point(PointLight::new(at, WHITE).unwrap())),
@@ -72,6 +80,7 @@ pub(crate) fn all(scale: f64) -> Vec<Row> {
             triangles: mesh,
         },
         row("constant", Light::Environment(Environment::constant(WHITE).unwrap())),
+        row("gradient", Light::Environment(Environment::gradient(&gradient).unwrap())),
         row("picture", Light::Environment(environment(0.0).unwrap())),
         row("turned picture", Light::Environment(environment(77.0).unwrap())),
     ]

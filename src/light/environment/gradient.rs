@@ -29,7 +29,7 @@ impl Gradient {
     /// As [`Environment::gradient`](super::Environment::gradient).
     pub(super) fn new(stops: &[(f64, Rgb)]) -> Result<Self, String> {
         let [(_, lowest), .., (_, highest)] = stops else {
-            return Err(format!("gradient has {} stops: must have at least two", stops.len()));
+            return Err(format!("stops of a gradient are {}: must be at least two", stops.len()));
         };
         let mut nodes = vec![Node { y: -1.0, radiance: *lowest }];
         for (i, &(elevation, radiance)) in stops.iter().enumerate() {
