@@ -12,7 +12,7 @@ use fogbow::math::{Rgb, Stage, Stream};
 use fogbow::scene::{LoadOptions, Scene};
 use half::f16;
 use image::codecs::hdr::HdrEncoder;
-use tiff::encoder::{Compression, Predictor, TiffEncoder, colortype};
+use tiff::encoder::{Compression, DeflateLevel, Predictor, TiffEncoder, colortype};
 
 const HEAD: &[u8] = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
 
@@ -207,7 +207,9 @@ fn sound() -> Vec<Vec<u8>> {
     pictures.push(bytes);
     pictures.push([HEAD, b"-Y 17 +X 24\n", &[DIM; 24 * 17].concat()].concat());
     pictures.push([HEAD, b"-Y 17 +X 24\n", &[DIM, [1, 1, 1, 23]].concat().repeat(17)].concat());
-    for compression in [Compression::Uncompressed, Compression::Lzw, Compression::Packbits] {
+    let deflate = Compression::Deflate(DeflateLevel::Balanced);
+    for compression in [Compression::Uncompressed, Compression::Lzw, deflate, Compression::Packbits]
+    {
         for predictor in [Predictor::None, Predictor::Horizontal] {
             let mut bytes = Cursor::new(Vec::new());
             let encoder = TiffEncoder::new(&mut bytes).unwrap().with_compression(compression);
@@ -224,7 +226,7 @@ fn sound() -> Vec<Vec<u8>> {
     pictures
 }
 
-/// 4500 damaged pictures: each is a picture or one line that names the file, never a panic beyond the
+/// 5500 damaged pictures: each is a picture or one line that names the file, never a panic beyond the
 /// decoder's thread.
 #[test]
 fn damaged_pictures_are_read_or_refused() {
