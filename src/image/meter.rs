@@ -17,9 +17,9 @@ const LIT: Anchor = Anchor { percentile: 0.95, level: 0.8 };
 /// The most stops by which lit media are brightened: soot stays dark.
 const LIT_MAX_BRIGHTER: f64 = 4.0;
 
-/// Where the body of a glow is put. At 0.62 flames of `volumes/fire.toml` are orange with yellow tongues;
+/// Where the body of a glow is put. At 0.66 flames of `volumes/fire.toml` are orange with yellow tongues;
 /// one stop more and AgX takes their colour, one less and they light nothing around.
-const BODY: Anchor = Anchor { percentile: 0.5, level: 0.62 };
+const BODY: Anchor = Anchor { percentile: 0.5, level: 0.66 };
 
 /// The most that the core of a glow may reach: nearly white.
 const CORE: Anchor = Anchor { percentile: 0.9, level: 0.85 };
@@ -50,7 +50,7 @@ struct Anchor {
 ///
 /// Of lit media the 95th percentile of luminance over what they cover is put on the display level 0.8.
 /// Where they `glow` by themselves each pixel counts by its light, so that dark smoke around a small flame
-/// does not: half of the light then comes from below the level 0.62, where flames keep their hue, and nine
+/// does not: half of the light then comes from below the level 0.66, where flames keep their hue, and nine
 /// tenths from below 0.85. Pixels that shine out of the backdrop count for a glow though nothing is covered.
 /// Percentiles do not follow single bright pixels.
 pub fn meter(luminance: &[f32], alpha: &[f32], glow: bool) -> Option<f64> {
@@ -140,7 +140,7 @@ mod tests {
     #[test]
     fn lit_media_reach_their_level() {
         let exposure = meter(&ramp(), &[1.0; 1000], false).unwrap();
-        assert_eq!(code(0.95, exposure), (0.8f64 * 255.0).round() as u8);
+        assert_eq!(code(0.95, exposure), (LIT.level * 255.0).round() as u8);
     }
 
     #[test]
@@ -197,7 +197,7 @@ mod tests {
         alpha.extend(vec![0.3; flame.len()]);
         luminance.extend(&flame);
         let exposure = meter(&luminance, &alpha, true).unwrap();
-        assert_eq!(code(1.0, exposure), (0.62f64 * 255.0).round() as u8);
+        assert_eq!(code(1.0, exposure), (BODY.level * 255.0).round() as u8);
         // The same where it covers nothing of a dark backdrop.
         for a in &mut alpha {
             *a = 0.0;
