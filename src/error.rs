@@ -105,3 +105,15 @@ fn visible(text: impl Display) -> String {
 fn place(line: usize, column: usize) -> String {
     if line == 0 { String::new() } else { format!(":{line}:{column}") }
 }
+
+/// The word of `known` that `name` was most likely meant to be: at most two letters, or a third of
+/// them, are wrong, but not all (Damerau and Levenshtein's distance); case does not matter.
+pub(crate) fn nearest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
+    let name = name.to_lowercase();
+    known
+        .iter()
+        .map(|k| (strsim::damerau_levenshtein(&name, &k.to_lowercase()), *k))
+        .filter(|(distance, k)| *distance <= 2.max(k.len() / 3) && *distance < k.chars().count())
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, k)| k)
+}

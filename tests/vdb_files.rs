@@ -237,9 +237,9 @@ fn grids_are_chosen_by_name_and_index() {
     );
     let message = file.find("smoke", None).unwrap_err().to_string();
     assert!(message.contains("no grid called \"smoke\"") && message.contains("\"a\""), "{message}");
-    let (_folder, file) = written(&[fog("soot")]);
+    let (_folder, file) = written(&[fog("a")]);
     assert_eq!(file.default_density().unwrap(), 0);
-    let (_folder, file) = written(&[fog("soot"), fog("dust")]);
+    let (_folder, file) = written(&[fog("a"), fog("b")]);
     assert!(file.default_density().unwrap_err().to_string().contains("several fog volumes"));
 }
 

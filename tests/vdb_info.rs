@@ -46,7 +46,7 @@ fn the_grids_beside_a_damaged_one_are_listed() {
         ("/statistics/bad/nan", 0.into()),
         ("/statistics/bounds/1", vec![7, 7, 7].into()),
         ("/problem", Value::Null),
-        ("/verdict", "the density where none is named".into()),
+        ("/verdict", "taken for density".into()),
     ] {
         assert_eq!(sound.pointer(pointer), Some(&value), "{pointer}: {sound}");
     }
@@ -59,6 +59,56 @@ fn the_grids_beside_a_damaged_one_are_listed() {
     let problem = damaged["problem"].as_str().unwrap();
     assert_eq!(damaged["verdict"], format!("refused: {problem}"));
     assert!(damaged["statistics"].is_null());
+    assert!(report["summary"].as_str().is_some_and(|line| line.starts_with("smoke, ")), "{report}");
     let text = info(&[]);
     assert!(text.contains(problem) && text.contains("\"density\": float"), "{text}");
+}
+
+#[test]
+fn the_first_line_says_what_a_bare_render_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vdb");
+    let scalar = |name: &str, value: fn(usize) -> f32| {
+        let mut grid = GridToWrite::fog(name, 1.0 / 3.0, DVec3::ZERO);
+        let values = (0..512).map(value).collect();
+        grid.blocks.push(Block { origin: IVec3::ZERO, values, active: None });
+        grid
+    };
+    let density = || scalar("density", |_| 1.0 / 3.0);
+    let info = |grids: &[GridToWrite]| {
+        write(&path, grids).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fogbow"));
+        let output = command.arg("info").arg(&path).assert().success();
+        String::from_utf8(output.get_output().stdout.clone()).unwrap()
+    };
+    let size = "2.333 x 2.333 x 2.333 m";
+    let text = info(&[density()]);
+    assert_eq!(text.lines().next(), Some(&*format!("smoke, y up, {size}")));
+    for words in
+        ["values      0.3333 to 0.3333, mean 0.3333, 0 zeros", "[0.3333, 0.3333, 0.3333] m"]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+
+    let parts = ["Cd.x", "Cd.y", "Cd.z"].map(|name| scalar(name, |_| 0.5));
+    let mut grids = vec![density(), scalar("flames", |i| i as f32), scalar("phi_out", |_| 1.0)];
+    grids.extend(parts);
+    grids.push(scalar("flags", |_| 1.0));
+    let text = info(&grids);
+    let first = format!("smoke, glows by `flames`, coloured by `Cd`, z up, {size}");
+    assert_eq!(text.lines().next(), Some(&*first));
+    let count = |words: &str| text.matches(words).count();
+    for (words, wanted) in [
+        ("taken for density", 1),
+        ("taken for fire", 1),
+        ("taken for colour", 3),
+        ("not used by a bare render", 2),
+    ] {
+        assert_eq!(count(words), wanted, "{words}: {text}");
+    }
+
+    let text = info(&[scalar("pressure", |_| 1.0)]);
+    assert!(text.starts_with("a bare render refuses it: "), "{text}");
+    let text = info(&[scalar("density", |_| 0.0)]);
+    assert!(text.starts_with("nothing to see: "), "{text}");
 }

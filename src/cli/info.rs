@@ -1,6 +1,7 @@
 //! `fogbow info`: what is in an OpenVDB file, and what fogbow would do with it.
 
-use std::fmt::Write as _;
+mod text;
+
 use std::io::{self, Write as _};
 use std::path::PathBuf;
 
@@ -8,6 +9,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::math::{Index, Transform};
+use crate::vdb::roles::{Axis, Contents, Role};
 use crate::vdb::{Grid, GridInfo, ReadAs, Statistics, VdbFile, Voxel};
 
 /// Tells what is in an OpenVDB file, and what fogbow would do with it.
@@ -22,6 +24,8 @@ pub struct Args {
 
 #[derive(Debug, Serialize)]
 struct Report {
+    /// What a bare render does, in one line.
+    summary: String,
     file: PathBuf,
     format_version: u32,
     library_version: String,
@@ -31,6 +35,8 @@ struct Report {
     density: Option<String>,
     /// Why there is none.
     problem: Option<String>,
+    /// What a bare render takes the grids for; nothing where it refuses the file.
+    contents: Option<Contents>,
 }
 
 #[derive(Debug, Serialize)]
@@ -65,7 +71,7 @@ pub fn run(args: &Args) -> Result<()> {
         let json = serde_json::to_string_pretty(&report);
         json.map_err(|e| Error::file(&args.file, format!("cannot be told as JSON: {e}")))? + "\n"
     } else {
-        readable(&report)
+        text::readable(&report)
     };
     match io::stdout().lock().write_all(text.as_bytes()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
@@ -76,26 +82,50 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 fn report(file: &VdbFile) -> Report {
-    let choice = file.default_density();
-    let chosen = choice.as_ref().ok().copied();
-    let grids: Vec<_> =
-        (0..file.grids().len()).map(|i| grid_report(file, i, chosen == Some(i))).collect();
-    let unusable = chosen.and_then(|i| {
-        let problem = grids[i].problem.as_ref()?;
-        Some(Error::grid(file.path(), &grids[i].label, problem).to_string())
-    });
+    let contents = Contents::of(file);
+    let chosen = file.default_density().ok();
+    let grids: Vec<_> = (0..file.grids().len())
+        .map(|i| grid_report(file, i, taken_for(i, contents.as_ref().ok(), chosen)))
+        .collect();
+    let usable = chosen.map(|i| &grids[i]);
+    let usable = usable.filter(|grid| grid.problem.is_none() && !grid.info.is_level_set());
     Report {
+        summary: match &contents {
+            Ok(contents) => summary(contents, usable),
+            Err(problem) => format!("a bare render refuses it: {problem}"),
+        },
         file: file.path().to_path_buf(),
         format_version: file.version(),
         library_version: file.library_version().to_string(),
         reader_version: VdbFile::reader_version(),
-        density: chosen.filter(|_| unusable.is_none()).map(|i| grids[i].label.clone()),
-        problem: choice.err().map(|e| e.to_string()).or(unusable),
+        density: usable.map(|grid| grid.label.clone()),
+        problem: contents.as_ref().err().map(Error::to_string),
+        contents: contents.ok(),
         grids,
     }
 }
 
-fn grid_report(file: &VdbFile, index: usize, chosen: bool) -> GridReport {
+/// What a bare render does with a file of these contents.
+fn summary(contents: &Contents, density: Option<&GridReport>) -> String {
+    let seen = density.filter(|d| d.statistics.is_some_and(|s| s.max > 0.0));
+    let Some([min, max]) = seen.and_then(|density| density.world_bounds) else {
+        let label = contents.density.label();
+        return format!("nothing to see: grid \"{label}\" has no density above 0");
+    };
+    let size = std::array::from_fn(|axis| max[axis] - min[axis]);
+    text::summary(contents, size, None, contents.up.map_or(Axis::Y, |(axis, _)| axis))
+}
+
+/// What grid number `index` is taken for: as the contents say, else, where there are none, as the
+/// density that was `chosen`.
+fn taken_for(index: usize, contents: Option<&Contents>, chosen: Option<usize>) -> Option<Role> {
+    match contents {
+        Some(contents) => contents.role(index),
+        None => (chosen == Some(index)).then_some(Role::Density),
+    }
+}
+
+fn grid_report(file: &VdbFile, index: usize, role: Option<Role>) -> GridReport {
     let info = file.grids()[index].clone();
     let mut report = GridReport {
         label: info.label(),
@@ -116,7 +146,7 @@ fn grid_report(file: &VdbFile, index: usize, chosen: bool) -> GridReport {
     });
     report.verdict = match &report.problem {
         Some(problem) => format!("refused: {problem}"),
-        None => verdict(&report.info, chosen),
+        None => verdict(&report.info, role),
     };
     report
 }
@@ -159,80 +189,14 @@ fn world_bounds(transform: &Transform<Index>, bounds: [[i32; 3]; 2]) -> [[f64; 3
     [world.min.xyz.to_array(), world.max.xyz.to_array()]
 }
 
-fn verdict(info: &GridInfo, chosen: bool) -> String {
+fn verdict(info: &GridInfo, role: Option<Role>) -> String {
     let level_set = "refused as density: a level set; level_set = \"fog\" converts it";
-    match (chosen, info.is_level_set(), info.is_vector()) {
-        (true, true, _) => format!("the density where none is named, but {level_set}"),
-        (true, ..) => "the density where none is named".into(),
-        (_, true, _) => level_set.into(),
-        (_, _, true) => "usable as colour".into(),
-        _ => format!("usable by name: grid = \"{}\"", info.name),
-    }
-}
-
-fn readable(report: &Report) -> String {
-    let mut out = String::new();
-    // Writing to a string cannot fail.
-    let _ = writeln!(
-        out,
-        "{}: OpenVDB format {}, written by OpenVDB {}, read by OpenVDB {}; {} grid(s)",
-        report.file.display(),
-        report.format_version,
-        report.library_version,
-        report.reader_version,
-        report.grids.len()
-    );
-    for grid in &report.grids {
-        let _ = describe(&mut out, grid);
-    }
-    let _ = match (&report.density, &report.problem) {
-        (Some(name), _) => writeln!(out, "\ndensity where none is named: \"{name}\""),
-        (None, Some(problem)) => writeln!(out, "\nno density where none is named: {problem}"),
-        _ => Ok(()),
-    };
-    out
-}
-
-fn describe(out: &mut String, grid: &GridReport) -> std::fmt::Result {
-    let info = &grid.info;
-    let half = if info.half { ", stored in 16 bits" } else { "" };
-    writeln!(out, "\n\"{}\": {}, {}{half}", grid.label, info.value_type, info.class)?;
-    let mut line = |key: &str, text: String| writeln!(out, "  {key:<12}{text}");
-    line("compression", info.compression.clone())?;
-    if let Some(s) = &grid.statistics {
-        line(
-            "voxels",
-            format!(
-                "{} active ({} leaves; {} active tiles with {} voxels)",
-                s.active, s.leaves, s.active_tiles, s.tile_voxels
-            ),
-        )?;
-        line("values", format!("{} to {}, mean {}, {} zeros", s.min, s.max, s.mean, s.zeros))?;
-        if s.bad.total() > 0 && !info.is_level_set() {
-            let bad = s.bad;
-            line(
-                "bad values",
-                format!(
-                    "{} NaN, {} infinite, {} negative; as density they are taken as 0",
-                    bad.nan, bad.infinite, bad.negative
-                ),
-            )?;
+    match (role, info.is_level_set()) {
+        (Some(role), false) => format!("taken for {role}"),
+        (Some(role), true) => format!("taken for {role}, but {level_set}"),
+        (None, true) => level_set.into(),
+        (None, false) => {
+            format!("not used by a bare render; in a scene grid = \"{}\"", info.name)
         }
-        let bounds = s.bounds.map(|[a, b]| format!("{a:?} to {b:?}"));
-        line("index box", bounds.unwrap_or_else(|| "empty".into()))?;
     }
-    if let Some([a, b]) = grid.world_bounds {
-        line("world box", format!("{a:.6?} to {b:.6?} m"))?;
-    }
-    let turned = if grid.rotated { ", rotated or skewed" } else { "" };
-    let mirrored = if grid.mirrored { ", mirrored" } else { "" };
-    let size = grid.voxel_size.map_or(String::new(), |s| format!(", voxel size {s:.6?} m"));
-    line("transform", format!("{}{size}{turned}{mirrored}", info.map))?;
-    if let Some(background) = &grid.background {
-        line("background", format!("{background:?}"))?;
-    }
-    if let Some(bytes) = grid.memory_bytes {
-        line("memory", format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)))?;
-    }
-    line("fogbow", grid.verdict.clone())
 }

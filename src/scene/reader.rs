@@ -11,7 +11,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
 use super::document;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, nearest};
 use crate::math::Rgb;
 use crate::sequence::Pattern;
 
@@ -393,14 +393,4 @@ impl<'t> Value<'t> {
 pub(super) fn one_line(text: &str) -> String {
     let visible = |c: char| if c.is_control() { ' ' } else { c };
     text.chars().map(visible).collect::<String>().split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// The word of `known` that `name` most likely was meant to be.
-fn nearest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
-    known
-        .iter()
-        .map(|k| (strsim::damerau_levenshtein(name, k), *k))
-        .filter(|(distance, k)| *distance <= 2.max(k.len() / 3))
-        .min_by_key(|(distance, _)| *distance)
-        .map(|(_, k)| k)
 }

@@ -216,23 +216,41 @@ impl VdbFile {
 
     pub(super) fn voxels(&self, index: usize, fog: bool) -> Result<cxx::UniquePtr<bridge::Voxels>> {
         let info = self.info(index)?;
-        let leaves = self.checked.tree(index).map_err(|e| self.grid_error(info, e))?;
-        let needed = leaves * if info.is_vector() { 3 * LEAF } else { LEAF };
-        if let Some(memory) = self.memory.filter(|memory| needed > *memory) {
-            let [needed, memory] = [needed, memory].map(|bytes| ByteSize(bytes).to_string());
-            return Err(self.grid_error(
-                info,
-                format!(
-                    "takes about {needed} of memory to read, and {memory} may be taken; give a \
-                     coarser or cropped grid, or more memory"
-                ),
-            ));
-        }
+        let leaves = self.leaves(index)?;
+        self.check_memory(info, leaves * if info.is_vector() { 3 * LEAF } else { LEAF })?;
         let place = self.checked.owner(index).map_err(|e| self.grid_error(info, e))?;
         self.file.read(&place, fog).map_err(|e| self.grid_error(info, reading(&e)))
     }
 
-    fn info(&self, index: usize) -> Result<&GridInfo> {
+    /// Leaves of a grid whose bytes are sound.
+    fn leaves(&self, index: usize) -> Result<u64> {
+        self.checked.tree(index).map_err(|e| self.grid_error(&self.grids[index], e))
+    }
+
+    /// Refuses to read three scalar grids as one vector grid where that takes too much memory.
+    pub(super) fn check_combined(&self, indices: &[usize; 3]) -> Result<()> {
+        let mut leaves = 0;
+        for &index in indices {
+            leaves += self.leaves(index)?;
+        }
+        // At worst no two of them have a leaf in common.
+        self.check_memory(self.info(indices[0])?, leaves * 3 * LEAF)
+    }
+
+    /// Refuses grid `info` where reading it takes `needed` bytes and those are too many.
+    fn check_memory(&self, info: &GridInfo, needed: u64) -> Result<()> {
+        let Some(memory) = self.memory.filter(|memory| needed > *memory) else { return Ok(()) };
+        let [needed, memory] = [needed, memory].map(|bytes| ByteSize(bytes).to_string());
+        Err(self.grid_error(
+            info,
+            format!(
+                "takes about {needed} of memory to read, and {memory} may be taken; give a \
+                 coarser or cropped grid, or more memory"
+            ),
+        ))
+    }
+
+    pub(super) fn info(&self, index: usize) -> Result<&GridInfo> {
         let count = self.grids.len();
         self.grids.get(index).ok_or_else(|| {
             Error::file(&self.path, format!("has no grid number {index}; it has {count} grids"))

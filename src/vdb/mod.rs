@@ -8,12 +8,13 @@
 mod build;
 mod cells;
 mod check;
-mod choose;
+mod combine;
 #[allow(unreachable_pub)] // what cxx generates
 mod ffi;
 mod file;
 mod grid;
 mod info;
+pub mod roles;
 mod sample;
 mod source;
 mod statistics;

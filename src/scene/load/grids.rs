@@ -11,6 +11,7 @@ use crate::math::{Rgb, WorldPoint};
 use crate::medium::Albedo;
 use crate::scene::file::GridReference;
 use crate::scene::reader::Place;
+use crate::vdb::roles::GridRef;
 use crate::vdb::{Grid, ReadAs, VdbFile, Voxel, Wanted};
 
 /// VDB files, each opened once.
@@ -63,13 +64,15 @@ pub(super) fn albedo(
     placement: &DAffine3,
     context: &mut Context,
 ) -> Result<Albedo> {
-    let (file, index) = find(reference, context)?;
-    if !file.grids()[index].is_vector() {
+    let (file, grid) = find_vector(reference, context)?;
+    if let GridRef::Single { index, .. } = grid
+        && !file.grids()[index].is_vector()
+    {
         let grid = scalar(reference, ReadAs::Density, placement, context)?;
         return Ok(Albedo::Scalar { grid, scale });
     }
-    let grid = at(&reference.at, file.read_vector(index))?;
-    let label = file.grids()[index].label();
+    let label = grid.label().to_owned();
+    let grid = at(&reference.at, file.read_color(&grid))?;
     context.warnings.extend(bad_values(&reference.file.path, &label, &grid, "clamped to [0, 1]"));
     Ok(Albedo::Color { grid: placed(grid, placement, &reference.at)?, scale })
 }
@@ -94,7 +97,7 @@ fn scalar(
     placed(grid, placement, &reference.at)
 }
 
-/// The file and the number of the grid in it.
+/// The file and the number of the scalar grid in it.
 fn find<'c>(reference: &GridReference, context: &'c mut Context) -> Result<(&'c VdbFile, usize)> {
     context.sources.add(&reference.file.path);
     let file = at(&reference.file.at, context.grids.open(&reference.file.path))?;
@@ -102,7 +105,31 @@ fn find<'c>(reference: &GridReference, context: &'c mut Context) -> Result<(&'c 
         Some(name) => file.find(name, reference.index),
         None => file.default_density(),
     };
-    Ok((file, at(&reference.at, index)?))
+    let index = at(&reference.at, index)?;
+    note(&mut context.warnings, file, &file.reference(index), reference);
+    Ok((file, index))
+}
+
+/// The file and the scalar or vector grid in it.
+fn find_vector<'c>(
+    reference: &GridReference,
+    context: &'c mut Context,
+) -> Result<(&'c VdbFile, GridRef)> {
+    let Some(name) = &reference.name else {
+        let (file, index) = find(reference, context)?;
+        return Ok((file, file.reference(index)));
+    };
+    context.sources.add(&reference.file.path);
+    let file = at(&reference.file.at, context.grids.open(&reference.file.path))?;
+    let grid = at(&reference.at, file.find_vector(name, reference.index))?;
+    note(&mut context.warnings, file, &grid, reference);
+    Ok((file, grid))
+}
+
+/// Notes that `grid` was taken where others could have been meant, once.
+fn note(notes: &mut Vec<String>, file: &VdbFile, grid: &GridRef, reference: &GridReference) {
+    let ambiguity = file.ambiguity(grid).filter(|_| reference.index.is_none());
+    notes.extend(ambiguity.filter(|note| !notes.contains(note)));
 }
 
 fn placed<V: Voxel>(grid: Grid<V>, placement: &DAffine3, place: &Place) -> Result<Grid<V>> {
