@@ -209,14 +209,12 @@ fn a_temperature_that_follows_the_density_is_no_fire() {
 #[test]
 fn grids_that_lie_elsewhere_are_compared_in_the_world() {
     // The temperature has half the voxel size and another origin, but follows the density.
-    let density = scalar("density", |_, y, _| 0.1 + y / 7.0);
+    let profile = |world: f32| 0.1 + (world - 1.75).powi(2) / 3.5;
+    let density = scalar("density", |_, y, _| profile(0.5 * y));
     let mut temperature = GridToWrite::fog("temperature", 0.25, DVec3::splat(-0.5));
     for i in 0..27 {
         let origin = 8 * IVec3::new(i / 9, i / 3 % 3, i % 3);
-        let values = block(|_, y, _| {
-            let world = 0.25 * (y + origin.y as f32) - 0.5;
-            1.0 + 2.0 * world / 3.5
-        });
+        let values = block(|_, y, _| 2.0 * profile(0.25 * (y + origin.y as f32) - 0.5));
         temperature.blocks.push(Block { origin, values, active: None });
     }
     assert_eq!(contents(&[density, temperature]).fire, None);
@@ -401,7 +399,7 @@ fn scenes_find_three_scalars_and_note_namesakes() {
     let notes = scene.warnings.iter().filter(|w| w.contains("2 grids are called \"density\""));
     assert_eq!(notes.count(), 1, "{:?}", scene.warnings);
     let message = load("colour").unwrap_err().to_string();
-    let place = "a.toml:11:21: medium[0].albedo.grid";
+    let place = "a.toml:11:19: medium[0].albedo.grid";
     assert!(message.contains("did you mean \"color\"?") && message.contains(place), "{message}");
 }
 
