@@ -156,6 +156,8 @@ fn flames_come_before_temperatures_and_fuel_last() {
     assert_eq!(glows(&[flames("fuel"), hot()]), kelvin);
     assert_eq!(glows(&[flames("fuel"), empty("flame")]), None, "nothing burns");
     assert_eq!(glows(&[empty("flame"), hot()]), kelvin);
+    let normalised = || scalar("temperature", |x, _, _| x / 7.0);
+    assert_eq!(glows(&[empty("flame"), normalised()]), None, "no flame, so it is but warm");
     let constant = |name: &str| scalar(name, |_, _, _| 0.5);
     assert_eq!(glows(&[constant("flame"), hot()]), kelvin);
     assert_eq!(glows(&[constant("flame")]), None);
