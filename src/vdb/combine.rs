@@ -64,9 +64,9 @@ impl VdbFile {
 /// component's is.
 fn combined(parts: &[Source<f32>; 3]) -> Source<[f32; 3]> {
     let lookups = parts.each_ref().map(Lookup::new);
-    let origins: BTreeSet<[i32; 3]> =
-        parts.iter().flat_map(|part| &part.origins).map(|o| o.to_array()).collect();
-    let origins: Vec<IVec3> = origins.into_iter().map(IVec3::from).collect();
+    let leaf_places: BTreeSet<[i32; 3]> =
+        parts.iter().flat_map(|part| &part.origins).map(IVec3::to_array).collect();
+    let origins: Vec<IVec3> = leaf_places.iter().copied().map(IVec3::from).collect();
     let (mut leaves, mut masks) = (Vec::new(), Vec::new());
     for &origin in &origins {
         let (leaf, mask) = leaf(&lookups, origin);
@@ -77,6 +77,7 @@ fn combined(parts: &[Source<f32>; 3]) -> Source<[f32; 3]> {
         parts.iter().flat_map(|p| &p.tiles).map(|t| (t.log2_size, t.min.to_array())).collect();
     let tiles: Vec<_> = places
         .iter()
+        .filter(|(log2_size, min)| *log2_size > BRICK || !leaf_places.contains(min))
         .map(|&(log2_size, min)| {
             let min = IVec3::from(min);
             let covers = lookups.each_ref().map(|lookup| lookup.cover(min, log2_size));
@@ -265,7 +266,7 @@ mod tests {
                 assert!(near, "{p:?}: {got:?}, {wanted:?}");
             }
         }
-        // All of the large tile, and left of it one block.
+        // All of the large tile, and left of it one block that is a leaf and a tile.
         assert_eq!(vector.active_voxels(), 4096u64.pow(3) + 512);
     }
 }
