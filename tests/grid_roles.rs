@@ -16,7 +16,7 @@ use glam::{DVec3, IVec3};
 /// Voxels of an 8³ block by their place in it.
 fn block(value: impl Fn(f32, f32, f32) -> f32) -> Vec<f32> {
     let at = |i: usize| [i >> 6, i >> 3 & 7, i & 7].map(|c| c as f32);
-    (0..512).map(|i| at(i)).map(|[x, y, z]| value(x, y, z)).collect()
+    (0..512).map(at).map(|[x, y, z]| value(x, y, z)).collect()
 }
 
 /// One block of scalars.
@@ -85,7 +85,7 @@ fn densities_have_any_case_and_suffixes_and_are_never_helpers() {
 #[test]
 fn a_level_set_called_density_is_refused_by_name_and_passed_over_for_fog() {
     let level_set = GridToWrite { class: "level set".into(), ..smoke("density") };
-    let (_folder, file) = written(&[level_set.clone()]);
+    let (_folder, file) = written(std::slice::from_ref(&level_set));
     let message = Contents::of(&file).unwrap_err().to_string();
     assert!(message.contains("is a level set"), "{message}");
     assert_eq!(contents(&[level_set, smoke("soot")]).density.label(), "soot");
