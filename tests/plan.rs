@@ -323,7 +323,7 @@ fn voxels_out_of_sight_are_left_out() {
         Scene::load(&path, &LoadOptions { planning, ..LoadOptions::default() }).unwrap()
     };
     let bytes = |scene: &Scene| {
-        scene.media.iter().flat_map(fogbow::medium::Medium::grid_bytes).sum::<usize>() as f64
+        scene.media.grid_bytes().iter().sum::<usize>() as f64
     };
     let near = CAMERA.replace("fov = 32.0", "fov = 9.0").replace("0.5, 0.0]", "1.5, 0.0]");
     let [planned, all] = [Planning::Needed, Planning::Everything].map(|p| load(&near, 0.0, p));

@@ -21,7 +21,6 @@ use super::render::{self, Args};
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::image::read_layers;
-use crate::medium::Medium;
 use crate::render::Clock;
 use crate::scene::{LoadOptions, Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
@@ -161,7 +160,7 @@ impl<'a> Run<'a> {
         (start, loading): (Duration, Duration),
     ) -> Result<Told> {
         // The frame that is read meanwhile will be about as large as this one.
-        let next: usize = scene.media.iter().flat_map(Medium::grid_bytes).sum();
+        let next: usize = scene.media.grid_bytes().iter().sum();
         let job = Job {
             output,
             hold: &self.args.hold,

@@ -15,7 +15,7 @@ use super::piece::Ramp;
 pub enum Density {
     /// 1 inside the region, 0 outside.
     Homogeneous(Region),
-    /// A voxel grid, trilinear between samples, 0 outside its bounds.
+    /// A voxel grid, trilinear between samples, 0 outside its [`bounds`](Grid::bounds).
     Voxel(Grid<f32>),
 }
 
@@ -36,7 +36,10 @@ impl Density {
     pub fn majorant(&self, p: WorldPoint) -> f64 {
         match self {
             Self::Homogeneous(_) => self.value(p),
-            Self::Voxel(grid) => f64::from(grid.majorant(grid.transform().point_to_local(p))),
+            Self::Voxel(grid) => {
+                let range = grid.range_at(grid.transform().point_to_local(p));
+                range.map_or(0.0, |[_, max]| f64::from(max))
+            }
         }
     }
 
@@ -122,7 +125,7 @@ impl Density {
     pub fn maximum(&self) -> f64 {
         match self {
             Self::Homogeneous(_) => 1.0,
-            Self::Voxel(grid) => f64::from(grid.max_value()),
+            Self::Voxel(grid) => f64::from(grid.max_inside()),
         }
     }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::math::{
-    Index, IndexPoint, Ray, Rgb, Span, Stream, Transform, World, WorldPoint, is_grey, luminance,
+    Index, IndexPoint, Ray, Rgb, Span, Stage, Stream, Transform, World, WorldPoint, is_grey, luminance,
     warp,
 };
 use crate::shape::Region;
@@ -16,6 +16,12 @@ use super::{Density, Medium};
 
 /// Most voxels that may glow: their table takes 20 bytes each.
 const MOST_VOXELS: u64 = 1 << 28;
+
+/// Radiance that counts as none beside that of the hottest voxel.
+const FAINT: f64 = 1e-9;
+
+/// Places by which the power of a region is estimated.
+const PROBES: u32 = 4096;
 
 /// Places of the two-point Gauss-Legendre rule on [0, 1].
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
@@ -101,9 +107,25 @@ impl Medium {
         let grid = match (&self.emission, &self.density) {
             (None, _) | (Some(Emission::Density(_)), Density::Homogeneous(_)) => return 0,
             (Some(Emission::Grid { grid, .. }), _) | (Some(_), Density::Voxel(grid)) => grid,
+            (Some(Emission::Blackbody { .. }), _) if self.glows_beyond() => return 0,
             (Some(Emission::Blackbody { grid, .. }), Density::Homogeneous(_)) => grid,
         };
-        grid.active_voxels() * (size_of::<IVec3>() + size_of::<f64>()) as u64
+        let cells = if grid.is_cut() { grid.occupied_volume() as u64 } else { 0 };
+        let places = grid.active_voxels().max(cells).min(MOST_VOXELS);
+        places * (size_of::<IVec3>() + size_of::<f64>()) as u64
+    }
+
+    /// Whether a blackbody glows where its temperature grid ends, as that has its background as the
+    /// value outside.
+    fn glows_beyond(&self) -> bool {
+        let Some(Emission::Blackbody { grid, kelvin_scale, kelvin_offset, table, .. }) =
+            &self.emission
+        else {
+            return false;
+        };
+        let radiance =
+            |value: f32| luminance(table.radiance(kelvin_scale * f64::from(value) + kelvin_offset));
+        grid.is_cut() || radiance(grid.background()) > FAINT * radiance(grid.max_value())
     }
 
     /// Emission coefficient at `p`, W/(m³ sr).
@@ -155,18 +177,15 @@ impl EmissionSampler {
         let grid = match (&medium.emission, &medium.density) {
             (None, _) => return Ok(None),
             (Some(Emission::Grid { grid, .. }), _) | (Some(_), Density::Voxel(grid)) => grid,
-            (Some(Emission::Density(color)), Density::Homogeneous(region)) => {
-                let Some(volume) = region.volume() else {
-                    return Err(Error::Usage(
-                        "an emissive medium without end has infinite power; give it a region"
-                            .into(),
-                    ));
-                };
-                let power = 4.0 * std::f64::consts::PI * luminance(*color) * volume;
-                let places = Places::Region { region: region.clone(), volume };
-                return Ok((power > 0.0).then_some(Self { places, power }));
+            (Some(Emission::Density(_)), Density::Homogeneous(region)) => {
+                return everywhere(medium, region);
             }
-            (Some(Emission::Blackbody { grid, .. }), Density::Homogeneous(_)) => grid,
+            (Some(Emission::Blackbody { grid, .. }), Density::Homogeneous(region)) => {
+                if medium.glows_beyond() {
+                    return everywhere(medium, region);
+                }
+                grid
+            }
         };
         let blackbody = matches!(medium.emission, Some(Emission::Blackbody { .. }));
         let places = if blackbody { cells(medium, grid) } else { voxels(medium, grid) };
@@ -209,7 +228,8 @@ impl EmissionSampler {
                 let index = choose(cdf, rng.uniform());
                 let hat = DVec3::from(std::array::from_fn(|_| rng.uniform() + rng.uniform() - 1.0));
                 let p = IndexPoint::from_xyz(voxels[index].as_dvec3() + hat);
-                let weight = trilinear(p, |ijk| glow(medium, transform, ijk.as_dvec3()));
+                let grid = proportional(medium)?;
+                let weight = trilinear(p, |voxel| voxel_glow(medium, grid, voxel));
                 let total = self.places.sum() * transform.volume_scale();
                 (transform.point_to_world(p), weight / total)
             }
@@ -229,6 +249,29 @@ impl Places {
     }
 }
 
+/// Places spread evenly over `region`, of which any may glow; nothing where none seems to.
+///
+/// # Errors
+/// Where the region is endless.
+fn everywhere(medium: &Medium, region: &Region) -> Result<Option<EmissionSampler>> {
+    let Some(volume) = region.volume() else {
+        return Err(Error::Usage(
+            "an emissive medium without end has infinite power; give it a region".into(),
+        ));
+    };
+    let mean = match &medium.emission {
+        Some(Emission::Density(color)) => luminance(*color),
+        _ => {
+            let mut rng = Stream::new(0, Stage::Content, 0, 0);
+            let probe = |_| region.sample(&mut rng).map_or(0.0, |p| luminance(medium.emission_at(p)));
+            (0..PROBES).map(probe).sum::<f64>() / f64::from(PROBES)
+        }
+    };
+    let power = 4.0 * std::f64::consts::PI * mean * volume;
+    let places = Places::Region { region: region.clone(), volume };
+    Ok((power > 0.0).then_some(EmissionSampler { places, power }))
+}
+
 /// The voxels of `grid` that glow; nothing where there are too many.
 fn voxels(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
     let transform = *grid.transform();
@@ -241,7 +284,7 @@ fn voxels(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
             return;
         }
         for ijk in within(block.min, block.max) {
-            let emission = glow(medium, &transform, ijk.as_dvec3());
+            let emission = voxel_glow(medium, grid, ijk);
             if emission > 0.0 {
                 sum += emission;
                 voxels.push(ijk);
@@ -301,6 +344,28 @@ fn within(min: IVec3, max: IVec3) -> impl Iterator<Item = IVec3> {
 /// Luminance of the emission coefficient at `p` of the grid's index space.
 fn glow(medium: &Medium, transform: &Transform<Index>, p: DVec3) -> f64 {
     luminance(medium.emission_at(transform.point_to_world(IndexPoint::from_xyz(p))))
+}
+
+/// The grid of which the emission is a multiple, where there is one.
+const fn proportional(medium: &Medium) -> Option<&Grid<f32>> {
+    match (&medium.emission, &medium.density) {
+        (Some(Emission::Grid { grid, .. }), _)
+        | (Some(Emission::Density(_)), Density::Voxel(grid)) => Some(grid),
+        _ => None,
+    }
+}
+
+/// Luminance of the emission coefficient at a voxel of `grid`, of which it is a multiple; 0 outside
+/// its bounds, whose faces belong to them however places on them are rounded.
+fn voxel_glow(medium: &Medium, grid: &Grid<f32>, voxel: IVec3) -> f64 {
+    let (Some(Emission::Density(color) | Emission::Grid { color, .. }), true) =
+        (&medium.emission, grid.has_voxel(voxel))
+    else {
+        return 0.0;
+    };
+    let transform = grid.transform();
+    let p = transform.point_to_world(IndexPoint::from_xyz(voxel.as_dvec3()));
+    luminance(*color * grid.value(transform.point_to_local(p)))
 }
 
 /// Trilinear interpolation at `p` of a value given at integer places.

@@ -6,7 +6,7 @@ use crate::math::{Aabb, Ray, Rgb, Span, Spectrum, Stream, World, WorldPoint};
 
 use crate::work::Work;
 
-use super::{Collision, Flights, Medium};
+use super::{Collision, Flights, Medium, SharedVoxels};
 
 /// All media of a scene; where they overlap their coefficients add.
 #[derive(Debug, Default)]
@@ -41,6 +41,18 @@ impl Media {
     /// Whether there are none.
     pub const fn is_empty(&self) -> bool {
         self.media.is_empty()
+    }
+
+    /// Bytes of each of the grids in memory, in the order in which media first name them: voxels
+    /// that media share count once.
+    pub fn grid_bytes(&self) -> Vec<usize> {
+        let mut counted: Vec<SharedVoxels> = Vec::new();
+        for voxels in self.media.iter().flat_map(Medium::grids) {
+            if !counted.contains(&voxels) {
+                counted.push(voxels);
+            }
+        }
+        counted.into_iter().map(|voxels| voxels.bytes).collect()
     }
 
     /// The optical thickness of `span` of `ray` (unit direction) per channel, exact.

@@ -27,6 +27,23 @@ pub use profile::{Place, Profile};
 use glam::BVec3;
 
 use crate::math::{Rgb, WorldPoint, is_grey};
+use crate::vdb::{Grid, Voxel};
+
+/// Voxels in memory, which several grids may share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SharedVoxels {
+    /// The same for grids that share them.
+    pub identity: usize,
+    /// Bytes they take.
+    pub bytes: usize,
+}
+
+impl SharedVoxels {
+    /// Those of `grid`.
+    fn of<V: Voxel>(grid: &Grid<V>) -> Self {
+        Self { identity: grid.identity(), bytes: grid.memory_bytes() }
+    }
+}
 
 /// One participating medium.
 #[derive(Debug)]
@@ -56,21 +73,21 @@ impl Medium {
             && self.emission.as_ref().is_none_or(Emission::is_grey)
     }
 
-    /// Bytes in memory of each grid: density, albedo and emission.
-    pub fn grid_bytes(&self) -> impl Iterator<Item = usize> {
+    /// The voxels of each of its grids: density, albedo and emission. Media may share them.
+    pub fn grids(&self) -> impl Iterator<Item = SharedVoxels> {
         let density = match &self.density {
             Density::Homogeneous(_) => None,
-            Density::Voxel(grid) => Some(grid.memory_bytes()),
+            Density::Voxel(grid) => Some(SharedVoxels::of(grid)),
         };
         let albedo = match &self.albedo {
             Albedo::Constant(_) => None,
-            Albedo::Color { grid, .. } => Some(grid.memory_bytes()),
-            Albedo::Scalar { grid, .. } => Some(grid.memory_bytes()),
+            Albedo::Color { grid, .. } => Some(SharedVoxels::of(grid)),
+            Albedo::Scalar { grid, .. } => Some(SharedVoxels::of(grid)),
         };
         let emission = match &self.emission {
             None | Some(Emission::Density(_)) => None,
             Some(Emission::Grid { grid, .. } | Emission::Blackbody { grid, .. }) => {
-                Some(grid.memory_bytes())
+                Some(SharedVoxels::of(grid))
             }
         };
         [density, albedo, emission].into_iter().flatten()

@@ -165,8 +165,8 @@ fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, progr
     let all = Window::whole(scene.film.size);
     let pixels = settings.crop.unwrap_or(all).pixels();
     let media = &scene.media;
-    let sizes = || media.iter().flat_map(Medium::grid_bytes);
-    let grids = sizes().map(|bytes| bytes as u64).sum::<u64>();
+    let sizes = media.grid_bytes();
+    let grids = sizes.iter().map(|bytes| *bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
     let film = pixels * FILM;
     let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
@@ -175,7 +175,7 @@ fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, progr
     let scene = program + grids + surfaces;
     // Grids are read one after another, the last beside the others; its source and OpenVDB's own
     // copy come and go. So do the lists that a mesh is read into.
-    let reading = sizes().last().map_or(0, |bytes| 2 * bytes as u64) + surfaces;
+    let reading = sizes.last().map_or(0, |bytes| 2 * *bytes as u64) + surfaces;
     let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
     let building = photons.building + tables;
     let left = |freed: u64| freed.min(RETAINED);

@@ -9,11 +9,13 @@ mod build;
 mod cells;
 mod check;
 mod combine;
+mod domain;
 #[allow(unreachable_pub)] // what cxx generates
 mod ffi;
 mod file;
 mod grid;
 mod info;
+mod regions;
 pub mod roles;
 mod sample;
 mod source;

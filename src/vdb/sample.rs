@@ -98,13 +98,14 @@ impl<'a> Batch<'a> {
 }
 
 impl<V: Voxel> Grid<V> {
-    /// The trilinear value at `p`: what OpenVDB's `BoxSampler` gives there.
+    /// The trilinear value at `p`, inside the medium's bounds or not: what OpenVDB's `BoxSampler`
+    /// gives there.
     pub fn value(&self, p: IndexPoint) -> V::Sample {
-        if !self.bounds().contains(p) {
+        if !self.stored().contains(p) {
             return self.background().sample(); // and where p is not a number
         }
-        let (min, end) = self.extent();
-        let cell = p.xyz.floor().as_ivec3().clamp(min, end - 1);
+        let cells = self.extent();
+        let cell = p.xyz.floor().as_ivec3().clamp(cells.min, cells.end - 1);
         let region = Cursor::new(self.tree()).region(cell);
         match region.content {
             Child::Constant(v) => v.sample(),
@@ -116,10 +117,9 @@ impl<V: Voxel> Grid<V> {
 }
 
 impl Grid<f32> {
-    /// Trilinear values at t = `first` + k `dt`, k = 0, 1, ..., as far as they lie in `span` and are
-    /// not in an empty region: `f` gets t and the value. Regions of zeros are passed in one step.
-    /// Outside the grid's bounds a background other than 0 is handed out too, but only where `span`
-    /// is finite there. Nothing happens unless `dt` is positive.
+    /// Trilinear values at t = `first` + k `dt`, k = 0, 1, ..., as far as they lie in `span`, inside
+    /// the [`bounds`](Self::bounds) and not in an empty region: `f` gets t and the value. Regions of
+    /// zeros are passed in one step. Nothing happens unless `dt` is positive.
     #[inline]
     pub fn samples(
         &self,
@@ -137,7 +137,7 @@ impl Grid<f32> {
         let first = first - walk.t0;
         let mut k = 0.0;
         while let Some(piece) = walk.next_piece() {
-            if piece.region.content.is(0.0) || !(piece.end - piece.start).is_finite() {
+            if piece.region.content.is(0.0) {
                 continue;
             }
             if first + k * dt < piece.start {

@@ -256,39 +256,6 @@ impl<V: Voxel> Tree<V> {
             + self.lower.len() * 4096 * (child + 1)
             + self.upper.len() * 32768 * (child + 1)
     }
-
-    /// Calls `f` for every region that is not the background, in a fixed order.
-    pub(super) fn for_each_region(&self, f: &mut impl FnMut(Region<V>)) {
-        for &(key, root) in &self.roots {
-            let min = IVec3::from(key) << UPPER;
-            self.visit_children(min, UPPER, root, f);
-        }
-    }
-
-    fn visit_children(
-        &self,
-        min: IVec3,
-        log2_size: u32,
-        content: Child<V>,
-        f: &mut impl FnMut(Region<V>),
-    ) {
-        let (children, side) = match content {
-            Child::Node(i) if log2_size == UPPER => (&self.upper[i as usize][..], UPPER - LOWER),
-            Child::Node(i) if log2_size == LOWER => (&self.lower[i as usize][..], LOWER - BRICK),
-            _ => {
-                if !content.is(self.background) {
-                    f(Region { min, log2_size, content });
-                }
-                return;
-            }
-        };
-        for (slot, &child) in children.iter().enumerate() {
-            if !child.is(self.background) {
-                let below = log2_size - side;
-                self.visit_children(min + (place(slot, side) << below), below, child, f);
-            }
-        }
-    }
 }
 
 fn range<V: Voxel>(brick: &Brick<V>) -> [f32; 2] {

@@ -90,72 +90,46 @@ pub(super) struct Piece<V> {
     pub(super) end: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Stage {
-    Before,
-    Inside,
-    After,
-    Done,
-}
-
-/// The regions a ray crosses, front to back and without gaps. Outside the grid's bounds, regions
-/// are handed out only where the background is not 0.
+/// The regions a ray crosses inside the grid's bounds, front to back and without gaps.
 #[derive(Debug, Clone)]
 pub(super) struct Walk<'a, V> {
     pub(super) ray: LocalRay,
     /// t of s = 0.
     pub(super) t0: f64,
-    background: Option<V>,
-    /// Where it begins, s <= 0.
-    first: f64,
     /// Where the bounds are left.
     end: f64,
-    /// Where it ends.
-    last: f64,
     s: f64,
     cell: IVec3,
-    stage: Stage,
+    /// Whether regions are ahead.
+    goes_on: bool,
     cursor: Cursor<'a, V>,
 }
 
 impl<'a, V: Voxel> Walk<'a, V> {
     pub(super) fn new(grid: &'a Grid<V>, ray: &Ray<Index>, span: Span) -> Self {
-        let tree: &'a Tree<V> = grid.tree();
-        let background = (tree.background.bits() != V::default().bits()).then_some(tree.background);
         let finite = ray.origin.xyz.is_finite() && ray.direction.is_finite();
-        let span = if finite { span } else { Span::new(0.0, 0.0) };
-        let inside = if grid.bounds().is_empty() {
-            Span::new(0.0, 0.0)
-        } else {
+        let inside = if finite && !grid.bounds().is_empty() {
             grid.bounds().clip(ray).intersect(span)
+        } else {
+            Span::new(0.0, 0.0)
         };
         let hits = !inside.is_empty() && inside.start.is_finite() && inside.end.is_finite();
         let t0 = if hits { inside.start } else { 0.0 };
         let local = LocalRay::new(ray.at(t0).xyz, ray.direction);
-        let (first, last) = (span.start - t0, span.end - t0);
-        let mut walk = Self {
+        let cells = grid.medium_cells();
+        Self {
             ray: local,
             t0,
-            background,
-            first,
-            end: if hits { inside.end - t0 } else { last },
-            last,
-            s: if hits { 0.0 } else { first },
-            cell: IVec3::ZERO,
-            stage: Stage::Done,
-            cursor: Cursor::new(tree),
-        };
-        if hits {
-            let (min, max) = grid.extent();
-            walk.cell = cell_of(local.entry).clamp(min, max - 1);
-            walk.stage = Stage::Inside;
-            if background.is_some() && first < 0.0 {
-                walk.stage = Stage::Before;
-            }
-        } else if background.is_some() && !span.is_empty() {
-            walk.stage = Stage::After;
+            end: inside.end - t0,
+            s: 0.0,
+            cell: if hits {
+                cell_of(local.entry).clamp(cells.min, cells.end - 1)
+            } else {
+                IVec3::ZERO
+            },
+            goes_on: hits,
+            cursor: Cursor::new(grid.tree()),
         }
-        walk
     }
 
     /// A ray parameter from an s.
@@ -163,35 +137,17 @@ impl<'a, V: Voxel> Walk<'a, V> {
         self.t0 + s
     }
 
-    fn outside(&self, start: f64, end: f64) -> Option<Piece<V>> {
-        let content = Child::Constant(self.background?);
-        let region = Region { min: self.cell, log2_size: 0, content };
-        (end > start).then_some(Piece { region, cell: self.cell, start, end })
-    }
-
     /// The next piece; pieces of no length are left out. Always inlined: the walk then stays in
     /// registers.
     #[inline(always)]
     pub(super) fn next_piece(&mut self) -> Option<Piece<V>> {
-        loop {
-            match self.stage {
-                Stage::Inside => {
-                    let piece = self.step();
-                    if piece.end > piece.start {
-                        return Some(piece);
-                    }
-                }
-                Stage::Before => {
-                    self.stage = Stage::Inside;
-                    return self.outside(self.first, 0.0);
-                }
-                Stage::After => {
-                    self.stage = Stage::Done;
-                    return self.outside(self.s, self.last);
-                }
-                Stage::Done => return None,
+        while self.goes_on {
+            let piece = self.step();
+            if piece.end > piece.start {
+                return Some(piece);
             }
         }
+        None
     }
 
     /// Crosses the region of the current cell.
@@ -211,8 +167,7 @@ impl<'a, V: Voxel> Walk<'a, V> {
             self.cell = IVec3::select(axis, beyond, onward);
         } else {
             self.s = self.end;
-            let more = self.background.is_some() && self.last > self.end;
-            self.stage = if more { Stage::After } else { Stage::Done };
+            self.goes_on = false;
         }
         Piece { region, cell, start, end: self.s }
     }
@@ -266,7 +221,7 @@ impl Iterator for BrickWalk<'_> {
 impl Grid<f32> {
     /// The regions that `ray` crosses within `span`: bricks of 8³ cells and constant blocks of any
     /// size, each with the bounds of its values. They follow one another without gaps through the
-    /// grid's [`bounds`](Self::bounds), and beyond where the background is not 0.
+    /// grid's [`bounds`](Self::bounds).
     pub fn bricks(&self, ray: &Ray<Index>, span: Span) -> BrickWalk<'_> {
         BrickWalk { tree: self.tree(), walk: Walk::new(self, ray, span) }
     }

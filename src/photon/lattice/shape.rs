@@ -66,7 +66,6 @@ impl Cells {
         let mut cells = Self::empty(bounds.min, edge, extent.as_ivec3());
         match density {
             Density::Homogeneous(_) => cells.mark(&bounds),
-            Density::Voxel(grid) if grid.background() != 0.0 => cells.mark(&bounds),
             Density::Voxel(grid) => grid.for_each_occupied(|region| {
                 cells.mark(&grid.transform().box_to_world(&region).grown(MARGIN * edge));
             }),

@@ -9,22 +9,62 @@ use super::{Context, at};
 use crate::error::Result;
 use crate::math::{Rgb, WorldPoint};
 use crate::medium::Albedo;
-use crate::scene::file::GridReference;
+use crate::scene::file::{DensitySection, EmissionSection, GridReference, MediumSection};
 use crate::scene::reader::Place;
 use crate::vdb::roles::GridRef;
 use crate::vdb::{Grid, ReadAs, VdbFile, Voxel, Wanted};
 
-/// VDB files, each opened once.
+/// VDB files, each opened once, and their grids, each read once.
 #[derive(Debug, Default)]
 pub(in crate::scene) struct Grids {
     files: BTreeMap<PathBuf, VdbFile>,
     memory: Option<u64>,
+    scalars: Vec<(Reading, Grid<f32>)>,
+    vectors: Vec<ReadColors>,
+    /// Scalar grids that are named more than once.
+    shared: Vec<GridName>,
+}
+
+/// A grid of colours that was read.
+#[derive(Debug)]
+struct ReadColors {
+    path: PathBuf,
+    grid: GridRef,
+    colors: Grid<[f32; 3]>,
+}
+
+/// A grid as a scene names it: file, name and number among those of that name.
+type GridName = (PathBuf, Option<String>, Option<usize>);
+
+/// What was read: media for which it is the same share the voxels.
+#[derive(Debug, PartialEq)]
+struct Reading {
+    path: PathBuf,
+    index: usize,
+    read_as: ReadAs,
+    /// Where the grid was placed, if voxels out of sight there were left out or counted.
+    seen_at: Option<DAffine3>,
 }
 
 impl Grids {
     /// None yet, of which each may take `memory` bytes while it is read.
     pub(super) fn within(memory: Option<u64>) -> Self {
         Self { memory, ..Self::default() }
+    }
+
+    /// The same for a scene of these media.
+    pub(super) fn for_media(self, media: &[MediumSection]) -> Self {
+        let mut names: Vec<_> = media.iter().flat_map(scalar_grids).map(name_of).collect();
+        names.sort_unstable();
+        let twice = names.windows(2).filter(|pair| pair[0] == pair[1]);
+        let shared = twice.map(|pair| pair[0].clone()).collect();
+        Self { shared, ..self }
+    }
+
+    /// Whether several media name the grid, or one twice: it is then read whole, to be shared
+    /// wherever they are placed.
+    fn is_shared(&self, reference: &GridReference) -> bool {
+        self.shared.contains(&name_of(reference))
     }
 
     /// The open file of `path`.
@@ -35,6 +75,25 @@ impl Grids {
         }
         Ok(&self.files[path])
     }
+}
+
+/// The scalar grids that `section` names.
+fn scalar_grids(section: &MediumSection) -> impl Iterator<Item = &GridReference> {
+    let density = match &section.density {
+        DensitySection::Grid { grid, .. } => Some(grid),
+        DensitySection::Region(_) => None,
+    };
+    let emission = match &section.emission {
+        Some(EmissionSection::Grid { grid, .. } | EmissionSection::Temperature { grid, .. }) => {
+            Some(grid)
+        }
+        Some(EmissionSection::Density { .. }) | None => None,
+    };
+    [density, emission].into_iter().flatten()
+}
+
+fn name_of(reference: &GridReference) -> GridName {
+    (reference.file.path.clone(), reference.name.clone(), reference.index)
 }
 
 /// The density that `reference` names; bad values are taken as 0 and warned of.
@@ -71,9 +130,17 @@ pub(super) fn albedo(
         let grid = scalar(reference, ReadAs::Density, placement, context)?;
         return Ok(Albedo::Scalar { grid, scale });
     }
-    let label = grid.label().to_owned();
-    let grid = at(&reference.at, file.read_color(&grid))?;
-    context.warnings.extend(bad_values(&reference.file.path, &label, &grid, "clamped to [0, 1]"));
+    let path = &reference.file.path;
+    let known = context.grids.vectors.iter().find(|read| read.path == *path && read.grid == grid);
+    let grid = if let Some(known) = known {
+        known.colors.clone()
+    } else {
+        let file = at(&reference.file.at, context.grids.open(&reference.file.path))?;
+        let read = at(&reference.at, file.read_color(&grid))?;
+        context.warnings.extend(bad_values(path, grid.label(), &read, "clamped to [0, 1]"));
+        context.grids.vectors.push(ReadColors { path: path.clone(), grid, colors: read.clone() });
+        read
+    };
     Ok(Albedo::Color { grid: placed(grid, placement, &reference.at)?, scale })
 }
 
@@ -83,17 +150,25 @@ fn scalar(
     placement: &DAffine3,
     context: &mut Context,
 ) -> Result<Grid<f32>> {
-    let sight = context.sight;
-    let (file, index) = find(reference, context)?;
+    let sight = context.sight.filter(|_| !context.grids.is_shared(reference));
+    let index = find(reference, context)?.1;
+    let path = reference.file.path.clone();
+    let reading = Reading { path, index, read_as, seen_at: sight.map(|_| *placement) };
+    let known = context.grids.scalars.iter().find(|(known, _)| *known == reading);
+    if let Some((_, grid)) = known {
+        return placed(grid.clone(), placement, &reference.at);
+    }
     let place = |p: WorldPoint| WorldPoint::from_xyz(placement.transform_point3(p.xyz));
     let is_wanted = |corners: &[WorldPoint; 8]| {
         sight.is_none_or(|sight| !sight.frustum.misses(&corners.map(place)))
     };
     let wanted = sight.map(|sight| Wanted { is_wanted: &is_wanted, leaves_out: sight.leaves_out });
+    let file = at(&reference.file.at, context.grids.open(&reading.path))?;
     let grid = at(&reference.at, file.read_scalar_where(index, read_as, wanted))?;
     let label = file.grids()[index].label();
-    context.warnings.extend(bad_values(&reference.file.path, &label, &grid, "taken as 0"));
+    context.warnings.extend(bad_values(&reading.path, &label, &grid, "taken as 0"));
     context.unseen += grid.unwanted();
+    context.grids.scalars.push((reading, grid.clone()));
     placed(grid, placement, &reference.at)
 }
 

@@ -143,7 +143,7 @@ pub(super) fn build(
     options: &LoadOptions,
 ) -> Result<Scene> {
     let Stills { camera, surfaces, lights, sources, warnings, notes, hash: still } = stills;
-    let grids = Grids::within(options.memory);
+    let grids = Grids::within(options.memory).for_media(&file.media);
     let film = file.film.overridden(&options.overrides);
     let leaves_out = options.planning == Planning::Needed;
     let frustum = camera.frustum(film.size).filter(|_| is_only_seen(file, &surfaces));

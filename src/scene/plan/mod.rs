@@ -256,9 +256,9 @@ fn items(scene: &Scene, settings: &RenderSettings, needs: &Needs) -> Vec<Item> {
     ]
 }
 
-/// How many voxel grids media use: densities, albedos and emissions.
+/// How many voxel grids media use: densities, albedos and emissions, each once.
 fn grid_count(scene: &Scene) -> usize {
-    scene.media.iter().map(|m| m.grid_bytes().count()).sum()
+    scene.media.grid_bytes().len()
 }
 
 fn count(number: usize, what: &str) -> String {
