@@ -367,6 +367,7 @@ fn coarse_steps_converge_and_their_jitter_has_no_bias() {
 fn blackbody(grid: Grid<f32>) -> Emission {
     Emission::Blackbody {
         grid,
+        ramp: None,
         kelvin_scale: 1500.0,
         kelvin_offset: 300.0,
         scale: 1e-3,

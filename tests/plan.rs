@@ -322,9 +322,7 @@ fn voxels_out_of_sight_are_left_out() {
         std::fs::write(&path, camera.to_owned() + SKY + &medium).unwrap();
         Scene::load(&path, &LoadOptions { planning, ..LoadOptions::default() }).unwrap()
     };
-    let bytes = |scene: &Scene| {
-        scene.media.grid_bytes().iter().sum::<usize>() as f64
-    };
+    let bytes = |scene: &Scene| scene.media.grid_bytes().iter().sum::<usize>() as f64;
     let near = CAMERA.replace("fov = 32.0", "fov = 9.0").replace("0.5, 0.0]", "1.5, 0.0]");
     let [planned, all] = [Planning::Needed, Planning::Everything].map(|p| load(&near, 0.0, p));
     let pictures = [&planned, &all].map(|scene| render(scene, &scene.render, &Silent).unwrap());

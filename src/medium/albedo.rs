@@ -3,6 +3,8 @@
 use crate::math::{Rgb, WorldPoint, is_grey};
 use crate::vdb::Grid;
 
+use super::ramped::Ramped;
+
 /// Share of the extinction that scatters, per channel, in [0, 1].
 #[derive(Debug)]
 pub enum Albedo {
@@ -22,6 +24,8 @@ pub enum Albedo {
         /// Factor per channel.
         scale: Rgb,
     },
+    /// The colours that a scalar grid's values stand for; clamped to [0, 1].
+    Ramped(Ramped<Rgb>),
 }
 
 impl Albedo {
@@ -36,6 +40,7 @@ impl Albedo {
             Self::Constant(albedo) => is_grey(*albedo),
             Self::Scalar { scale, .. } => is_grey(*scale),
             Self::Color { .. } => false,
+            Self::Ramped(ramped) => ramped.is_grey(),
         }
     }
 
@@ -47,6 +52,7 @@ impl Albedo {
                 Rgb::from(grid.value(grid.transform().point_to_local(p))) * *scale
             }
             Self::Scalar { grid, scale } => grid.value(grid.transform().point_to_local(p)) * *scale,
+            Self::Ramped(ramped) => ramped.at(p),
         };
         value.clamp(Rgb::ZERO, Rgb::ONE)
     }

@@ -2,12 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use crate::math::{Aabb, Ray, Span, World, WorldPoint};
+use crate::math::{Aabb, Index, Ray, Span, World, WorldPoint};
 use crate::shape::Region;
 use crate::vdb::Grid;
 use crate::work::Work;
 
 use super::piece::Ramp;
+use super::ramped::Ramped;
 
 /// The density field of a medium, without unit.
 #[derive(Debug)]
@@ -17,6 +18,8 @@ pub enum Density {
     Homogeneous(Region),
     /// A voxel grid, trilinear between samples, 0 outside its [`bounds`](Grid::bounds).
     Voxel(Grid<f32>),
+    /// What the values of a voxel grid stand for, 0 outside its bounds.
+    Ramped(Ramped<f64>),
 }
 
 impl Density {
@@ -28,6 +31,16 @@ impl Density {
                 let p = grid.transform().point_to_local(p);
                 if grid.bounds().contains(p) { grid.value(p) } else { 0.0 }
             }
+            Self::Ramped(ramped) => ramped.inside(p),
+        }
+    }
+
+    /// The grid, where there is one.
+    pub const fn grid(&self) -> Option<&Grid<f32>> {
+        match self {
+            Self::Homogeneous(_) => None,
+            Self::Voxel(grid) => Some(grid),
+            Self::Ramped(ramped) => Some(ramped.grid()),
         }
     }
 
@@ -40,6 +53,7 @@ impl Density {
                 let range = grid.range_at(grid.transform().point_to_local(p));
                 range.map_or(0.0, |[_, max]| f64::from(max))
             }
+            Self::Ramped(ramped) => ramped.peak_at(ramped.grid().transform().point_to_local(p)),
         }
     }
 
@@ -60,6 +74,15 @@ impl Density {
                 });
                 work.grid_lookups += steps;
             }
+            Self::Ramped(ramped) => {
+                let ray = ramped.grid().transform().ray_to_local(ray);
+                let _ = ramped.cells(&ray, span, |_, integral, _| {
+                    sum += integral;
+                    steps += 1;
+                    ControlFlow::Continue(())
+                });
+                work.grid_lookups += steps;
+            }
         }
         work.march_steps += steps;
         sum
@@ -67,7 +90,7 @@ impl Density {
 
     /// Whether it is a voxel grid.
     pub const fn is_voxel(&self) -> bool {
-        matches!(self, Self::Voxel(_))
+        matches!(self, Self::Voxel(_) | Self::Ramped(_))
     }
 
     /// Hands out consecutive pieces of `ray` (unit direction) front to back, each with its density.
@@ -96,15 +119,27 @@ impl Density {
                         f(piece, Ramp::new(integral / piece.length(), rise));
                         ControlFlow::Continue(())
                     });
-                } else {
-                    // Of what holds anything, so that no step is wider than that.
-                    let span = grid.bounds().clip(&local).intersect(span);
-                    if span.is_empty() {
-                        return;
-                    }
-                    let step = span.length() / (span.length() / step).ceil().max(1.0);
+                } else if let Some((span, step)) = even_steps(grid, &local, span, step) {
                     let lead = jitter * step;
                     grid.samples(&local, span, span.start + lead, step, |t, value| {
+                        let piece = Span::new(t - lead, t - lead + step).intersect(span);
+                        f(piece, Ramp::flat(value));
+                    });
+                }
+            }
+            Self::Ramped(ramped) => {
+                let grid = ramped.grid();
+                let local = grid.transform().ray_to_local(ray);
+                if step <= grid.transform().unit_lengths().max_element() {
+                    let _ = ramped.cells(&local, span, |piece, integral, rise| {
+                        if integral > 0.0 {
+                            f(piece, Ramp::new(integral / piece.length(), rise));
+                        }
+                        ControlFlow::Continue(())
+                    });
+                } else if let Some((span, step)) = even_steps(grid, &local, span, step) {
+                    let lead = jitter * step;
+                    ramped.samples(&local, span, span.start + lead, step, |t, value| {
                         let piece = Span::new(t - lead, t - lead + step).intersect(span);
                         f(piece, Ramp::flat(value));
                     });
@@ -118,6 +153,10 @@ impl Density {
         match self {
             Self::Homogeneous(region) => region.bounds(),
             Self::Voxel(grid) => Some(grid.transform().box_to_world(grid.bounds())),
+            Self::Ramped(ramped) => {
+                let grid = ramped.grid();
+                Some(grid.transform().box_to_world(grid.bounds()))
+            }
         }
     }
 
@@ -126,6 +165,7 @@ impl Density {
         match self {
             Self::Homogeneous(_) => 1.0,
             Self::Voxel(grid) => f64::from(grid.max_inside()),
+            Self::Ramped(ramped) => ramped.peak(),
         }
     }
 
@@ -134,14 +174,22 @@ impl Density {
         match self {
             Self::Homogeneous(region) => region.volume(),
             Self::Voxel(grid) => Some(grid.occupied_volume() * grid.transform().volume_scale()),
+            Self::Ramped(ramped) => {
+                Some(ramped.occupied_volume() * ramped.grid().transform().volume_scale())
+            }
         }
     }
 
     /// The finest detail, in metres: the shortest voxel edge, or nothing where there is no grid.
     pub fn detail(&self) -> Option<f64> {
-        match self {
-            Self::Homogeneous(_) => None,
-            Self::Voxel(grid) => Some(grid.transform().unit_lengths().min_element()),
-        }
+        self.grid().map(|grid| grid.transform().unit_lengths().min_element())
     }
+}
+
+/// The part of `span` inside the grid, so that no step is wider than what holds anything, and a step
+/// of at most `step` that divides it evenly; nothing where the ray misses it.
+fn even_steps(grid: &Grid<f32>, ray: &Ray<Index>, span: Span, step: f64) -> Option<(Span, f64)> {
+    let span = grid.bounds().clip(ray).intersect(span);
+    let steps = (span.length() / step).ceil().max(1.0);
+    (!span.is_empty()).then(|| (span, span.length() / steps))
 }

@@ -11,7 +11,9 @@ use smallvec::SmallVec;
 use crate::math::{Index, Ray, Span, Spectrum, Stream, World};
 use crate::vdb::{BrickSegment, BrickWalk, Grid};
 
+use super::mapping::{AsItIs, Mapping};
 use super::refine::{PATIENCE, Refined};
+use super::transfer::Transfer;
 use super::{Density, Medium};
 
 /// A tentative collision.
@@ -113,16 +115,20 @@ struct Flight<'a> {
 #[allow(clippy::large_enum_variant, reason = "it lives on the stack, one a medium")]
 enum Path<'a> {
     Homogeneous { ahead: SmallVec<[Span; 1]>, at: usize },
-    Voxel(Bricks<'a>),
+    Voxel(Bricks<'a, AsItIs>),
+    Ramped(Bricks<'a, &'a Transfer<f64>>),
 }
 
 /// The bricks ahead along a ray.
 #[derive(Debug)]
-struct Bricks<'a> {
+struct Bricks<'a, M> {
     grid: &'a Grid<f32>,
+    mapping: M,
     ray: Ray<Index>,
     walk: BrickWalk<'a>,
     brick: Option<BrickSegment>,
+    /// Densities of the brick.
+    range: [f64; 2],
     refined: Refined,
     /// What is left of the piece the flight is in, and its majorant as a density.
     piece: Option<(Span, f64)>,
@@ -141,21 +147,9 @@ impl<'a> Flight<'a> {
                 region.spans(ray, span, |piece| ahead.push(piece));
                 Path::Homogeneous { ahead, at: 0 }
             }
-            Density::Voxel(grid) => {
-                let ray = grid.transform().ray_to_local(ray);
-                let walk = grid.bricks(&ray, span);
-                let refined = Refined::default();
-                let (brick, piece) = (None, None);
-                Path::Voxel(Bricks {
-                    grid,
-                    ray,
-                    walk,
-                    brick,
-                    refined,
-                    piece,
-                    collisions: 0,
-                    lookups: 0,
-                })
+            Density::Voxel(grid) => Path::Voxel(Bricks::new(grid, AsItIs, ray, span)),
+            Density::Ramped(ramped) => {
+                Path::Ramped(Bricks::new(ramped.grid(), ramped.transfer(), ray, span))
             }
         };
         Self { medium: index, sigma_t, path }
@@ -165,6 +159,7 @@ impl<'a> Flight<'a> {
         match &mut self.path {
             Path::Homogeneous { .. } => 0,
             Path::Voxel(bricks) => std::mem::take(&mut bricks.lookups),
+            Path::Ramped(bricks) => std::mem::take(&mut bricks.lookups),
         }
     }
 
@@ -188,41 +183,56 @@ impl<'a> Flight<'a> {
                     }
                     *at += 1;
                 }
+                None
             }
-            Path::Voxel(bricks) => loop {
-                if bricks.collisions == PATIENCE {
-                    bricks.refine(sigma_t);
-                }
-                if let Some((span, density)) = &mut bricks.piece
-                    && let Some(brick) = &bricks.brick
-                {
-                    let majorant = sigma_t * *density;
-                    if let Some(t) = spend(&mut left, span, majorant) {
-                        bricks.collisions += 1;
-                        let found = bricks.grid.value_in(brick.brick, bricks.ray.at(t));
-                        return Some(Collision {
-                            t,
-                            medium,
-                            density: found.min(*density),
-                            majorant,
-                            region_majorant: sigma_t * f64::from(brick.max),
-                        });
-                    }
-                }
-                if !bricks.advance() {
-                    break;
-                }
-            },
+            Path::Voxel(bricks) => bricks.next(medium, sigma_t, left),
+            Path::Ramped(bricks) => bricks.next(medium, sigma_t, left),
         }
-        None
     }
 }
 
-impl Bricks<'_> {
+impl<'a, M: Mapping> Bricks<'a, M> {
+    fn new(grid: &'a Grid<f32>, mapping: M, ray: &Ray<World>, span: Span) -> Self {
+        let ray = grid.transform().ray_to_local(ray);
+        let walk = grid.bricks(&ray, span);
+        let refined = Refined::default();
+        let (brick, piece) = (None, None);
+        let (range, collisions, lookups) = ([0.0; 2], 0, 0);
+        Self { grid, mapping, ray, walk, brick, range, refined, piece, collisions, lookups }
+    }
+
+    /// The next tentative collision, after the optical thickness `left` of majorant.
+    fn next(&mut self, medium: usize, sigma_t: f64, mut left: f64) -> Option<Collision> {
+        loop {
+            if self.collisions == PATIENCE {
+                self.refine(sigma_t);
+            }
+            if let Some((span, density)) = &mut self.piece
+                && let Some(brick) = &self.brick
+            {
+                let majorant = sigma_t * *density;
+                if let Some(t) = spend(&mut left, span, majorant) {
+                    self.collisions += 1;
+                    let value = self.grid.value_in(brick.brick, self.ray.at(t));
+                    return Some(Collision {
+                        t,
+                        medium,
+                        density: self.mapping.value(value).min(*density),
+                        majorant,
+                        region_majorant: sigma_t * self.range[1],
+                    });
+                }
+            }
+            if !self.advance() {
+                return None;
+            }
+        }
+    }
+
     /// Goes on to the next piece; whether there is one.
     fn advance(&mut self) -> bool {
         if let Some(brick) = &self.brick {
-            self.piece = self.refined.next(brick, self.grid, &self.ray);
+            self.piece = self.refined.next(brick, self.grid, self.mapping, &self.ray);
             if self.piece.is_some() {
                 return true;
             }
@@ -230,7 +240,10 @@ impl Bricks<'_> {
         self.brick = self.walk.next();
         self.lookups += u64::from(self.brick.is_some());
         self.collisions = 0;
-        self.piece = self.brick.as_ref().map(|brick| (brick.span, f64::from(brick.max)));
+        self.piece = self.brick.as_ref().map(|brick| {
+            self.range = self.mapping.range([brick.min, brick.max].map(f64::from));
+            (brick.span, self.range[1])
+        });
         self.piece.is_some()
     }
 
@@ -238,9 +251,9 @@ impl Bricks<'_> {
     fn refine(&mut self, sigma_t: f64) {
         self.collisions += 1; // once a brick
         if let (Some(brick), Some((rest, _))) = (&self.brick, self.piece)
-            && self.refined.take_over(brick, rest, sigma_t)
+            && self.refined.take_over(self.range, rest, sigma_t)
         {
-            self.piece = self.refined.next(brick, self.grid, &self.ray);
+            self.piece = self.refined.next(brick, self.grid, self.mapping, &self.ray);
         }
     }
 }

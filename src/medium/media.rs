@@ -181,6 +181,15 @@ impl Media {
     }
 }
 
+impl IntoIterator for Media {
+    type Item = Medium;
+    type IntoIter = std::vec::IntoIter<Medium>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.media.into_iter()
+    }
+}
+
 /// `sigma_t` times `length`, where nothing over an endless way is nothing.
 pub(super) fn thickness_of<S: Spectrum>(sigma_t: S, length: f64) -> S {
     (sigma_t * length).each(|tau| if tau.is_nan() { 0.0 } else { tau })

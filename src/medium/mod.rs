@@ -8,21 +8,28 @@ mod albedo;
 pub mod blackbody;
 mod density;
 mod emission;
+mod emission_sampler;
 mod flight;
+mod mapping;
 mod media;
 pub mod phase;
 mod piece;
 mod profile;
+mod ramped;
 mod refine;
+mod transfer;
 
 pub use albedo::Albedo;
 pub use density::Density;
-pub use emission::{Emission, EmissionSampler, EmissionStart};
+pub use emission::Emission;
+pub use emission_sampler::{EmissionSampler, EmissionStart};
 pub use flight::{Collision, Flights};
 pub use media::{Media, Mixture};
 pub use phase::Phase;
 pub use piece::Piece;
 pub use profile::{Place, Profile};
+pub use ramped::Ramped;
+pub use transfer::{GAMMA_TOLERANCE, Remap, Transfer};
 
 use glam::BVec3;
 
@@ -75,20 +82,19 @@ impl Medium {
 
     /// The voxels of each of its grids: density, albedo and emission. Media may share them.
     pub fn grids(&self) -> impl Iterator<Item = SharedVoxels> {
-        let density = match &self.density {
-            Density::Homogeneous(_) => None,
-            Density::Voxel(grid) => Some(SharedVoxels::of(grid)),
-        };
+        let density = self.density.grid().map(SharedVoxels::of);
         let albedo = match &self.albedo {
             Albedo::Constant(_) => None,
             Albedo::Color { grid, .. } => Some(SharedVoxels::of(grid)),
             Albedo::Scalar { grid, .. } => Some(SharedVoxels::of(grid)),
+            Albedo::Ramped(ramped) => Some(SharedVoxels::of(ramped.grid())),
         };
         let emission = match &self.emission {
             None | Some(Emission::Density(_)) => None,
             Some(Emission::Grid { grid, .. } | Emission::Blackbody { grid, .. }) => {
                 Some(SharedVoxels::of(grid))
             }
+            Some(Emission::Ramped(ramped)) => Some(SharedVoxels::of(ramped.grid())),
         };
         [density, albedo, emission].into_iter().flatten()
     }

@@ -44,6 +44,8 @@ pub struct Profile<S = Rgb> {
 #[derive(Debug, Default)]
 struct Track<S> {
     pieces: Vec<(Span, Ramp)>,
+    /// The emission of each piece, where they have one of their own.
+    colors: Vec<S>,
     sigma_t: S,
     emission: EmissionRate<S>,
 }
@@ -56,6 +58,8 @@ enum EmissionRate<S> {
     PerUnit(S),
     /// Asked of the medium of this index.
     OfMedium(usize),
+    /// The track's own colours.
+    OfPiece,
 }
 
 impl<S> EmissionRate<S> {
@@ -113,7 +117,7 @@ impl<S: Spectrum> Profile<S> {
             track.emission = match &medium.emission {
                 Some(Emission::Density(rate)) => EmissionRate::PerUnit(S::of(*rate)),
                 Some(Emission::Blackbody { .. }) => EmissionRate::OfMedium(index),
-                Some(Emission::Grid { .. }) | None => EmissionRate::None,
+                Some(Emission::Grid { .. } | Emission::Ramped(_)) | None => EmissionRate::None,
             };
             let mut steps = 0;
             medium.density.pieces(ray, span, step, jitter, |piece, value| {
@@ -144,24 +148,43 @@ impl<S: Spectrum> Profile<S> {
                 self.grid_lookups += steps;
                 self.emission_lookups += steps;
             }
+            if let Some(Emission::Ramped(ramped)) = &medium.emission {
+                let track = next_track(&mut self.tracks, &mut used);
+                track.sigma_t = S::ZERO;
+                track.emission = EmissionRate::OfPiece;
+                let local = ramped.grid().transform().ray_to_local(ray);
+                let mut steps = 0;
+                let _ = ramped.cells(&local, span, |piece, integral, _| {
+                    steps += 1;
+                    if integral != Rgb::ZERO && !piece.is_empty() {
+                        track.pieces.push((piece, Ramp::flat(1.0)));
+                        track.colors.push(S::of(integral / piece.length()));
+                    }
+                    ControlFlow::Continue(())
+                });
+                self.steps += steps;
+                self.grid_lookups += steps;
+                self.emission_lookups += steps;
+            }
         }
         self.tracks.truncate(used);
-        let emission = |rate, value: f64, piece: Span| match rate {
+        let emission = |track: &Track<S>, at: usize, value: f64, piece: Span| match track.emission {
             EmissionRate::None => S::ZERO,
             EmissionRate::PerUnit(rate) => rate * value,
             EmissionRate::OfMedium(index) => {
                 let at = ray.at(piece.start + jitter * piece.length());
                 S::of(media.get(index).emission_of(value, at))
             }
+            EmissionRate::OfPiece => track.colors[at],
         };
         if let [track] = &self.tracks[..] {
-            for &(piece, value) in &track.pieces {
+            for (at, &(piece, value)) in track.pieces.iter().enumerate() {
                 push(
                     &mut self.pieces,
                     &mut self.total,
                     piece,
                     value.times(track.sigma_t),
-                    emission(track.emission, value.mean, piece),
+                    emission(track, at, value.mean, piece),
                 );
             }
         } else {
@@ -170,7 +193,7 @@ impl<S: Spectrum> Profile<S> {
     }
 
     /// Cuts all tracks at all borders and adds up what overlaps.
-    fn merge(&mut self, emission: impl Fn(EmissionRate<S>, f64, Span) -> S) {
+    fn merge(&mut self, emission: impl Fn(&Track<S>, usize, f64, Span) -> S) {
         self.borders.clear();
         let ends = self.tracks.iter().flat_map(|t| &t.pieces).flat_map(|p| [p.0.start, p.0.end]);
         self.borders.extend(ends);
@@ -192,7 +215,7 @@ impl<S: Spectrum> Profile<S> {
                     let Ramp { mean, rise } = value.times(track.sigma_t);
                     sigma_t.mean += mean;
                     sigma_t.rise += rise;
-                    emitted += emission(track.emission, value.mean, piece);
+                    emitted += emission(track, *at, value.mean, piece);
                 }
             }
             if sigma_t.mean != S::ZERO || emitted != S::ZERO {
@@ -318,6 +341,7 @@ fn next_track<'a, S: Spectrum>(
     *used += 1;
     let track = &mut tracks[*used - 1];
     track.pieces.clear();
+    track.colors.clear();
     track
 }
 

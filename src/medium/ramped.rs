@@ -91,8 +91,7 @@ impl<V: Spectrum> Ramped<V> {
     ) -> ControlFlow<()> {
         self.grid.cubics(ray, span, |whole, cubic, range| {
             let length = whole.length();
-            let place =
-                |u: f64| if u < 1.0 { whole.start + u * length } else { whole.end };
+            let place = |u: f64| if u < 1.0 { whole.start + u * length } else { whole.end };
             self.along(cubic, range, |start, end, first, last| {
                 let span = Span::new(place(start), place(end));
                 f(span, (first + last) * (0.5 * span.length()), (last - first) * (0.5 / NODE))
@@ -109,8 +108,7 @@ impl<V: Spectrum> Ramped<V> {
         mut f: impl FnMut(f64, f64, V, V) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let mut give = |start: f64, end: f64, line: super::transfer::Line<V>| {
-            let [a, b] =
-                cubic.at_nodes(start, end).map(|v| line.value(v).not_negative());
+            let [a, b] = cubic.at_nodes(start, end).map(|v| line.value(v).not_negative());
             f(start, end, a, b)
         };
         if let Some(line) = self.transfer.only_line(range) {

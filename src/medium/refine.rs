@@ -10,6 +10,8 @@ use glam::DVec3;
 use crate::math::{Index, Point, Ray, Span};
 use crate::vdb::{BrickSegment, Grid};
 
+use super::mapping::Mapping;
+
 /// Tentative collisions of a crossing after which the rest is refined.
 pub(super) const PATIENCE: u32 = 16;
 
@@ -32,10 +34,9 @@ pub(super) struct Refined {
 }
 
 impl Refined {
-    /// Takes over the `rest` of `segment` where its majorant would bring many collisions more;
-    /// `sigma_t` (1/m) is the largest extinction coefficient for density 1.
-    pub fn take_over(&mut self, segment: &BrickSegment, rest: Span, sigma_t: f64) -> bool {
-        let range = [segment.min, segment.max].map(f64::from);
+    /// Takes over the `rest` of a brick with the densities `range` where its majorant would bring
+    /// many collisions more; `sigma_t` (1/m) is the largest extinction coefficient for density 1.
+    pub fn take_over(&mut self, range: [f64; 2], rest: Span, sigma_t: f64) -> bool {
         self.floor = MANY / (sigma_t * rest.length());
         let worth = range[1] > self.floor && range[1] > VARIATION * range[0];
         if worth {
@@ -44,11 +45,13 @@ impl Refined {
         worth
     }
 
-    /// The next piece and its majorant as a density.
+    /// The next piece of `segment` and its majorant as a density, which `mapping` makes of the
+    /// values of `grid`.
     pub fn next(
         &mut self,
         segment: &BrickSegment,
         grid: &Grid<f32>,
+        mapping: impl Mapping,
         ray: &Ray<Index>,
     ) -> Option<(Span, f64)> {
         let (mut span, mut range) = self.ahead.pop()?;
@@ -65,7 +68,7 @@ impl Refined {
                 let (a, b) = (ray.at(span.start).xyz, ray.at(span.end).xyz);
                 let (low, high) = (a.min(b) - margin, a.max(b) + margin);
                 let (low, high) = (Point::from_xyz(low), Point::from_xyz(high));
-                let [low, high] = grid.range_in(segment.brick, low, high);
+                let [low, high] = mapping.range(grid.range_in(segment.brick, low, high));
                 // Samples round a box hold for parts of it as well.
                 [low.max(min), high.min(max)]
             };

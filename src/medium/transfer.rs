@@ -3,7 +3,9 @@
 //! A value is remapped to a place, as a Map Range node does, and a ramp gives a value to that place,
 //! as a Color Ramp node does. Both together are one piecewise-linear function with jumps.
 
-use crate::math::Spectrum;
+use std::ops::ControlFlow;
+
+use crate::math::{Rgb, Spectrum, is_grey};
 
 /// How far a remapped place may be off where a gamma is made of straight lines.
 pub const GAMMA_TOLERANCE: f64 = 1e-4;
@@ -227,16 +229,22 @@ impl<V: Spectrum> Transfer<V> {
         peak
     }
 
+    /// The line that holds for all numbers from `low` to `high`, where one does.
+    pub(super) fn only_line(&self, [low, high]: [f64; 2]) -> Option<Line<V>> {
+        let index = self.after(low);
+        (index == self.after(high)).then(|| self.line(index))
+    }
+
     /// Calls `f` for each part between `start` and `end` of a piece of a ray along which the value
     /// only rises or only falls, from `from` to `to`, with the line that holds there; `crossing`
     /// says where, between two places, the value is a knot's.
-    pub(super) fn for_each_line<B>(
+    pub(super) fn for_each_line(
         &self,
         (start, end): (f64, f64),
         [from, to]: [f64; 2],
         crossing: impl Fn(f64, f64, f64) -> f64,
-        mut f: impl FnMut(f64, f64, Line<V>) -> std::ops::ControlFlow<B>,
-    ) -> std::ops::ControlFlow<B> {
+        f: &mut impl FnMut(f64, f64, Line<V>) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let (low, high) = (from.min(to), from.max(to));
         let first = self.after(low);
         let last = self.knots.partition_point(|knot| knot.at < high).max(first);
@@ -258,7 +266,7 @@ impl<V: Spectrum> Transfer<V> {
             let line = if from <= to { last } else { first };
             f(here, end, self.line(line))?;
         }
-        std::ops::ControlFlow::Continue(())
+        ControlFlow::Continue(())
     }
 }
 
@@ -286,38 +294,11 @@ impl Transfer<f64> {
     }
 }
 
-/// What a medium makes of a grid's values.
-pub(super) trait Mapping: Copy + std::fmt::Debug {
-    /// Of one value.
-    fn value(self, v: f64) -> f64;
-    /// Bounds of what values from one to another become.
-    fn range(self, range: [f64; 2]) -> [f64; 2];
-}
-
-/// Values as they are.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct AsItIs;
-
-impl Mapping for AsItIs {
-    #[inline]
-    fn value(self, v: f64) -> f64 {
-        v
-    }
-
-    #[inline]
-    fn range(self, range: [f64; 2]) -> [f64; 2] {
-        range
-    }
-}
-
-impl Mapping for &Transfer<f64> {
-    #[inline]
-    fn value(self, v: f64) -> f64 {
-        self.at(v)
-    }
-
-    fn range(self, range: [f64; 2]) -> [f64; 2] {
-        Transfer::range(self, range)
+impl Transfer<Rgb> {
+    /// Whether all that values can stand for is grey.
+    pub fn is_grey(&self) -> bool {
+        let grey = |knot: &Knot<Rgb>| is_grey(knot.below) && is_grey(knot.above);
+        self.knots.iter().all(grey) && is_grey(self.beyond)
     }
 }
 

@@ -303,6 +303,7 @@ fn emission(glow: &Glow, file: &VdbFile, warnings: &mut Vec<String>) -> Result<O
     warnings.extend(bad_values(file.path(), glow.grid, &grid, "taken as 0"));
     Ok(Some(Emission::Blackbody {
         grid,
+        ramp: None,
         kelvin_scale: glow.kelvin_scale,
         kelvin_offset: glow.kelvin_offset,
         scale: glow.scale,

@@ -7,8 +7,9 @@ use super::document::{self, Named};
 use super::load::{self, Stills};
 use super::{LoadOptions, Scene, file};
 use crate::error::{Error, Result};
-use crate::medium::{Density, Emission, Medium};
+use crate::medium::{Emission, Medium};
 use crate::sequence::Pattern;
+use crate::vdb::Grid;
 
 /// A scene file that names sequences of files, or a sequence of bare VDB files. What does not
 /// change from frame to frame is loaded once. A frame depends on its own number and the files that
@@ -102,13 +103,11 @@ impl Scene {
 
 fn is_clear(medium: &Medium) -> bool {
     let glows = match &medium.emission {
-        Some(Emission::Grid { grid, .. }) => grid.max_value() > 0.0,
+        Some(Emission::Grid { grid, .. }) => grid.max_inside() > 0.0,
+        Some(Emission::Ramped(ramped)) => ramped.peak() > 0.0,
         Some(Emission::Density(_) | Emission::Blackbody { .. }) | None => false,
     };
-    let left_out = match &medium.density {
-        Density::Voxel(grid) => grid.unwanted(),
-        Density::Homogeneous(_) => 0,
-    };
+    let left_out = medium.density.grid().map_or(0, Grid::unwanted);
     medium.density.maximum() <= 0.0 && left_out == 0 && !glows
 }
 

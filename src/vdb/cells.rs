@@ -9,6 +9,7 @@ use glam::{DVec3, IVec3};
 
 use crate::math::{Index, Ray, Span};
 
+use super::cubic::Cubic;
 use super::grid::Grid;
 use super::sample::{corners, number};
 use super::tree::{Brick, Child};
@@ -58,7 +59,10 @@ impl Grid<f32> {
                     let brick = &self.tree().bricks[i as usize];
                     let [min, max] = self.tree().ranges[i as usize].map(f64::from);
                     // Rounding at a face must not leave the bounds that majorants rely on.
-                    brick_cells(&walk.ray, brick, &piece, &mut |start, end, sum, rise| {
+                    let entry = walk.ray.entry - piece.region.min.as_dvec3();
+                    let direction = walk.ray.direction;
+                    brick_cells(&walk.ray, entry, &piece, &mut |cell, start, end| {
+                        let (sum, rise) = cell_integral(brick, cell, entry, direction, start, end);
                         let length = end - start;
                         let (least, most) = (min * length, max * length);
                         let sum = if sum > least { sum } else { least };
@@ -69,18 +73,69 @@ impl Grid<f32> {
         }
         ControlFlow::Continue(())
     }
+
+    /// Hands out the pieces of `ray` within `span`, front to back: one a crossed cell, one a constant
+    /// block, those of 0 too, each with the value along it and bounds of that. `f` ends the walk
+    /// with [`ControlFlow::Break`], which is then returned.
+    pub fn cubics(
+        &self,
+        ray: &Ray<Index>,
+        span: Span,
+        mut f: impl FnMut(Span, &Cubic, [f64; 2]) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let mut walk = Walk::new(self, ray, span);
+        while let Some(piece) = walk.next_piece() {
+            let span = |start: f64, end: f64| Span::new(walk.t0 + start, walk.t0 + end);
+            match piece.region.content {
+                Child::Constant(v) => {
+                    let v = f64::from(v);
+                    f(span(piece.start, piece.end), &Cubic::flat(v), [v, v])?;
+                }
+                Child::Node(i) => {
+                    let brick = &self.tree().bricks[i as usize];
+                    let entry = walk.ray.entry - piece.region.min.as_dvec3();
+                    let direction = walk.ray.direction;
+                    brick_cells(&walk.ray, entry, &piece, &mut |cell, start, end| {
+                        let corners = corners(brick, number(cell & 7));
+                        let local = entry - cell.as_dvec3();
+                        let (cubic, range) = cubic(corners, local, direction, [start, end]);
+                        f(span(start, end), &cubic, range)
+                    })?;
+                }
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// The value over one cell of these corners between two s, and bounds of it; `local` is where in the
+/// cell s is 0.
+fn cubic(
+    corners: [f32; 8],
+    local: DVec3,
+    direction: DVec3,
+    [start, end]: [f64; 2],
+) -> (Cubic, [f64; 2]) {
+    let low = corners.into_iter().fold(f32::INFINITY, f32::min);
+    let high = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
+    let range = [low, high].map(f64::from);
+    let value = |share: f64| {
+        let p = local + direction * (start + (end - start) * share);
+        f32::blend(corners, p).max(range[0]).min(range[1])
+    };
+    (Cubic::through([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(value)), range)
 }
 
 /// The cells of one brick (Amanatides and Woo 1987), each crossing found from the ray's entry rather
-/// than by adding up.
+/// than by adding up; `entry` is where that is in the brick. `give` gets the cell and where the ray
+/// enters and leaves it.
 #[inline]
 fn brick_cells(
     ray: &LocalRay,
-    brick: &Brick<f32>,
+    entry: DVec3,
     piece: &Piece<f32>,
-    give: &mut impl FnMut(f64, f64, f64, f64) -> ControlFlow<()>,
+    give: &mut impl FnMut(IVec3, f64, f64) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
-    let entry = ray.entry - piece.region.min.as_dvec3();
     let first = piece.cell - piece.region.min;
     let crossings = inner_crossings(ray, entry, first);
     let mut passed = IVec3::ZERO; // faces of each axis
@@ -95,9 +150,7 @@ fn brick_cells(
         let leaves = nearest >= piece.end;
         let end = if leaves { piece.end } else { nearest };
         if end > start {
-            let cell = first + passed * ray.step;
-            let (integral, rise) = cell_integral(brick, cell, entry, ray.direction, start, end);
-            give(start, end, integral, rise)?;
+            give(first + passed * ray.step, start, end)?;
             start = end;
         }
         if leaves {

@@ -209,6 +209,16 @@ impl Grid<f32> {
         Some(self.tree.range_of(Cursor::new(&self.tree).region(cell).content))
     }
 
+    /// As [`for_each_occupied`](Self::for_each_occupied), with the smallest and largest value of
+    /// each region.
+    pub fn for_each_range(&self, mut f: impl FnMut(Aabb<Index>, [f32; 2])) {
+        let cells = self.domain.cells;
+        self.domain.for_each_region(&self.tree, cells, &mut |region| {
+            let range = self.tree.range_of(region.content);
+            f(region.cells().intersect(cells).bounds(), range);
+        });
+    }
+
     /// Calls `f` for every voxel of the medium that is not 0, those on the faces of its bounds
     /// among them: in a fixed order, a constant block as one box, other voxels as boxes of one.
     pub fn for_each_nonzero(&self, mut f: impl FnMut(VoxelBox)) {

@@ -9,6 +9,7 @@ mod build;
 mod cells;
 mod check;
 mod combine;
+mod cubic;
 mod domain;
 #[allow(unreachable_pub)] // what cxx generates
 mod ffi;
@@ -25,6 +26,7 @@ mod voxel;
 mod walk;
 mod write;
 
+pub use cubic::Cubic;
 pub(crate) use ffi::bridge::map_large_blocks;
 pub use file::{ReadAs, VdbFile, Wanted};
 pub use grid::{Grid, VoxelBox};

@@ -41,11 +41,7 @@ impl CellBox {
     /// The box as a part of index space.
     pub(super) fn bounds(&self) -> Aabb<Index> {
         let corner = |cell: IVec3| Point::from_xyz(cell.as_dvec3());
-        if self.is_empty() {
-            Aabb::EMPTY
-        } else {
-            Aabb::new(corner(self.min), corner(self.end))
-        }
+        if self.is_empty() { Aabb::EMPTY } else { Aabb::new(corner(self.min), corner(self.end)) }
     }
 
     /// Cells in the box.

@@ -127,6 +127,21 @@ impl Grid<f32> {
         span: Span,
         first: f64,
         dt: f64,
+        f: impl FnMut(f64, f64),
+    ) {
+        self.samples_where(ray, span, first, dt, |value| value.to_bits() != 0, f);
+    }
+
+    /// As [`samples`](Self::samples), where constant regions of which `counts` is false of their
+    /// value are passed in one step.
+    #[inline]
+    pub fn samples_where(
+        &self,
+        ray: &Ray<Index>,
+        span: Span,
+        first: f64,
+        dt: f64,
+        counts: impl Fn(f32) -> bool,
         mut f: impl FnMut(f64, f64),
     ) {
         if !(dt > 0.0 && dt.is_finite() && first.is_finite()) {
@@ -137,7 +152,9 @@ impl Grid<f32> {
         let first = first - walk.t0;
         let mut k = 0.0;
         while let Some(piece) = walk.next_piece() {
-            if piece.region.content.is(0.0) {
+            if let Child::Constant(value) = piece.region.content
+                && !counts(value)
+            {
                 continue;
             }
             if first + k * dt < piece.start {

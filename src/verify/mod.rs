@@ -19,6 +19,7 @@ mod parts;
 mod pictures;
 mod scenes;
 mod stiff;
+mod values;
 
 use rayon::prelude::*;
 
@@ -42,6 +43,7 @@ pub fn run(cases: &[Case], parts: &Parts, done: impl Fn(&Outcome) + Sync) -> Vec
 /// All cases of an effort, in the order of the table.
 pub fn cases(effort: Effort) -> Vec<Case> {
     let mut cases = lines::cases();
+    cases.extend(values::cases());
     cases.extend(films::cases());
     cases.extend(pictures::cases(effort));
     cases.extend(stiff::cases());

@@ -1,6 +1,7 @@
 //! Grids written and read back, and the public volumes.
 
 #![allow(clippy::print_stderr)] // skipped tests say so
+#![allow(dead_code)] // each test uses a part
 
 use std::path::{Path, PathBuf};
 

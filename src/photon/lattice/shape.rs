@@ -69,6 +69,10 @@ impl Cells {
             Density::Voxel(grid) => grid.for_each_occupied(|region| {
                 cells.mark(&grid.transform().box_to_world(&region).grown(MARGIN * edge));
             }),
+            Density::Ramped(ramped) => ramped.for_each_occupied(|region| {
+                let region = ramped.grid().transform().box_to_world(&region);
+                cells.mark(&region.grown(MARGIN * edge));
+            }),
         }
         cells.number();
         (cells.bricks() * VOLUME * planes <= MOST_HELD).then_some(cells)

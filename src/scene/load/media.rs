@@ -99,6 +99,7 @@ fn build_emission(
         EmissionSection::Temperature { grid, kelvin_scale, kelvin_offset, scale } => {
             Emission::Blackbody {
                 grid: super::grids::values(grid, placement, context)?,
+                ramp: None,
                 kelvin_scale: *kelvin_scale,
                 kelvin_offset: *kelvin_offset,
                 scale: *scale,

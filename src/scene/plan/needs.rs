@@ -114,6 +114,10 @@ pub(super) fn scatters(medium: &Medium) -> bool {
         Albedo::Constant(albedo) => *albedo != Rgb::ZERO,
         Albedo::Color { grid, scale } => grid.max_value() > 0.0 && *scale != Rgb::ZERO,
         Albedo::Scalar { grid, scale } => grid.max_value() > 0.0 && *scale != Rgb::ZERO,
+        Albedo::Ramped(ramped) => {
+            let grid = ramped.grid();
+            ramped.transfer().peak([grid.min_value(), grid.max_value()].map(f64::from)) > 0.0
+        }
     };
     scatters && attenuates(medium)
 }
@@ -123,7 +127,8 @@ pub(super) fn emits(medium: &Medium) -> bool {
     match &medium.emission {
         None => false,
         Some(Emission::Density(color)) => *color != Rgb::ZERO && medium.density.maximum() > 0.0,
-        Some(Emission::Grid { grid, color }) => *color != Rgb::ZERO && grid.max_value() > 0.0,
+        Some(Emission::Grid { grid, color }) => *color != Rgb::ZERO && grid.max_inside() > 0.0,
+        Some(Emission::Ramped(ramped)) => ramped.peak() > 0.0,
         Some(Emission::Blackbody { scale, .. }) => *scale > 0.0 && attenuates(medium),
     }
 }

@@ -47,7 +47,7 @@ fn thickness(medium: &Medium) -> f64 {
 fn albedo(medium: &Medium) -> f64 {
     match &medium.albedo {
         Albedo::Constant(albedo) => albedo.max_element(),
-        Albedo::Color { .. } | Albedo::Scalar { .. } => 1.0,
+        Albedo::Color { .. } | Albedo::Scalar { .. } | Albedo::Ramped(_) => 1.0,
     }
 }
 

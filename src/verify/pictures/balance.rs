@@ -3,15 +3,17 @@
 use glam::IVec3;
 
 use super::super::case::{Case, Effort, Group};
-use super::super::{Check, fields, scenes};
-use super::{Closeness, Work, both, compare};
-use crate::error::Result;
+use super::super::{Check, fields, scenes, values};
+use super::{Closeness, Work, both, compare, compare_scene};
+use crate::error::{Error, Result};
 use crate::image::Film;
 use crate::math::{Rgb, luminance};
 use crate::medium::blackbody::blackbody_radiance;
+use crate::medium::{Density, Media, Medium, Ramped, Remap, Transfer};
 
 pub(super) fn cases(effort: Effort) -> Vec<Case> {
     let mut cases = furnaces(effort);
+    cases.extend(grid_furnaces(effort));
     cases.push(blackbody());
     cases.extend(scale_invariances());
     cases
@@ -47,6 +49,69 @@ fn furnaces(effort: Effort) -> Vec<Case> {
         both(&name, source, scenes::mean, radiance, Work::of(effort, 8, 40_000, 32), vec![], text)
     };
     [("isotropic", 0.0, 1.0), ("g=0.9", 0.9, 1.0), ("bright", 0.0, 1e5)].map(case).into()
+}
+
+/// White furnaces of grids that reach their box's faces, by a background and by a ramp with jumps.
+fn grid_furnaces(effort: Effort) -> [Case; 2] {
+    const SOURCE: &str = "energy is kept: the sky's radiance";
+    const TEXT: &str = r#"
+        [camera]
+        position = [0.3, 0.4, 4.0]
+        target = [0.0, 0.0, 0.0]
+        fov = 30.0
+        [film]
+        size = [8, 8]
+        [render]
+        rays = RAYS
+        photons = PHOTONS
+        [[medium]]
+        file = "grids.vdb"
+        sigma_t = 2.0
+        albedo = 1.0
+        scale = 0.1
+        translate = [-0.75, -0.75, -0.75]
+        [[light]]
+        type = "environment"
+        radiance = 1.0
+    "#;
+    let work = Work::of(effort, 8, 40_000, 32);
+    let text = |rays: u64, photons: u64| {
+        TEXT.replace("RAYS", &rays.to_string()).replace("PHOTONS", &photons.to_string())
+    };
+    let grids = vec![values::even_box(1.0)];
+    let name = "white-furnace/background";
+    let background = both(name, SOURCE, scenes::mean, 1.0, work, grids, text);
+    let words = [SOURCE, super::NOISE];
+    let ramp = Case::new(Group::ClosedForms, "white-furnace/ramp", words, move |parts| {
+        let waves = |v: IVec3| 0.5 + 0.5 * (v.as_dvec3() * 0.7).map(f64::sin).element_product();
+        let grid = fields::blocks("density", 1.0, IVec3::ZERO, IVec3::splat(2), waves);
+        let stops = [(0.0, 0.0), (0.3, 0.2), (0.45, 0.2), (0.45, 2.0), (0.6, 2.0), (0.6, 0.5)];
+        let mut checks = Vec::new();
+        for (what, render, rays, photons, bias) in [
+            ("photon map", &parts.render, work.rays, work.photons, 0.01),
+            ("reference", &parts.reference, work.reference, 0, 0.0),
+        ] {
+            let mut scene = scenes::scene(&text(rays, photons), std::slice::from_ref(&grid))?;
+            let transfer = Transfer::new(Remap::default(), &stops).map_err(Error::Usage)?;
+            scene.media = ramped(scene.media, &transfer);
+            let close = Closeness { bias, error: work.error };
+            checks.extend(compare_scene(what, render, &scene, scenes::mean, 1.0, close)?);
+        }
+        Ok(checks)
+    });
+    [background, ramp]
+}
+
+/// The media with the densities of their grids under a transfer function.
+fn ramped(media: Media, transfer: &Transfer<f64>) -> Media {
+    let under = |medium: Medium| Medium {
+        density: match medium.density {
+            Density::Voxel(grid) => Density::Ramped(Ramped::new(grid, transfer.clone())),
+            other @ (Density::Homogeneous(_) | Density::Ramped(_)) => other,
+        },
+        ..medium
+    };
+    Media::new(media.into_iter().map(under).collect())
 }
 
 fn blackbody() -> Case {

@@ -12,6 +12,7 @@ use super::parts::Render;
 use super::{Check, Parts, scenes};
 use crate::error::Result;
 use crate::image::Film;
+use crate::scene::Scene;
 use crate::vdb::GridToWrite;
 
 /// Pictures a mean is taken over.
@@ -54,11 +55,22 @@ fn compare(
     expected: f64,
     close: Closeness,
 ) -> Result<Vec<Check>> {
-    let scene = scenes::scene(text, grids)?;
+    compare_scene(what, render, &scenes::scene(text, grids)?, measure, expected, close)
+}
+
+/// As [`compare`], of a scene that is there.
+fn compare_scene(
+    what: &str,
+    render: &Render,
+    scene: &Scene,
+    measure: impl Fn(&Film) -> f64,
+    expected: f64,
+    close: Closeness,
+) -> Result<Vec<Check>> {
     let mut values = Vec::new();
     let (mut dropped, mut noise) = (0, 0.0);
     for seed in 0..SEEDS {
-        let rendered = render(&scene, &scenes::seeded(&scene, u64::from(seed)))?;
+        let rendered = render(scene, &scenes::seeded(scene, u64::from(seed)))?;
         dropped += rendered.work.dropped_samples + rendered.film.repaired();
         values.push(measure(&rendered.film));
         noise += ray_noise(&rendered.film) / f64::from(SEEDS);
