@@ -236,7 +236,10 @@ fn integrals_agree_with_brute_force() {
             let brute: f64 =
                 (0..n).map(|k| inside(ray.at((f64::from(k) + 0.5) * dt))).sum::<f64>() * dt;
             let exact = grid.integrate(&ray, Span::new(0.0, length));
-            assert!((brute - exact).abs() <= 1e-5 * (exact + 1e-3 * length), "{brute} {exact}");
+            // At the faces of the box, where values are cut off, brute force is off by up to a step.
+            let cut = if grid.is_cut() { dt * f64::from(grid.max_inside()) } else { 0.0 };
+            let limit = 1e-5 * (exact + 1e-3 * length) + cut;
+            assert!((brute - exact).abs() <= limit, "{brute} {exact}");
             let (mut sum, mut count) = (0.0, 0);
             grid.samples(&ray, Span::new(0.0, length), 0.5 * dt, dt, |t, value| {
                 assert!((value - grid.value(ray.at(t))).abs() < 1e-9);

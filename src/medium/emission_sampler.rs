@@ -19,7 +19,7 @@ pub(super) const MOST_VOXELS: u64 = 1 << 28;
 const PROBES: u32 = 4096;
 
 /// Under a ramp, the least share of what a cell may glow with that it is drawn by.
-const LEAST_SHARE: f64 = 1.0 / 16.0;
+const LEAST_SHARE: f64 = 1.0 / 64.0;
 
 /// Cells of another grid along an axis of a cell up to which its voxels are looked at.
 const MOST_ROUND: i32 = 4;
