@@ -13,7 +13,7 @@ use fogbow::medium::{Density, Medium};
 use fogbow::render::{Progress, Silent, render};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{
-    Directed, Directing, Director, Importance, LoadOptions, Overrides, RenderSettings, Scene,
+    Directed, Directing, Director, Importance, LoadOptions, RenderSettings, Scene,
 };
 
 const RAYS_ONLY: Directed = Directed { rays: true, radius: false, step: false };
@@ -23,13 +23,7 @@ fn shipped(name: &str) -> PathBuf {
 }
 
 fn load(path: &Path, size: [u32; 2], rays: u32, photons: u64) -> Scene {
-    let overrides = Overrides {
-        size: Some(size),
-        rays: Some(rays),
-        photons: Some(photons),
-        ..Overrides::default()
-    };
-    Scene::load(path, &LoadOptions { overrides, ..LoadOptions::default() }).unwrap()
+    Scene::load(path, &LoadOptions::default().size(size).rays(rays).photons(photons)).unwrap()
 }
 
 fn written(folder: &Path, text: &str) -> Scene {
@@ -140,9 +134,8 @@ fn assets() -> Vec<PathBuf> {
 fn x_is_the_exact_transmittance() {
     const SIDE: u32 = 12;
     for path in assets() {
-        let overrides = Overrides { size: Some([SIDE; 2]), ..Overrides::default() };
         let level_set_as_fog = path.ends_with("sphere.vdb");
-        let options = LoadOptions { overrides, level_set_as_fog, ..LoadOptions::default() };
+        let options = LoadOptions { level_set_as_fog, ..LoadOptions::default().size([SIDE; 2]) };
         let scene = Scene::load(&path, &options).unwrap();
         let (sight, _) = Sight::look(&scene, scene.film.size, 0, Needs::EVERYTHING);
         let (x, _) = x_map(&scene, &sight, Needs::EVERYTHING);

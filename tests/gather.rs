@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use fogbow::image::{Film, write_exr_layers};
 use fogbow::render::{Silent, render, render_reference};
-use fogbow::scene::{FinalGather, LoadOptions, Overrides, RenderSettings, Scene};
+use fogbow::scene::{FinalGather, LoadOptions, RenderSettings, Scene};
 
 const SIZE: usize = 24;
 
@@ -67,8 +67,7 @@ fn scene(text: &str, rays: u32, photons: u64) -> Scene {
     write_exr_layers(&folder.path().join("sky.exr"), 4, 2, &layers, &[]).unwrap();
     let path = folder.path().join("scene.toml");
     std::fs::write(&path, text).unwrap();
-    let overrides = Overrides { rays: Some(rays), photons: Some(photons), ..Overrides::default() };
-    Scene::load(&path, &LoadOptions { overrides, ..LoadOptions::default() }).unwrap()
+    Scene::load(&path, &LoadOptions::default().rays(rays).photons(photons)).unwrap()
 }
 
 /// Mean of the channels in each block.

@@ -9,14 +9,13 @@ use std::path::Path;
 
 use fogbow::image::{Film, write_exr_layers};
 use fogbow::render::{Silent, render, render_reference};
-use fogbow::scene::{LoadOptions, Overrides, RenderSettings, Scene};
+use fogbow::scene::{LoadOptions, RenderSettings, Scene};
 
 /// A scene from its text and settings, in a folder that holds what the text names.
 fn scene(folder: &Path, text: &str, rays: u32, photons: u64) -> Scene {
     let path = folder.join("scene.toml");
     std::fs::write(&path, text).unwrap();
-    let overrides = Overrides { rays: Some(rays), photons: Some(photons), ..Overrides::default() };
-    Scene::load(&path, &LoadOptions { overrides, ..LoadOptions::default() }).unwrap()
+    Scene::load(&path, &LoadOptions::default().rays(rays).photons(photons)).unwrap()
 }
 
 /// Mean of the green channel and its standard error.
@@ -288,13 +287,7 @@ fn shipped_scenes_agree_with_the_reference() {
     let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
     for (name, size) in [("smoke", [48, 64]), ("fire", [48, 64]), ("cloud", [48, 32])] {
         let load = |rays| {
-            let overrides = Overrides {
-                size: Some(size),
-                rays: Some(rays),
-                photons: Some(400_000),
-                ..Overrides::default()
-            };
-            let options = LoadOptions { overrides, ..LoadOptions::default() };
+            let options = LoadOptions::default().size(size).rays(rays).photons(400_000);
             Scene::load(&volumes.join(name).with_extension("toml"), &options).unwrap()
         };
         let (fast, slow) = (load(64), load(600));

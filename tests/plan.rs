@@ -12,7 +12,7 @@ use fogbow::image::Film;
 use fogbow::math::{Ray, Rgb, Span, WorldPoint};
 use fogbow::render::{Costs, Rendered, Silent, costs, render, render_reference};
 use fogbow::scene::plan::{Needs, RenderPlan};
-use fogbow::scene::{LoadOptions, Overrides, Planning, RenderSettings, Scene};
+use fogbow::scene::{LoadOptions, Planning, RenderSettings, Scene};
 use fogbow::vdb::{GridToWrite, Tile, write};
 use fogbow::work::Work;
 use glam::{DVec3, IVec3};
@@ -394,13 +394,7 @@ fn single_scattering_is_offered_with_a_bound_that_holds() {
 fn costs_are_estimated() {
     let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
     for name in ["smoke.toml", "balls_a.toml", "cloud.toml"] {
-        let overrides = Overrides {
-            size: Some([96, 72]),
-            rays: Some(8),
-            photons: Some(60_000),
-            ..Overrides::default()
-        };
-        let options = LoadOptions { overrides, ..LoadOptions::default() };
+        let options = LoadOptions::default().size([96, 72]).rays(8).photons(60_000);
         let scene = Scene::load(&volumes.join(name), &options).unwrap();
         let expected = costs(&scene, &scene.render, 0).unwrap().work;
         let work = render(&scene, &scene.render, &Silent).unwrap().work;

@@ -109,7 +109,7 @@ const WRONG: &[(&str, &str, &str, &[&str])] = &[
     ("[film]\nsize = [1.5, 10]", "5:9", "film.size[0]", &["`1.5`", "whole"]),
     ("[film]\nsize = 10", "5:8", "film.size", &["`10`", "[width, height]"]),
     ("[film]\nexposure = 1e9", "5:12", "film.exposure", &["-100 to 100"]),
-    ("[film]\nview = \"filmic\"", "5:8", "film.view", &["`\"filmic\"`", "\"srgb\" or \"agx\""]),
+    ("[film]\nview = \"filmic\"", "5:8", "film.view", &["`\"filmic\"`", "\"agx\" or \"srgb\""]),
     // Render.
     ("[render]\nrays = 0", "5:8", "render.rays", &["`0`", "1 to"]),
     ("[render]\nphotons = -1", "5:11", "render.photons", &["`-1`", "0 to"]),

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use fogbow::image::{read_exr, read_layers};
 use fogbow::math::{Rgb, Stage, Stream, luminance};
 use fogbow::render::{Silent, render};
-use fogbow::scene::{LoadOptions, Overrides, RenderSettings, Sequence};
+use fogbow::scene::{LoadOptions, RenderSettings, Sequence};
 use fogbow::vdb;
 use glam::DVec3;
 use serde_json::Value;
@@ -436,8 +436,7 @@ fn flicker_of_seeds() {
         eprintln!("skipped: {} is not there", pattern.display());
         return;
     }
-    let overrides = Overrides { size: Some([64, 48]), ..Overrides::default() };
-    let options = LoadOptions { overrides, ..LoadOptions::default() };
+    let options = LoadOptions::default().size([64, 48]);
     let sequence = Sequence::open(pattern, &options).unwrap();
     let scenes: Vec<_> = (7..=10).map(|frame| sequence.load(frame).unwrap()).collect();
     let flicker = |rays: u32, photons: u64, seed: &dyn Fn(u64) -> u64| {

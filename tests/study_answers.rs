@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use fogbow::render::Silent;
-use fogbow::scene::{LoadOptions, Overrides, Scene};
+use fogbow::scene::{LoadOptions, Scene};
 use fogbow::study::{Answer, Estimator, Request, Results, Study};
 
 const BALL: &str = "
@@ -32,10 +32,9 @@ position = [0, 3, 0]
 intensity = [9, 9, 9]
 ";
 
-fn studied(scene: &Path, overrides: Overrides, request: &Request) -> Results {
+fn studied(scene: &Path, options: &LoadOptions, request: &Request) -> Results {
     let folder = tempfile::tempdir().unwrap();
-    let options = LoadOptions { overrides, ..LoadOptions::default() };
-    let scene = Scene::load(scene, &options).unwrap();
+    let scene = Scene::load(scene, options).unwrap();
     let study = Study::new(&scene, &folder.path().join("out"), request, false).unwrap();
     study.run("a test", &Silent).unwrap()
 }
@@ -52,7 +51,7 @@ fn errors_fall_with_photons_as_theory_says() {
     std::fs::write(&path, BALL).unwrap();
     let candidates = names(&["photons"]);
     let request = Request { candidates, seeds: 3, reference: Some(1500), ..Request::default() };
-    let results = studied(&path, Overrides::default(), &request);
+    let results = studied(&path, &LoadOptions::default(), &request);
     let told = results.convergence.unwrap();
     eprintln!("{told:#?}");
     assert_eq!((told.estimator, told.points.len()), (Estimator::Lattice, 4));
@@ -65,13 +64,7 @@ fn errors_fall_with_photons_as_theory_says() {
 #[test]
 fn a_coarse_step_is_told_from_noise_and_bias() {
     let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.toml");
-    let overrides = Overrides {
-        size: Some([24, 24]),
-        photons: Some(100_000),
-        rays: Some(4),
-        step: Some(0.5),
-        ..Overrides::default()
-    };
+    let exact = LoadOptions::default().size([24, 24]).photons(100_000).rays(4);
     let request = Request {
         candidates: names(&["fixed", "xs-rays", "xs-step"]),
         budgets: vec![4, 2, 1],
@@ -91,11 +84,11 @@ fn a_coarse_step_is_told_from_noise_and_bias() {
         assert!((sum - mean).abs() < 1e-6 * mean, "{sum} of {mean}");
         split.step.unwrap() / mean
     };
-    let coarse = studied(&smoke, overrides, &request);
+    let coarse = studied(&smoke, &exact.clone().with("render.step", 0.5), &request);
     let share = steps(&coarse, "fixed");
     assert!(share > 0.01, "steps of half a metre make {share} of the error");
 
-    let fine = studied(&smoke, Overrides { step: None, ..overrides }, &request);
+    let fine = studied(&smoke, &exact, &request);
     assert_eq!((steps(&fine, "fixed"), steps(&fine, "xs-rays")), (0.0, 0.0));
     let directed = steps(&fine, "xs-step");
     assert!(directed.abs() < share, "directed steps make {directed}");

@@ -81,9 +81,9 @@ fn the_first_line_says_what_a_bare_render_does() {
         let output = command.arg("info").arg(&path).assert().success();
         String::from_utf8(output.get_output().stdout.clone()).unwrap()
     };
-    let size = "2.333 x 2.333 x 2.333 m";
+    let size = "2.67 x 2.67 x 2.67 m";
     let text = info(&[density()]);
-    assert_eq!(text.lines().next(), Some(&*format!("smoke, y up, {size}")));
+    assert_eq!(text.lines().next(), Some(&*format!("smoke, optical thickness 6, y up, {size}")));
     for words in
         ["values      0.3333 to 0.3333, mean 0.3333, 0 zeros", "[0.3333, 0.3333, 0.3333] m"]
     {
@@ -95,7 +95,8 @@ fn the_first_line_says_what_a_bare_render_does() {
     grids.extend(parts);
     grids.push(scalar("flags", |_| 1.0));
     let text = info(&grids);
-    let first = format!("smoke, glows by `flames`, coloured by `Cd`, z up, {size}");
+    let first =
+        format!("fire, optical thickness 4, glows by `flames`, coloured by `Cd`, z up, {size}");
     assert_eq!(text.lines().next(), Some(&*first));
     let count = |words: &str| text.matches(words).count();
     for (words, wanted) in [
@@ -110,5 +111,8 @@ fn the_first_line_says_what_a_bare_render_does() {
     let text = info(&[scalar("pressure", |_| 1.0)]);
     assert!(text.starts_with("a bare render refuses it: "), "{text}");
     let text = info(&[scalar("density", |_| 0.0)]);
-    assert!(text.starts_with("nothing to see: "), "{text}");
+    assert!(
+        text.starts_with("a bare render refuses it: ") && text.contains("no density above 0"),
+        "{text}"
+    );
 }

@@ -9,7 +9,8 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::math::{Index, Transform};
-use crate::vdb::roles::{Axis, Contents, Role};
+use crate::scene;
+use crate::vdb::roles::{Contents, Role};
 use crate::vdb::{Grid, GridInfo, ReadAs, Statistics, VdbFile, Voxel};
 
 /// Tells what is in an OpenVDB file, and what fogbow would do with it.
@@ -35,6 +36,8 @@ struct Report {
     density: Option<String>,
     /// Why there is none.
     problem: Option<String>,
+    /// What is told of the file as a whole, one line each.
+    notes: Vec<String>,
     /// What a bare render takes the grids for; nothing where it refuses the file.
     contents: Option<Contents>,
 }
@@ -90,30 +93,18 @@ fn report(file: &VdbFile) -> Report {
     let usable = chosen.map(|i| &grids[i]);
     let usable = usable.filter(|grid| grid.problem.is_none() && !grid.info.is_level_set());
     Report {
-        summary: match &contents {
-            Ok(contents) => summary(contents, usable),
-            Err(problem) => format!("a bare render refuses it: {problem}"),
-        },
+        summary: scene::summary(file.path())
+            .unwrap_or_else(|problem| format!("a bare render refuses it: {problem}")),
         file: file.path().to_path_buf(),
         format_version: file.version(),
         library_version: file.library_version().to_string(),
         reader_version: VdbFile::reader_version(),
         density: usable.map(|grid| grid.label.clone()),
         problem: contents.as_ref().err().map(Error::to_string),
+        notes: file.notes(),
         contents: contents.ok(),
         grids,
     }
-}
-
-/// What a bare render does with a file of these contents.
-fn summary(contents: &Contents, density: Option<&GridReport>) -> String {
-    let seen = density.filter(|d| d.statistics.is_some_and(|s| s.max > 0.0));
-    let Some([min, max]) = seen.and_then(|density| density.world_bounds) else {
-        let label = contents.density.label();
-        return format!("nothing to see: grid \"{label}\" has no density above 0");
-    };
-    let size = std::array::from_fn(|axis| max[axis] - min[axis]);
-    text::summary(contents, size, None, contents.up.map_or(Axis::Y, |(axis, _)| axis))
 }
 
 /// What grid number `index` is taken for: as the contents say, else, where there are none, as the

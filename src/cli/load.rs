@@ -6,43 +6,55 @@ use std::time::{Duration, Instant};
 use rayon::ThreadPool;
 
 use super::console;
+use super::look::LookArgs;
 use super::memory;
-use super::settings::RunArgs;
+use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
-use crate::scene::{LoadOptions, Overrides, Planning, Scene};
+use crate::image::can_denoise;
+use crate::render;
+use crate::scene::{LoadOptions, Scene};
 
-/// How volumes are read.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Volumes {
-    /// A bare level set is turned into fog.
-    pub(super) level_set_as_fog: bool,
-    /// The frame of a sequence.
-    pub(super) frame: Option<i64>,
-    /// Bytes that reading a grid may take; what the machine has where none is given.
-    pub(super) memory: Option<u64>,
-    /// Whether what the scene does not need is left out.
-    pub(super) planning: Planning,
+/// What stands over a scene, or beside a VDB file alone.
+pub(super) fn options(settings: &SettingArgs, look: &LookArgs) -> LoadOptions {
+    LoadOptions {
+        settings: settings.settings.clone(),
+        look: look.options(),
+        level_set_as_fog: look.level_set_as_fog(),
+        ..LoadOptions::default()
+    }
 }
 
-/// Loads `path` with `overrides` over its settings, in a pool of as many threads as asked for; also the time
-/// that it took.
+/// Loads `path`, in a pool of as many threads as asked for; also the time that it took.
 pub(super) fn scene(
     path: &Path,
-    overrides: Overrides,
-    volumes: Volumes,
+    mut options: LoadOptions,
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Duration)> {
-    let Volumes { level_set_as_fog, frame, memory, planning } = volumes;
-    let memory = memory.or_else(memory::available);
-    let options = LoadOptions { overrides, level_set_as_fog, frame, memory, planning };
+    options.memory = options.memory.or_else(memory::available);
     let pool = thread_pool(run.threads)?;
     let start = Instant::now();
     let scene = pool.install(|| Scene::load(path, &options))?;
     let loading = start.elapsed();
+    if scene.render.denoise {
+        can_denoise()?;
+    }
     if !run.quiet {
         scene.notes.iter().for_each(|note| console::message(&format!("note: {note}")));
     }
     console::warn(&scene.warnings);
+    Ok((scene, pool, loading))
+}
+
+/// As [`scene`], for pictures that are shown: with the exposure metered where the scene leaves it open.
+pub(super) fn scene_to_show(
+    path: &Path,
+    options: LoadOptions,
+    run: &RunArgs,
+) -> Result<(Scene, ThreadPool, Duration)> {
+    let (mut scene, pool, loading) = scene(path, options, run)?;
+    if scene.film.exposure.is_none() {
+        scene.film.exposure = Some(pool.install(|| render::exposure(&scene))?);
+    }
     Ok((scene, pool, loading))
 }
 

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value, json};
 
 use super::console;
-use super::load::{self, Volumes};
+use super::load;
+use super::look::LookArgs;
 use super::settings::{RunArgs, SettingArgs};
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
@@ -14,7 +15,7 @@ use crate::image::{
     write_exr_layers, write_picture,
 };
 use crate::render::{self, Extent, Maps, Stages};
-use crate::scene::Scene;
+use crate::scene::{LoadOptions, Scene};
 
 /// Panels side by side on the contact sheet.
 const COLUMNS: usize = 4;
@@ -38,6 +39,8 @@ pub(super) struct Args {
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]
+    look: LookArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
@@ -60,12 +63,8 @@ enum Content<'a> {
 pub(super) fn run(args: &Args) -> Result<()> {
     std::fs::create_dir_all(&args.output)
         .map_err(|e| Error::file(&args.output, format!("cannot be made: {e}; give a folder")))?;
-    let (scene, pool, _) = load::scene(
-        &args.scene,
-        args.settings.overrides(),
-        Volumes { frame: args.frame, ..Volumes::default() },
-        &args.run,
-    )?;
+    let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
+    let (scene, pool, _) = load::scene_to_show(&args.scene, options, &args.run)?;
     let kept =
         args.z.as_ref().map(|path| KeptSight::read(path, &scene, &scene.render)).transpose()?;
     let mut stages = Stages::default();
@@ -113,7 +112,8 @@ fn write(folder: &Path, scene: &Scene, maps: &Maps) -> Result<Vec<PathBuf>> {
             Content::Light(image) => {
                 write_exr_image(&exr, image)?;
                 outputs.push(exr);
-                let view = View { exposure: scene.film.exposure, transform: ViewTransform::Srgb };
+                let view =
+                    View { exposure: scene.film.shown().exposure, transform: ViewTransform::Srgb };
                 titled(shown.title, &Picture::developed(image, &view))
             }
             Content::Distances(values) => ScalarMap::fitted(shown.title, width, values).panel(),

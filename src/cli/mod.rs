@@ -4,7 +4,6 @@
 //! (misuse).
 
 mod console;
-mod directing;
 mod error;
 mod frames;
 mod header;
@@ -13,6 +12,7 @@ mod info;
 mod interrupt;
 mod limit;
 mod load;
+mod look;
 mod make;
 mod maps;
 mod memory;

@@ -19,7 +19,7 @@ use super::progress::Console;
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::image::{View, exr_bytes, write_png};
+use crate::image::{exr_bytes, write_png};
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Ended, Progress, Rendered, Silent,
 };
@@ -350,7 +350,7 @@ fn write_files(
 ) -> Result<()> {
     let attributes: Vec<(&str, String)> =
         attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-    let view = View { exposure: scene.film.exposure, transform: scene.film.view };
+    let view = scene.film.shown();
     let (png, exr) = rayon::join(
         || write_png(&output.png, &rendered.film.image(), &view),
         || exr_bytes(&output.exr, &rendered.film, &attributes),

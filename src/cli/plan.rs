@@ -7,12 +7,13 @@ use serde_json::{Value, json};
 
 use super::console;
 use super::limit;
-use super::load::{self, Volumes};
+use super::load;
+use super::look::LookArgs;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{self, Costs};
 use crate::scene::plan::{Item, RenderPlan};
-use crate::scene::{self, Scene};
+use crate::scene::{self, LoadOptions, Scene};
 
 /// Photons that take longer are warned of.
 const LONG: Duration = Duration::from_secs(600);
@@ -28,9 +29,8 @@ pub(super) struct Args {
     frame: Option<i64>,
     #[command(flatten)]
     settings: SettingArgs,
-    /// For a VDB file that has only a level set: turn it into a fog volume.
-    #[arg(long, value_name = "AS", value_parser = ["fog"])]
-    level_set: Option<String>,
+    #[command(flatten)]
+    look: LookArgs,
     #[command(flatten)]
     run: RunArgs,
 }
@@ -38,9 +38,8 @@ pub(super) struct Args {
 /// Prints what rendering the scene needs, and what it should cost.
 pub(super) fn run(args: &Args) -> Result<()> {
     let program = limit::program();
-    let level_set_as_fog = args.level_set.is_some();
-    let volumes = Volumes { level_set_as_fog, frame: args.frame, ..Volumes::default() };
-    let (scene, pool, _) = load::scene(&args.scene, args.settings.overrides(), volumes, &args.run)?;
+    let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
+    let (scene, pool, _) = load::scene(&args.scene, options, &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
     let slow = pool.install(|| slow(&scene))?;

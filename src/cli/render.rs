@@ -1,5 +1,7 @@
 //! `fogbow render`.
 
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -10,16 +12,18 @@ use super::header::Method;
 use super::holding::HoldArgs;
 use super::interrupt::Interrupt;
 use super::limit;
-use super::load::{self, Volumes};
+use super::load;
+use super::look::LookArgs;
 use super::output::Output;
 use super::picture::{Job, Told};
 use super::sequence;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::file;
 use crate::image::can_denoise;
 use crate::render::Clock;
 use crate::scene::plan::RenderPlan;
-use crate::scene::{self, Overrides, Planning, Scene};
+use crate::scene::{self, LoadOptions, Planning, Scene};
 
 /// Arguments of `fogbow render`.
 #[derive(Debug, clap::Args)]
@@ -35,9 +39,11 @@ pub(super) struct Args {
     /// noisy.R, noisy.G and noisy.B. Wants a fogbow built with --features denoise.
     #[arg(long)]
     pub(super) denoise: bool,
-    /// For a VDB file that has only a level set: turn it into a fog volume.
-    #[arg(long, value_name = "AS", value_parser = ["fog"])]
-    pub(super) level_set: Option<String>,
+    /// Write the scene that is rendered for a VDB file alone, with a sentence on every key.
+    #[arg(long, value_name = "OUT.toml")]
+    pub(super) write_scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) look: LookArgs,
     /// What to do of what the scene does not need: nothing, or everything all the same.
     #[arg(long, value_name = "WHAT", default_value = "needed",
         value_parser = PossibleValuesParser::new(["needed", "everything"]).map(planning))]
@@ -51,15 +57,18 @@ pub(super) struct Args {
 }
 
 impl Args {
-    /// Settings that stand over those of the scene file.
-    pub(super) fn overrides(&self) -> Overrides {
-        Overrides { denoise: Some(self.denoise), ..self.settings.overrides() }
+    /// What stands over the scene file, or beside a VDB file alone.
+    pub(super) fn options(&self) -> LoadOptions {
+        let mut options = load::options(&self.settings, &self.look);
+        if self.denoise {
+            options = options.with("render.denoise", true);
+        }
+        LoadOptions { memory: self.hold.memory, planning: self.plan, ..options }
     }
 
     /// How pictures are made.
     pub(super) const fn method(&self) -> Method {
-        let level_set_as_fog = self.level_set.is_some();
-        Method { reference: self.reference, level_set_as_fog }
+        Method { reference: self.reference, level_set_as_fog: self.look.level_set_as_fog() }
     }
 }
 
@@ -74,11 +83,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (clock, program) = (Clock::start(), limit::program());
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
-    let (level_set_as_fog, memory, planning) =
-        (args.method().level_set_as_fog, args.hold.memory, args.plan);
-    let volumes = Volumes { level_set_as_fog, frame: None, memory, planning };
     let (mut scene, pool, loading) =
-        load::scene(&args.paths.scene, args.overrides(), volumes, &args.run)?;
+        load::scene_to_show(&args.paths.scene, args.options(), &args.run)?;
+    write_scene(args, &scene)?;
     let plan = plan(args, &scene);
     plan.iter().for_each(|line| console::message(line));
     let advice = advice(args, &scene);
@@ -98,6 +105,40 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let told = job.run(&mut scene, &pool, warnings, None)?;
     tell(args, &told);
     told.end(&interrupt)
+}
+
+/// Writes the scene that was made for a VDB file alone, with the settings and the exposure that it is
+/// rendered with, where that is asked for.
+pub(super) fn write_scene(args: &Args, scene: &Scene) -> Result<()> {
+    let Some(path) = &args.write_scene else { return Ok(()) };
+    let Some(made) = &scene.made else {
+        return Err(Error::Usage(format!(
+            "--write-scene is for VDB files alone; {} is a scene already",
+            args.paths.scene.display()
+        )));
+    };
+    let mut options = args.options();
+    if let Some(exposure) = scene.film.exposure {
+        options = options.with("film.exposure", format!("{exposure:?}"));
+    }
+    let mut draft = made.draft.clone().with(&options.settings);
+    draft.set_file(&from_folder_of(path, &args.paths.scene));
+    file::write(path, |out| out.write_all(draft.text().as_bytes()))
+}
+
+/// How a scene in `scene` names `volume`: by its own name in the same folder, else by its whole path.
+fn from_folder_of(scene: &Path, volume: &Path) -> String {
+    let folder = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        folder.unwrap_or(Path::new(".")).canonicalize().ok()
+    };
+    let name = volume.file_name().unwrap_or_default();
+    match (folder(scene), folder(volume)) {
+        (Some(scene), Some(volume)) if scene != volume => volume.join(name),
+        _ => PathBuf::from(name),
+    }
+    .to_string_lossy()
+    .into_owned()
 }
 
 /// One line on what rendering `scene` needs, where it is to be said.

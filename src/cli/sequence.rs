@@ -22,7 +22,7 @@ use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::image::read_layers;
 use crate::render::Clock;
-use crate::scene::{LoadOptions, Scene, Sequence};
+use crate::scene::{Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
 
 /// Renders `frames`, each as it would be alone.
@@ -33,23 +33,27 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
     let first = frames.first().copied().unwrap_or_default();
     Output::check(&target.at(first))?;
     let interrupt = Interrupt::listen()?;
-    let options = LoadOptions {
-        overrides: args.overrides(),
-        level_set_as_fog: args.level_set.is_some(),
-        frame: None,
-        memory: args.hold.memory.or_else(memory::available),
-        planning: args.plan,
-    };
+    let mut options = args.options();
+    options.memory = options.memory.or_else(memory::available);
     let pool = load::thread_pool(args.run.threads)?;
     let sequence = pool.install(|| Sequence::open(&args.paths.scene, &options))?;
     let reader = Reader::new(&sequence, &args.frames);
     if let Some(warning) = reader.check(frames)? {
         console::warn(&[warning]);
     }
+    let exposure = pool.install(|| exposure(&sequence))?;
+    if let Some(frame) = sequence.metered_frame().filter(|_| args.write_scene.is_some()) {
+        let mut scene = sequence.load(frame)?;
+        scene.film.exposure = scene.film.exposure.or(exposure);
+        render::write_scene(args, &scene)?;
+    }
     let mut run = Run::new(args, &interrupt, program, frames.len());
     std::thread::scope(|scope| {
         for frame in reader.ahead(scope, frames)? {
-            let frame = frame?;
+            let mut frame = frame?;
+            if let Some(scene) = &mut frame.scene {
+                scene.film.exposure = scene.film.exposure.or(exposure);
+            }
             let output = Output::check(&target.at(frame.number))?;
             run.frame(frame, &output, &pool)?;
         }
@@ -60,6 +64,17 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
         return Err(Error::file(&args.paths.scene, problem));
     }
     Ok(())
+}
+
+/// The exposure of all frames where the scene leaves it open: metered in one of them.
+fn exposure(sequence: &Sequence) -> Result<Option<f64>> {
+    let Some(frame) = sequence.metered_frame() else { return Ok(None) };
+    // A frame that cannot be used is told of where it is rendered.
+    let Ok(scene) = sequence.load(frame) else { return Ok(None) };
+    match scene.film.exposure {
+        Some(_) => Ok(None),
+        None => crate::render::exposure(&scene).map(Some),
+    }
 }
 
 /// The pattern that `-o path` is; a name without one gets `.####` before its ending.

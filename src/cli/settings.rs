@@ -2,73 +2,84 @@
 
 use std::path::PathBuf;
 
-use clap::builder::PossibleValuesParser;
-use clap::builder::TypedValueParser;
+use clap::error::ErrorKind;
+use clap::{Arg, ArgAction, ArgMatches, Command};
 
-use super::directing::{DirectingArgs, words};
-use crate::image::ViewTransform;
-use crate::scene::{
-    FinalGather, MAX_MAGNITUDE, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
-};
+use crate::scene::{Key, Kind, Setting, flagged};
 
-/// Settings that every rendering command takes; each stands over the scene file's.
-#[derive(Debug, clap::Args)]
+/// Settings that every rendering command takes; each stands over the scene file's. The flags are those
+/// of the table of keys.
+#[derive(Debug, Default)]
 pub(super) struct SettingArgs {
-    /// Width and height of the picture in pixels.
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    size: Option<[u32; 2]>,
-    /// Camera rays a pixel.
-    #[arg(long, value_name = "N",
-        value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_RAYS)))]
-    rays: Option<u32>,
-    /// Photons that the map is to hold.
-    #[arg(long, value_name = "N",
-        value_parser = clap::value_parser!(u64).range(0..=MAX_PHOTONS))]
-    photons: Option<u64>,
-    /// Gather radius in metres.
-    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = length)]
-    radius: Option<f64>,
-    /// March step in metres.
-    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = length)]
-    step: Option<f64>,
-    #[command(flatten)]
-    directing: DirectingArgs,
-    /// Seed of every random stream.
-    #[arg(long, value_name = "N")]
-    seed: Option<u64>,
-    /// Highest order of volume scattering; 1 is single scattering.
-    #[arg(long, value_name = "N",
-        value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_SCATTER)))]
-    max_scatter: Option<u32>,
-    /// Where rays that media scatter are followed further before photons are asked.
-    #[arg(long, value_name = "WHERE", value_parser = words(FinalGather::ALL))]
-    final_gather: Option<FinalGather>,
-    /// Exposure of the PNG in stops.
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = exposure)]
-    exposure: Option<f64>,
-    /// View transform of the PNG.
-    #[arg(long, value_parser = PossibleValuesParser::new(["agx", "srgb"]).map(view))]
-    view: Option<ViewTransform>,
+    /// In the order in which they are put over the scene.
+    pub(super) settings: Vec<Setting>,
 }
 
-impl SettingArgs {
-    /// What stands over the scene file.
-    pub(super) fn overrides(&self) -> Overrides {
-        Overrides {
-            size: self.size,
-            exposure: self.exposure,
-            view: self.view,
-            rays: self.rays,
-            photons: self.photons,
-            radius: self.radius,
-            step: self.step,
-            director: self.directing.director,
-            directing: self.directing.overrides(),
-            seed: self.seed,
-            max_scatter: self.max_scatter,
-            final_gather: self.final_gather,
-            denoise: None,
+/// The name of `--set`.
+const SET: &str = "set";
+
+impl clap::Args for SettingArgs {
+    fn augment_args(command: Command) -> Command {
+        let set = Arg::new(SET)
+            .long(SET)
+            .value_name("KEY=VALUE")
+            .action(ArgAction::Append)
+            .value_parser(Setting::parse)
+            .help("Any key of the scene, such as medium.0.albedo=0.8; may be given several times");
+        flagged().fold(command, |command, (table, key)| command.arg(flag(table, key))).arg(set)
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl clap::FromArgMatches for SettingArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut args = Self::default();
+        args.update_from_arg_matches(matches)?;
+        Ok(args)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        let wrong = |e| clap::Error::raw(ErrorKind::InvalidValue, format!("{e}\n"));
+        let given = matches.try_get_many::<Setting>(SET).map_err(wrong)?;
+        self.settings.extend(given.into_iter().flatten().cloned());
+        for (_, key) in flagged() {
+            let name = key.flag.unwrap_or(key.name);
+            let given = matches.try_get_one::<Setting>(name).map_err(wrong)?;
+            self.settings.extend(given.cloned());
         }
+        Ok(())
+    }
+}
+
+/// The flag of `key`, which stands in `table`.
+fn flag(table: &'static str, key: &'static Key) -> Arg {
+    let name = key.flag.unwrap_or(key.name);
+    let unit = if key.unit.is_empty() { String::new() } else { format!(", in {}", key.unit) };
+    let words = match key.kind {
+        Kind::Word(words) => format!(": {}", words().join(", ")),
+        _ => String::new(),
+    };
+    let sentence = format!("{}{words}{unit}", key.doc.trim_end_matches('.'));
+    let arg = Arg::new(name)
+        .long(name)
+        .value_name(value_name(&key.kind))
+        .allow_negative_numbers(true)
+        .value_parser(move |text: &str| Setting::of_flag(table, key, text))
+        .help(sentence);
+    if table == "director" { arg.help_heading("Director") } else { arg }
+}
+
+/// What the help calls the value of a flag.
+fn value_name(kind: &Kind) -> &'static str {
+    match kind {
+        Kind::Size => "WxH",
+        Kind::Pair(_) => "A,B",
+        Kind::Number(_) | Kind::NumberOr(..) | Kind::Splat(_) => "X",
+        Kind::Whole(..) => "N",
+        _ => "WORD",
     }
 }
 
@@ -97,29 +108,4 @@ pub(super) struct PathArgs {
     /// stands, else before the ending.
     #[arg(short, long, value_name = "OUT.exr")]
     pub(super) output: PathBuf,
-}
-
-fn size(text: &str) -> Result<[u32; 2], String> {
-    let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n));
-    let parsed = text.split_once(['x', 'X']).and_then(|(w, h)| Some([side(w)?, side(h)?]));
-    parsed.filter(|[w, h]| u64::from(*w) * u64::from(*h) <= MAX_PIXELS).ok_or_else(|| {
-        format!(
-            "give width and height as 960x540, each from 1 to {MAX_SIDE}, at most {MAX_PIXELS} \
-                 pixels"
-        )
-    })
-}
-
-fn length(text: &str) -> Result<f64, String> {
-    let parsed = text.parse().ok().filter(|m: &f64| *m > 0.0 && *m <= MAX_MAGNITUDE);
-    parsed.ok_or_else(|| "give a length above 0 in metres".into())
-}
-
-fn exposure(text: &str) -> Result<f64, String> {
-    let parsed = text.parse().ok().filter(|stops: &f64| stops.abs() <= 100.0);
-    parsed.ok_or_else(|| "give a number of stops from -100 to 100".into())
-}
-
-fn view(name: String) -> ViewTransform {
-    if name == "srgb" { ViewTransform::Srgb } else { ViewTransform::Agx }
 }

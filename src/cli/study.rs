@@ -8,12 +8,13 @@ use serde_json::json;
 
 use super::command;
 use super::console;
-use super::load::{self, Volumes};
+use super::load;
+use super::look::LookArgs;
 use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{Clock, Progress, Silent};
-use crate::scene::MAX_RAYS;
+use crate::scene::{LoadOptions, MAX_RAYS};
 use crate::study::{Answer, CANDIDATES, Effect, Metric, Request, Study, write_report};
 
 /// Arguments of `fogbow study`.
@@ -66,6 +67,8 @@ pub(super) struct Args {
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]
+    look: LookArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
@@ -81,8 +84,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         errors: args.errors.clone(),
     };
     request.check()?;
-    let volumes = Volumes { frame: args.frame, ..Volumes::default() };
-    let (scene, pool, _) = load::scene(&args.scene, args.settings.overrides(), volumes, &args.run)?;
+    let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
+    let (scene, pool, _) = load::scene_to_show(&args.scene, options, &args.run)?;
     let console = Console::new(Clock::start());
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
     let results = pool.install(|| {

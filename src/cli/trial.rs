@@ -7,7 +7,8 @@ use serde_json::json;
 
 use super::command;
 use super::console;
-use super::load::{self, Volumes};
+use super::load;
+use super::look::LookArgs;
 use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
@@ -58,6 +59,8 @@ pub(super) struct Args {
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]
+    look: LookArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
@@ -76,7 +79,8 @@ fn make(args: &Args, folder: &Path) -> Result<()> {
     let mut loaded = Vec::new();
     // All are read before the first is rendered, which may take long.
     for path in &args.scenes {
-        loaded.push(load::scene(path, args.settings.overrides(), Volumes::default(), &args.run)?);
+        let options = load::options(&args.settings, &args.look);
+        loaded.push(load::scene_to_show(path, options, &args.run)?);
     }
     check_scenes(loaded.iter().map(|(scene, ..)| scene))?;
     std::fs::create_dir_all(folder)

@@ -15,7 +15,7 @@ const MAX_DARKER: f64 = 24.0;
 const LIT: Anchor = Anchor { percentile: 0.95, level: 0.8 };
 
 /// The most stops by which lit media are brightened: soot stays dark.
-const LIT_MAX_BRIGHTER: f64 = 4.0;
+const LIT_MAX_BRIGHTER: f64 = 1.5;
 
 /// Where the body of a glow is put. At 0.66 flames of `volumes/fire.toml` are orange with yellow tongues;
 /// one stop more and AgX takes their colour, one less and they light nothing around.
@@ -199,9 +199,7 @@ mod tests {
         let exposure = meter(&luminance, &alpha, true).unwrap();
         assert_eq!(code(1.0, exposure), (BODY.level * 255.0).round() as u8);
         // The same where it covers nothing of a dark backdrop.
-        for a in &mut alpha {
-            *a = 0.0;
-        }
+        alpha.fill(0.0);
         assert_eq!(meter(&luminance, &alpha, true), Some(exposure));
     }
 

@@ -108,7 +108,7 @@ impl Medium {
         }
     }
 
-    /// About the bytes of its [`EmissionSampler`]: the table of voxels that may glow.
+    /// About the bytes of its [`EmissionSampler`](super::EmissionSampler): the table of voxels that may glow.
     pub fn sampler_bytes(&self) -> u64 {
         let Some(grid) = self.glowing_grid() else { return 0 };
         let cells = if grid.is_cut() { grid.occupied_volume() as u64 } else { 0 };

@@ -147,42 +147,86 @@ fn pilot<S: Spectrum, H: Heading>(
     scene: &Scene,
     settings: &RenderSettings,
 ) -> Result<(Film, Work)> {
-    let shooting = Shooting {
-        photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
-        seed: settings.seed ^ PILOT_SEED,
-        levels: 0,
-        rays: PILOT_RAYS,
-        pixels: f64::from(PILOT_PIXELS) / settings.directing.resolution,
-        denoise: false,
-        ..shooting(scene, settings)
-    };
-    let (photons, mut work) = photon::shoot::<S, H>(scene, &shooting, &|_| ())?;
-    let voxel = scene.media.detail();
     let asked = &settings.directing;
-    let step = voxel.map_or(0.0, |voxel| voxel * asked.coarsest_step);
-    let budget = Budget::fixed(PILOT_RAYS, photons.volume_radius, step);
-    let marcher = Marcher::new(scene, &photons, shooting.needs);
-    let size = asked.map_size(scene.film.size).map(|side| side.div_ceil(PILOT_PIXELS));
-    let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
-    // All rays of one place lead through the same pixel, the middle one of its square.
-    let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
-    let exposed = expose(
-        Sheet {
-            size,
-            window: Window::whole(size),
+    let look = CoarseLook {
+        photons: (settings.photons / PILOT_PHOTONS).max(settings.photons.min(PILOT_PHOTONS)),
+        pixels: f64::from(PILOT_PIXELS) / asked.resolution,
+        size: asked.map_size(scene.film.size).map(|side| side.div_ceil(PILOT_PIXELS)),
+        step: scene.media.detail().map_or(0.0, |voxel| voxel * asked.coarsest_step),
+    };
+    look.take::<S, H>(scene, settings)
+}
+
+/// A look at the whole film with few photons and rays.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CoarseLook {
+    /// Photon paths.
+    pub(super) photons: u64,
+    /// Width and height of the look in its own pixels.
+    pub(super) size: [u32; 2],
+    /// Pixels of the film, along each side, for one of those.
+    pub(super) pixels: f64,
+    /// March step in metres; 0 is exact.
+    pub(super) step: f64,
+}
+
+impl CoarseLook {
+    fn take<S: Spectrum, H: Heading>(
+        self,
+        scene: &Scene,
+        settings: &RenderSettings,
+    ) -> Result<(Film, Work)> {
+        let Self { photons, size, pixels, step } = self;
+        let shooting = Shooting {
+            photons,
             seed: settings.seed ^ PILOT_SEED,
-            stage: Stage::Director,
+            levels: 0,
             rays: PILOT_RAYS,
-            needs: shooting.needs,
-        },
-        |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
-        |_, _| Direction::fixed(budget),
-        |ray, budget, state| marcher.radiance(ray, budget, state),
-        &[],
-        &Control::silent(),
-    );
-    work += exposed.work;
-    Ok((exposed.film, work))
+            pixels,
+            denoise: false,
+            ..shooting(scene, settings)
+        };
+        let (photons, mut work) = photon::shoot::<S, H>(scene, &shooting, &|_| ())?;
+        let budget = Budget::fixed(PILOT_RAYS, photons.volume_radius, step);
+        let marcher = Marcher::new(scene, &photons, shooting.needs);
+        let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
+        // All rays of one place lead through the same pixel, the middle one of its square.
+        let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
+        let exposed = expose(
+            Sheet {
+                size,
+                window: Window::whole(size),
+                seed: settings.seed ^ PILOT_SEED,
+                stage: Stage::Director,
+                rays: PILOT_RAYS,
+                needs: shooting.needs,
+            },
+            |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
+            |_, _| Direction::fixed(budget),
+            |ray, budget, state| marcher.radiance(ray, budget, state),
+            &[],
+            &Control::silent(),
+        );
+        work += exposed.work;
+        Ok((exposed.film, work))
+    }
+}
+
+/// Looks at `scene` as `look` says, else as in `settings`.
+pub(super) fn coarse_look(
+    scene: &Scene,
+    settings: &RenderSettings,
+    look: CoarseLook,
+) -> Result<Film> {
+    fn taken<S: Spectrum, H: Heading>(
+        scene: &Scene,
+        settings: &RenderSettings,
+        look: CoarseLook,
+    ) -> Result<Film> {
+        look.take::<S, H>(scene, settings).map(|(film, _)| film)
+    }
+    let needs = Needs::of(scene, settings);
+    specialised!(needs, taken(scene, settings, look))
 }
 
 /// Photons shot where nothing thins them.

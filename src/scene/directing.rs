@@ -146,57 +146,16 @@ pub struct Directing {
     pub resolution: f64,
 }
 
-impl Default for Directing {
-    fn default() -> Self {
-        Self {
-            x: Importance::default(),
-            weights: [0.5, 0.5],
-            operator: Operator::default(),
-            directed: Directed { rays: true, radius: true, step: true },
-            floor: 1,
-            coarsest_radius: 2.0,
-            coarsest_step: 4.0,
-            tolerance: 0.05,
-            resolution: 1.0,
-        }
-    }
-}
-
-/// What stands over the scene file's [`Directing`]; see there.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[allow(missing_docs, reason = "the fields are those of Directing")]
-pub struct DirectingOverrides {
-    pub x: Option<Importance>,
-    pub weights: Option<[f64; 2]>,
-    pub operator: Option<Operator>,
-    pub directed: Option<Directed>,
-    pub floor: Option<u32>,
-    pub coarsest_radius: Option<f64>,
-    pub coarsest_step: Option<f64>,
-    pub tolerance: Option<f64>,
-    pub resolution: Option<f64>,
-}
-
 impl Directing {
-    /// These settings with `over` put over them.
-    pub fn overridden(self, over: &DirectingOverrides) -> Self {
-        Self {
-            x: over.x.unwrap_or(self.x),
-            weights: over.weights.unwrap_or(self.weights),
-            operator: over.operator.unwrap_or(self.operator),
-            directed: over.directed.unwrap_or(self.directed),
-            floor: over.floor.unwrap_or(self.floor),
-            coarsest_radius: over.coarsest_radius.unwrap_or(self.coarsest_radius),
-            coarsest_step: over.coarsest_step.unwrap_or(self.coarsest_step),
-            tolerance: over.tolerance.unwrap_or(self.tolerance),
-            resolution: over.resolution.unwrap_or(self.resolution),
-        }
-    }
-
     /// Width and height of the maps for a film of `size`.
     pub fn map_size(&self, size: [u32; 2]) -> [u32; 2] {
         size.map(|side| ((f64::from(side) * self.resolution).round() as u32).max(1))
     }
+}
+
+/// The words of `all`.
+pub(super) fn names<T>(all: &[(&'static str, T)]) -> Vec<&'static str> {
+    all.iter().map(|(name, _)| *name).collect()
 }
 
 pub(super) fn name_of<T: PartialEq>(all: &[(&'static str, T)], one: T) -> &'static str {

@@ -7,13 +7,15 @@ mod advice;
 mod bare;
 pub mod camera;
 mod directing;
-mod document;
 pub mod file;
 mod hash;
+mod keys;
 pub mod lighting;
 mod load;
+mod outline;
 pub mod plan;
 mod reader;
+mod sanity;
 mod sequence;
 mod settings;
 
@@ -26,17 +28,18 @@ use crate::medium::Media;
 use crate::surface::Surfaces;
 
 pub use advice::advice;
+pub use bare::{Ground, Look, LookOptions, Made, UpAxis, summary};
 pub use camera::Camera;
 pub use directing::{
-    Directed, Directing, DirectingOverrides, Director, Importance, MAX_COARSENING, Operator,
-    RESOLUTIONS,
+    Directed, Directing, Director, Importance, MAX_COARSENING, Operator, RESOLUTIONS,
 };
+pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
 pub use load::LoadOptions;
-pub use reader::{FileReference, MAX_MAGNITUDE, Place};
+pub use reader::{FileReference, MAX_MAGNITUDE, Place, Setting};
 pub use sequence::Sequence;
 pub use settings::{
-    FilmSettings, FinalGather, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Overrides,
-    Planning, RenderSettings,
+    FilmSettings, FinalGather, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Planning,
+    RenderSettings,
 };
 
 /// All that a picture depends on.
@@ -67,6 +70,8 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// What was chosen where the file says nothing, one line each.
     pub notes: Vec<String>,
+    /// The scene that was made, where a VDB file was given alone.
+    pub made: Option<Arc<Made>>,
 }
 
 impl Scene {

@@ -1,11 +1,12 @@
 //! Scenes whose files are numbered by frame.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::bare::{self, Look};
-use super::document::{self, Named};
-use super::load::{self, Stills};
-use super::{LoadOptions, Scene, file};
+use super::bare::{self, Made};
+use super::load::{self, Grids, Stills, Text};
+use super::outline::{self, Named};
+use super::{LoadOptions, Scene};
 use crate::error::{Error, Result};
 use crate::medium::{Emission, Medium};
 use crate::sequence::Pattern;
@@ -18,15 +19,12 @@ use crate::vdb::Grid;
 pub struct Sequence {
     path: PathBuf,
     options: LoadOptions,
-    source: Source,
-}
-
-#[derive(Debug)]
-enum Source {
-    /// The text of a scene file; surfaces and lights, where their files are not numbered.
-    Scene { text: String, patterns: Vec<Pattern>, stills: Option<Stills> },
-    /// VDB files, all seen and lit alike.
-    Volumes { pattern: Pattern, look: Look },
+    text: Text,
+    patterns: Vec<Pattern>,
+    /// Camera, surfaces and lights, where their files are not numbered.
+    stills: Option<Stills>,
+    /// The frame whose picture is metered for all of them.
+    metered: Option<i64>,
 }
 
 impl Sequence {
@@ -36,14 +34,31 @@ impl Sequence {
     /// # Errors
     /// Where the file cannot be read or used, a key is wrong, or nothing in it is a sequence.
     pub fn open(path: &Path, options: &LoadOptions) -> Result<Self> {
-        let source = match load::volumes(path) {
+        let options = options.clone();
+        let (text, metered) = match load::volumes(path) {
             Some(pattern) => {
-                let look = largest(path, &pattern, options)?;
-                Source::Volumes { pattern, look }
+                let (made, frame) = largest(path, &pattern, &options)?;
+                (Text::Made(Arc::new(made)), Some(frame))
             }
-            None => scene(path, options)?,
+            None if load::is_vdb(path)? => return Err(nothing_numbered(path)),
+            None => (Text::open(path, &options, &mut Grids::default())?, None),
         };
-        Ok(Self { path: path.to_path_buf(), options: *options, source })
+        let file = text.read(path, &options, Some(0))?;
+        let Named { patterns, by_stills } = outline::sequences(path, text.as_str());
+        if patterns.is_empty() {
+            return Err(nothing_numbered(path));
+        }
+        let stills = if by_stills { None } else { Some(Stills::build(&text, &file, &options)?) };
+        let mut sequence =
+            Self { path: path.to_path_buf(), options, text, patterns, stills, metered };
+        sequence.metered = metered.or_else(|| sequence.numbers().first().copied());
+        Ok(sequence)
+    }
+
+    /// The frame by which the exposure of all is chosen where none is given: of bare files the
+    /// largest, else the first that is there.
+    pub fn metered_frame(&self) -> Option<i64> {
+        self.metered
     }
 
     /// The files of `frame`, whether or not they are there.
@@ -70,26 +85,17 @@ impl Sequence {
     /// Where a file of it is missing or cannot be used. What all frames share was checked on
     /// opening, unless surfaces or lights have numbered files.
     pub fn load(&self, frame: i64) -> Result<Scene> {
-        match &self.source {
-            Source::Volumes { pattern, look } => {
-                bare::load_like(&pattern.existing(frame), look, &self.options)
-            }
-            Source::Scene { text, stills, .. } => {
-                let file = file::parse_at(&self.path, text, Some(frame))?;
-                let stills = match stills {
-                    Some(stills) => stills.clone(),
-                    None => Stills::build(text, &file, &self.options)?,
-                };
-                load::build(&self.path, text, &file, stills, &self.options)
-            }
-        }
+        let file = self.text.read(&self.path, &self.options, Some(frame))?;
+        let stills = match &self.stills {
+            Some(stills) => stills.clone(),
+            None => Stills::build(&self.text, &file, &self.options)?,
+        };
+        let grids = Grids::within(self.options.memory);
+        load::build(&self.path, &self.text, &file, stills, grids, &self.options)
     }
 
     fn patterns(&self) -> &[Pattern] {
-        match &self.source {
-            Source::Scene { patterns, .. } => patterns,
-            Source::Volumes { pattern, .. } => std::slice::from_ref(pattern),
-        }
+        &self.patterns
     }
 }
 
@@ -111,39 +117,27 @@ fn is_clear(medium: &Medium) -> bool {
     medium.density.maximum() <= 0.0 && left_out == 0 && !glows
 }
 
-/// The scene file `path` with what its frames share.
-fn scene(path: &Path, options: &LoadOptions) -> Result<Source> {
-    let nothing_numbered = || {
-        Error::Usage(format!(
-            "{}: nothing in it is a sequence, all frames would be the same; put #### or %04d in \
-             the name of a VDB file, or leave the frames out",
-            path.display()
-        ))
-    };
-    if load::is_vdb(path)? {
-        return Err(nothing_numbered());
-    }
-    load::refuse_level_set(options)?;
-    let text = file::read(path)?;
-    let file = file::parse_at(path, &text, Some(0))?;
-    let Named { patterns, by_stills } = document::sequences(path, &text);
-    if patterns.is_empty() {
-        return Err(nothing_numbered());
-    }
-    let stills = if by_stills { None } else { Some(Stills::build(&text, &file, options)?) };
-    Ok(Source::Scene { text, patterns, stills })
+fn nothing_numbered(path: &Path) -> Error {
+    Error::Usage(format!(
+        "{}: nothing in it is a sequence, all frames would be the same; put #### or %04d in the \
+         name of a VDB file, or leave the frames out",
+        path.display()
+    ))
 }
 
-/// How to look at a sequence of bare VDB files: as suits the largest that can be used.
-fn largest(path: &Path, pattern: &Pattern, options: &LoadOptions) -> Result<Look> {
-    let size = |file: &PathBuf| std::fs::metadata(file).map_or(0, |file| file.len());
-    let mut files: Vec<_> = pattern.numbers().into_iter().map(|n| pattern.existing(n)).collect();
-    files.sort_by_key(|file| std::cmp::Reverse(size(file)));
+/// The scene for a sequence of bare VDB files, as suits the largest that can be used, and the number of
+/// that.
+fn largest(path: &Path, pattern: &Pattern, options: &LoadOptions) -> Result<(Made, i64)> {
+    let size = |file: &Path| std::fs::metadata(file).map_or(0, |file| file.len());
+    let numbers = pattern.numbers().into_iter();
+    let mut files: Vec<_> = numbers.map(|n| (n, pattern.existing(n))).collect();
+    files.sort_by_key(|(_, file)| std::cmp::Reverse(size(file)));
     let none = Error::file(path, "none of its files is there; give the path of a sequence");
     let mut first = None;
-    for file in files {
-        match Look::at(&file, options) {
-            Ok(look) => return Ok(look),
+    for (number, file) in files {
+        let mut grids = Grids::within(options.memory);
+        match bare::make(&file, Some(path), options, &mut grids) {
+            Ok(made) => return Ok((made, number)),
             Err(problem) => first = first.or(Some(problem)),
         }
     }

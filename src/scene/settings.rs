@@ -1,7 +1,7 @@
 //! Film and render settings, their defaults, and what the command line puts over them.
 
-use super::directing::{Directing, DirectingOverrides, Director, name_of};
-use crate::image::{ViewTransform, Window};
+use super::directing::{Directing, Director, name_of};
+use crate::image::{View, ViewTransform, Window};
 
 /// Largest width and height of a film, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -19,15 +19,16 @@ pub const MAX_SCATTER: u32 = 1_000_000;
 pub struct FilmSettings {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Exposure of the PNG in stops.
-    pub exposure: f64,
+    /// Exposure of the PNG in stops; nothing where a first look at the scene is metered.
+    pub exposure: Option<f64>,
     /// View transform of the PNG.
     pub view: ViewTransform,
 }
 
-impl Default for FilmSettings {
-    fn default() -> Self {
-        Self { size: [960, 540], exposure: 0.0, view: ViewTransform::Agx }
+impl FilmSettings {
+    /// How the PNG shows the picture; as it is where no exposure has been metered.
+    pub fn shown(&self) -> View {
+        View { exposure: self.exposure.unwrap_or(0.0), transform: self.view }
     }
 }
 
@@ -93,86 +94,4 @@ pub struct RenderSettings {
     pub planning: Planning,
     /// The part of the film that is rendered; all of it where none is given.
     pub crop: Option<Window>,
-}
-
-impl Default for RenderSettings {
-    fn default() -> Self {
-        Self {
-            rays: 16,
-            photons: 1_000_000,
-            radius: None,
-            step: None,
-            director: Director::Fixed,
-            directing: Directing::default(),
-            seed: 0,
-            max_scatter: None,
-            final_gather: FinalGather::Auto,
-            denoise: false,
-            planning: Planning::Needed,
-            crop: None,
-        }
-    }
-}
-
-/// Settings that stand over those of the scene file; the values are in the ranges of the fields
-/// they replace.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Overrides {
-    /// See [`FilmSettings::size`].
-    pub size: Option<[u32; 2]>,
-    /// See [`FilmSettings::exposure`].
-    pub exposure: Option<f64>,
-    /// See [`FilmSettings::view`].
-    pub view: Option<ViewTransform>,
-    /// See [`RenderSettings::rays`].
-    pub rays: Option<u32>,
-    /// See [`RenderSettings::photons`].
-    pub photons: Option<u64>,
-    /// See [`RenderSettings::radius`].
-    pub radius: Option<f64>,
-    /// See [`RenderSettings::step`].
-    pub step: Option<f64>,
-    /// See [`RenderSettings::director`].
-    pub director: Option<Director>,
-    /// See [`RenderSettings::directing`].
-    pub directing: DirectingOverrides,
-    /// See [`RenderSettings::seed`].
-    pub seed: Option<u64>,
-    /// See [`RenderSettings::max_scatter`].
-    pub max_scatter: Option<u32>,
-    /// See [`RenderSettings::final_gather`].
-    pub final_gather: Option<FinalGather>,
-    /// See [`RenderSettings::denoise`].
-    pub denoise: Option<bool>,
-}
-
-impl FilmSettings {
-    /// These settings with `over` put over them.
-    pub fn overridden(self, over: &Overrides) -> Self {
-        Self {
-            size: over.size.unwrap_or(self.size),
-            exposure: over.exposure.unwrap_or(self.exposure),
-            view: over.view.unwrap_or(self.view),
-        }
-    }
-}
-
-impl RenderSettings {
-    /// These settings with `over` put over them.
-    pub fn overridden(self, over: &Overrides) -> Self {
-        Self {
-            rays: over.rays.unwrap_or(self.rays),
-            photons: over.photons.unwrap_or(self.photons),
-            radius: over.radius.or(self.radius),
-            step: over.step.or(self.step),
-            director: over.director.unwrap_or(self.director),
-            directing: self.directing.overridden(&over.directing),
-            seed: over.seed.unwrap_or(self.seed),
-            max_scatter: over.max_scatter.or(self.max_scatter),
-            final_gather: over.final_gather.unwrap_or(self.final_gather),
-            denoise: over.denoise.unwrap_or(self.denoise),
-            planning: self.planning,
-            crop: self.crop,
-        }
-    }
 }

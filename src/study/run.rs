@@ -153,7 +153,8 @@ impl<'a> Study<'a> {
         let gold = basis.gold;
         let jobs = plan.jobs(basis);
         let trials: Vec<&Trial> = jobs.iter().filter_map(|job| self.store.find(job)).collect();
-        let mut options = Options { exposure: self.scene.film.exposure, ..Options::default() };
+        let mut options =
+            Options { exposure: self.scene.film.shown().exposure, ..Options::default() };
         let mut targets = Vec::new();
         for name in [GOLD, REFERENCE] {
             let renders: Vec<&Trial> =

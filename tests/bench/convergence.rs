@@ -27,7 +27,7 @@ use std::path::Path;
 
 use fogbow::image::Image;
 use fogbow::render::{Silent, render, render_reference};
-use fogbow::scene::{LoadOptions, Overrides, RenderSettings, Scene};
+use fogbow::scene::{LoadOptions, RenderSettings, Scene};
 use fogbow::study::metric::{TRIM, default_epsilon};
 use fogbow::study::{significant, slope};
 
@@ -118,9 +118,7 @@ fn converge(name: &str, steps: u32, rays: u32) {
 
 fn load(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("volumes/{name}.toml"));
-    let overrides = Overrides { size: Some([SIDE; 2]), ..Overrides::default() };
-    let options = LoadOptions { overrides, ..LoadOptions::default() };
-    Scene::load(&path, &options).expect("a shipped scene")
+    Scene::load(&path, &LoadOptions::default().size([SIDE; 2])).expect("a shipped scene")
 }
 
 /// Two references.

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use fogbow::render::{Extent, Silent, Stages, maps, render};
-use fogbow::scene::{Director, LoadOptions, Overrides, RenderSettings, Scene};
+use fogbow::scene::{Director, LoadOptions, RenderSettings, Scene};
 
 /// Pixels along the longer side, and rays of the most important pixel, as in Anson et al. 2006.
 const SIDE: u32 = 512;
@@ -41,8 +41,7 @@ fn load(path: &Path) -> fogbow::Result<Scene> {
     let [width, height] = Scene::load(path, &LoadOptions::default())?.film.size;
     let longer = width.max(height);
     let size = [width, height].map(|side| (side * SIDE / longer).max(1));
-    let overrides = Overrides { size: Some(size), rays: Some(RAYS), ..Overrides::default() };
-    Scene::load(path, &LoadOptions { overrides, ..LoadOptions::default() })
+    Scene::load(path, &LoadOptions::default().size(size).rays(RAYS))
 }
 
 fn row(path: &Path, scene: &Scene) {

@@ -14,7 +14,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use fogbow::render::Silent;
-use fogbow::scene::{LoadOptions, Overrides, Scene};
+use fogbow::scene::{LoadOptions, Scene};
 use fogbow::study::{Metric, PointResult, Request, Results, Study, significant, write_report};
 
 /// Titles and files.
@@ -52,8 +52,7 @@ fn measured(path: &Path, folder: &Path, quick: bool) -> Result<Results, Box<dyn 
     let mut options = LoadOptions::default();
     if quick {
         let whole = Scene::load(path, &options)?;
-        let size = Some(whole.film.size.map(|side| side / 8));
-        options.overrides = Overrides { size, photons: Some(20_000), ..Overrides::default() };
+        options = options.size(whole.film.size.map(|side| side / 8)).photons(20_000);
     }
     let scene = Scene::load(path, &options)?;
     let request = Request {

@@ -16,7 +16,7 @@ use fogbow::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint, warp};
 use fogbow::photon::{Photon, PhotonMap, PhotonMaps, Placed, Shooting, shoot};
 use fogbow::render::{Silent, render};
 use fogbow::scene::plan::Needs;
-use fogbow::scene::{FinalGather, LoadOptions, Overrides, Scene};
+use fogbow::scene::{FinalGather, LoadOptions, Scene};
 use fogbow::work::Work;
 use rayon::prelude::*;
 
@@ -74,13 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// A shipped scene, small.
 fn load(name: &str) -> fogbow::Result<Scene> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
-    let overrides = Overrides {
-        size: Some([SIZE, SIZE]),
-        rays: Some(RAYS),
-        photons: Some(PHOTONS),
-        ..Overrides::default()
-    };
-    let options = LoadOptions { overrides, ..LoadOptions::default() };
+    let options = LoadOptions::default().size([SIZE, SIZE]).rays(RAYS).photons(PHOTONS);
     Scene::load(&folder.join(format!("{name}.toml")), &options)
 }
 

@@ -22,8 +22,8 @@ mod stages;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use fogbow::image::{Film, View, write_exr, write_png};
-use fogbow::scene::{LoadOptions, Overrides, Scene};
+use fogbow::image::{Film, write_exr, write_png};
+use fogbow::scene::{LoadOptions, Scene};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use spent::{Spent, median};
@@ -134,25 +134,22 @@ type Took = [Spent; ROWS.len()];
 /// A scene and how it is rendered.
 struct Subject {
     path: PathBuf,
-    overrides: Overrides,
+    size: [u32; 2],
+    rays: u32,
+    photons: u64,
 }
 
 impl Subject {
     /// One of `volumes/`, with one in `part` of its photons and pixels along each side.
     fn new(name: &str, rays: u32, part: u32) -> Self {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("volumes/{name}.toml"));
-        let own = Self { path, overrides: Overrides::default() }.load();
-        let overrides = Overrides {
-            size: Some(own.film.size.map(|side| side / (COARSER * part))),
-            rays: Some(rays),
-            photons: Some(own.render.photons.min(PHOTONS) / u64::from(part)),
-            ..Overrides::default()
-        };
-        Self { path: own.path, overrides }
+        let own = Scene::load(&path, &LoadOptions::default()).expect("a shipped scene");
+        let size = own.film.size.map(|side| side / (COARSER * part));
+        Self { path, size, rays, photons: own.render.photons.min(PHOTONS) / u64::from(part) }
     }
 
     fn load(&self) -> Scene {
-        let options = LoadOptions { overrides: self.overrides, ..LoadOptions::default() };
+        let options = LoadOptions::default().size(self.size).rays(self.rays).photons(self.photons);
         Scene::load(&self.path, &options).expect("a shipped scene")
     }
 
@@ -183,16 +180,14 @@ impl Subject {
 
 impl fmt::Display for Subject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Overrides { size, rays, photons, .. } = self.overrides;
-        let [width, height] = size.unwrap_or_default();
-        let (rays, photons) = (rays.unwrap_or_default(), photons.unwrap_or_default());
+        let Self { size: [width, height], rays, photons, .. } = self;
         write!(f, "{photons} photons, {width} x {height} pixels, {rays} rays a pixel")
     }
 }
 
 /// Writes as the command does, but for what stands in the header.
 fn write(path: &Path, scene: &Scene, film: &Film) {
-    let view = View { exposure: scene.film.exposure, transform: scene.film.view };
+    let view = scene.film.shown();
     let (png, exr) = rayon::join(
         || write_png(&path.with_extension("png"), &film.image(), &view),
         || write_exr(path, film, &[]),

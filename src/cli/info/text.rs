@@ -3,37 +3,9 @@
 use std::fmt::Write as _;
 
 use super::{GridReport, Report};
-use crate::vdb::roles::{Axis, Contents, Fire, FireKind, Unit};
 
 /// Significant digits of every figure.
 const DIGITS: usize = 4;
-
-/// What a bare render makes of a file, in one line: `size` is that of the density's box in metres,
-/// `thickness` the optical thickness that the render gives it, where that is known.
-pub(super) fn summary(
-    contents: &Contents,
-    size: [f64; 3],
-    thickness: Option<f64>,
-    up: Axis,
-) -> String {
-    let is_all_fire = contents.fire.as_ref().is_some_and(|f| f.grid == contents.density);
-    let mut parts = vec![if is_all_fire { "fire".to_owned() } else { "smoke".to_owned() }];
-    parts.extend(thickness.map(|tau| format!("optical thickness {}", figure(tau))));
-    parts.extend(contents.fire.as_ref().map(glow));
-    parts.extend(contents.color.as_ref().map(|color| format!("coloured by `{}`", color.label())));
-    parts.push(format!("{} up", up.name()));
-    parts.push(format!("{} m", size.map(figure).join(" x ")));
-    parts.join(", ")
-}
-
-fn glow(fire: &Fire) -> String {
-    let unit = match fire.kind {
-        FireKind::Intensity | FireKind::Temperature(Unit::Normalised) => "",
-        FireKind::Temperature(Unit::Kelvin) => " in kelvin",
-        FireKind::Temperature(Unit::Celsius) => " in degrees Celsius",
-    };
-    format!("glows by `{}`{unit}", fire.grid.label())
-}
 
 /// A number with [`DIGITS`] significant digits at most, and no zeros at the end; with an exponent
 /// where it would be long otherwise.
@@ -73,7 +45,8 @@ pub(super) fn readable(report: &Report) -> String {
         (None, Some(problem)) => writeln!(out, "\nno density where none is named: {problem}"),
         _ => Ok(()),
     };
-    for note in report.contents.iter().flat_map(|contents| &contents.notes) {
+    let of_contents = report.contents.iter().flat_map(|contents| &contents.notes);
+    for note in report.notes.iter().chain(of_contents) {
         let _ = writeln!(out, "note: {note}");
     }
     out

@@ -111,6 +111,15 @@ impl Camera {
         }
     }
 
+    /// Where all rays begin; nothing for parallel rays.
+    pub fn place(&self) -> Option<WorldPoint> {
+        match self {
+            Self::Perspective(camera) => Some(camera.origin),
+            Self::Orthographic(_) => None,
+            Self::LatLong(camera) => Some(camera.origin),
+        }
+    }
+
     /// Unit direction of the view, at the centre of the film.
     pub fn forward(&self) -> DVec3 {
         match self {

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::surface::half_sides;
 use crate::error::Result;
 use crate::math::Rgb;
+use crate::scene::keys::light as keys;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 
 /// One `[[light]]`.
@@ -114,31 +115,19 @@ enum Kind {
     Environment,
 }
 
-const HALF_ANGLE: Range =
-    Range::new(|a| a > 0.0 && a <= 180.0, "an angle above 0 and at most 180 degrees");
-const DIAMETER: Range =
-    Range::new(|a| (0.0..180.0).contains(&a), "an angle from 0 to below 180 degrees");
-const EXPONENT: Range = Range::new(|e| (0.0..=1e6).contains(&e), "a number from 0 to 1000000");
-
-const ELEVATION: Range =
-    Range::new(|e| (-90.0..=90.0).contains(&e), "an elevation from -90 to 90 degrees");
-
 /// The most stops of a gradient.
 const MAX_STOPS: usize = 256;
 
-/// The sun's angular diameter seen from the earth, in degrees.
-const SUN_DIAMETER: f64 = 0.533;
+const KINDS: &[(&str, Kind)] = &[
+    ("point", Kind::Point),
+    ("spot", Kind::Spot),
+    ("sun", Kind::Sun),
+    ("area", Kind::Area),
+    ("environment", Kind::Environment),
+];
 
 pub(super) fn read(section: &Section<'_>) -> Result<LightSection> {
-    let list = "\"point\", \"spot\", \"sun\", \"area\" or \"environment\"";
-    let kind = section.require("type", list)?.word(&[
-        ("point", Kind::Point),
-        ("spot", Kind::Spot),
-        ("sun", Kind::Sun),
-        ("area", Kind::Area),
-        ("environment", Kind::Environment),
-    ])?;
-    let read = match kind {
+    let read = match section.word(&keys::TYPE, KINDS)? {
         Kind::Point => point,
         Kind::Spot => spot,
         Kind::Sun => sun,
@@ -149,19 +138,19 @@ pub(super) fn read(section: &Section<'_>) -> Result<LightSection> {
 }
 
 fn point(section: &Section<'_>) -> Result<LightKind> {
-    section.only("a point light", &["type", "position", "intensity", "power"])?;
-    Ok(LightKind::Point { position: position(section)?, strength: strength(section)? })
+    section.only(&keys::POINT)?;
+    let position = section.triple(&keys::POSITION)?;
+    Ok(LightKind::Point { position, strength: strength(section)? })
 }
 
 fn spot(section: &Section<'_>) -> Result<LightKind> {
-    let own = ["type", "position", "target", "direction", "intensity", "power", "angle"];
-    section.only("a spot light", &[&own[..], &["falloff", "exponent", "texture"]].concat())?;
-    section.at_most_one(&["falloff", "exponent"])?;
-    let position = position(section)?;
-    let angle = section.or("angle", 30.0, |v| v.number(HALF_ANGLE))?;
-    let shape = match section.get("exponent") {
-        Some(value) => SpotShape::Exponent(value.number(EXPONENT)?),
-        None => SpotShape::Falloff(section.or("falloff", 0.0, |v| falloff(&v, angle))?),
+    section.only(&keys::SPOT)?;
+    section.at_most_one(&[&keys::FALLOFF, &keys::EXPONENT])?;
+    let position = section.triple(&keys::POSITION)?;
+    let angle = section.number(&keys::ANGLE)?;
+    let shape = match section.maybe_number(&keys::EXPONENT)? {
+        Some(exponent) => SpotShape::Exponent(exponent),
+        None => SpotShape::Falloff(falloff(section, angle)?),
     };
     Ok(LightKind::Spot {
         position,
@@ -169,92 +158,82 @@ fn spot(section: &Section<'_>) -> Result<LightKind> {
         strength: strength(section)?,
         angle,
         shape,
-        texture: section.maybe("texture", |v| v.file("a picture file"))?,
+        texture: section.maybe_file(&keys::BEAM)?,
     })
 }
 
-fn falloff(value: &Value<'_>, angle: f64) -> Result<f64> {
-    let falloff = value.number(Range::NOT_NEGATIVE)?;
+fn falloff(section: &Section<'_>, angle: f64) -> Result<f64> {
+    let falloff = section.number(&keys::FALLOFF)?;
     if falloff > angle {
-        return Err(value.wrong(&format!("at most the half angle of the cone, {angle} degrees")));
+        let right = format!("at most the half angle of the cone, {angle} degrees");
+        return Err(section.require(&keys::FALLOFF)?.wrong(&right));
     }
     Ok(falloff)
 }
 
 fn aim(section: &Section<'_>, position: DVec3) -> Result<Aim> {
-    section.at_most_one(&["target", "direction"])?;
-    if let Some(value) = section.get("direction") {
-        return value.direction().map(Aim::Direction);
+    section.at_most_one(&[&keys::TARGET, &keys::DIRECTION])?;
+    if section.get(&keys::DIRECTION).is_some() {
+        return section.triple(&keys::DIRECTION).map(Aim::Direction);
     }
-    let value = section.require("target", "a point to shine at, or `direction`")?;
-    let target = value.triple(Range::ANY)?;
+    let target = section.triple(&keys::TARGET)?;
     if target == position {
+        let value = section.require(&keys::TARGET)?;
         return Err(value.wrong("a point other than the light's position"));
     }
     Ok(Aim::Target(target))
 }
 
 fn sun(section: &Section<'_>) -> Result<LightKind> {
-    section.only("a sun", &["type", "direction", "irradiance", "angle"])?;
+    section.only(&keys::SUN)?;
     Ok(LightKind::Sun {
-        direction: section.require("direction", "the direction the light travels")?.direction()?,
-        irradiance: section
-            .require("irradiance", "a colour in W/m²")?
-            .color(Range::NOT_NEGATIVE)?,
-        angle: section.or("angle", SUN_DIAMETER, |v| v.number(DIAMETER))?,
+        direction: section.triple(&keys::TRAVEL)?,
+        irradiance: section.splat(&keys::IRRADIANCE)?,
+        angle: section.number(&keys::DIAMETER)?,
     })
 }
 
 fn area(section: &Section<'_>) -> Result<LightKind> {
-    section.only("an area light", &["type", "center", "u", "v", "radiance"])?;
+    section.only(&keys::AREA)?;
     let [u, v] = half_sides(section)?;
     Ok(LightKind::Area {
-        center: section.require("center", "[x, y, z] in metres")?.triple(Range::ANY)?,
+        center: section.triple(&keys::CENTER)?,
         u,
         v,
-        radiance: section
-            .require("radiance", "a colour in W/(m² sr)")?
-            .color(Range::NOT_NEGATIVE)?,
+        radiance: section.splat(&keys::RADIANCE)?,
     })
 }
 
 fn environment(section: &Section<'_>) -> Result<LightKind> {
-    let known = ["type", "radiance", "texture", "gradient", "scale", "rotate"];
-    section.only("an environment", &known)?;
-    section.at_most_one(&["radiance", "texture", "gradient"])?;
-    let scale = section.or("scale", 1.0, |v| v.number(Range::NOT_NEGATIVE))?;
-    if let Some(value) = section.get("gradient") {
-        section.at_most_one(&["gradient", "rotate"])?;
+    section.only(&keys::ENVIRONMENT)?;
+    section.at_most_one(&[&keys::SKY_RADIANCE, &keys::SKY, &keys::GRADIENT])?;
+    let scale = section.number(&keys::SKY_SCALE)?;
+    if let Some(value) = section.get(&keys::GRADIENT) {
+        section.at_most_one(&[&keys::GRADIENT, &keys::SKY_ROTATE])?;
         return Ok(LightKind::Gradient { stops: stops(&value, scale)? });
     }
-    let texture =
-        section.maybe("texture", |v| v.file("a latitude-longitude EXR, HDR, TIFF, PNG or JPEG"))?;
+    let texture = section.maybe_file(&keys::SKY)?;
     let radiance = match &texture {
         Some(_) => Rgb::ONE,
-        None => section
-            .require("radiance", "a colour in W/(m² sr), `texture` or `gradient`")?
-            .color(Range::NOT_NEGATIVE)?,
+        None => section.splat(&keys::SKY_RADIANCE)?,
     };
-    Ok(LightKind::Environment {
-        radiance: radiance * scale,
-        texture,
-        rotate: section.or("rotate", 0.0, |v| v.number(Range::ANY))?,
-    })
+    let rotate = section.number(&keys::SKY_ROTATE)?;
+    Ok(LightKind::Environment { radiance: radiance * scale, texture, rotate })
 }
 
 /// The stops of a gradient, their radiance times `scale`.
 fn stops(value: &Value<'_>, scale: f64) -> Result<Vec<(f64, Rgb)>> {
-    let right = "at least two stops [elevation, colour], going upward";
-    let list = value.list(MAX_STOPS, right)?;
+    let right = keys::GRADIENT.kind.right();
+    let list = value.list(MAX_STOPS, &right)?;
     if list.len() < 2 {
-        return Err(value.wrong(right));
+        return Err(value.wrong(&right));
     }
     let mut stops: Vec<(f64, Rgb)> = Vec::with_capacity(list.len());
     for stop in &list {
         let right = "a stop [elevation, colour]";
         let pair = stop.list(2, right)?;
         let [elevation, color] = &pair[..] else { return Err(stop.wrong(right)) };
-        let degrees = elevation.number(ELEVATION)?;
+        let degrees = elevation.number(keys::ELEVATION)?;
         if let Some((last, _)) = stops.last().filter(|(last, _)| degrees < *last) {
             return Err(elevation.wrong(&format!("an elevation not below the one before, {last}")));
         }
@@ -263,15 +242,10 @@ fn stops(value: &Value<'_>, scale: f64) -> Result<Vec<(f64, Rgb)>> {
     Ok(stops)
 }
 
-fn position(section: &Section<'_>) -> Result<DVec3> {
-    section.require("position", "[x, y, z] in metres")?.triple(Range::ANY)
-}
-
 fn strength(section: &Section<'_>) -> Result<Strength> {
-    section.at_most_one(&["intensity", "power"])?;
-    if let Some(power) = section.get("power") {
-        return power.color(Range::NOT_NEGATIVE).map(Strength::Power);
+    section.at_most_one(&[&keys::INTENSITY, &keys::POWER])?;
+    if section.get(&keys::POWER).is_some() {
+        return section.splat(&keys::POWER).map(Strength::Power);
     }
-    let right = "a colour in W/sr, or `power` in W";
-    section.require("intensity", right)?.color(Range::NOT_NEGATIVE).map(Strength::Intensity)
+    section.splat(&keys::INTENSITY).map(Strength::Intensity)
 }

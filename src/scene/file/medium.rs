@@ -2,9 +2,11 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::{PLACEMENT, placement};
+use super::placement;
+use super::transfer::{self, TransferSection};
 use crate::error::Result;
 use crate::math::Rgb;
+use crate::scene::keys::{Key, medium as keys, transfer as transfer_keys};
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 
 /// One `[[medium]]`.
@@ -30,6 +32,7 @@ pub struct MediumSection {
 
 /// Where a medium is, and how dense.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is one a medium")]
 pub enum DensitySection {
     /// As a grid says.
     Grid {
@@ -37,6 +40,8 @@ pub enum DensitySection {
         grid: GridReference,
         /// Whether a level set is turned into a fog volume.
         level_set_as_fog: bool,
+        /// `density`: what its values are taken for.
+        transfer: Option<TransferSection>,
     },
     /// Density 1 in a region.
     Region(RegionSection),
@@ -80,6 +85,7 @@ pub enum RegionSection {
 
 /// What part of the extinction is scattering.
 #[derive(Debug, Clone, PartialEq)]
+#[allow(clippy::large_enum_variant, reason = "there is one a medium")]
 pub enum AlbedoSection {
     /// The same everywhere, in [0, 1].
     Constant(Rgb),
@@ -89,6 +95,8 @@ pub enum AlbedoSection {
         grid: GridReference,
         /// Factor, in (0, 1].
         scale: f64,
+        /// What the values of a scalar grid stand for.
+        transfer: Option<TransferSection>,
     },
 }
 
@@ -130,8 +138,10 @@ pub enum EmissionSection {
     Grid {
         /// The grid.
         grid: GridReference,
-        /// Emission coefficient for grid value 1.
+        /// Emission coefficient for a value of 1.
         color: Rgb,
+        /// What the values of the grid stand for.
+        transfer: Option<TransferSection>,
     },
     /// A blackbody of `kelvin_offset + kelvin_scale` x grid kelvin, times `scale`.
     Temperature {
@@ -143,42 +153,30 @@ pub enum EmissionSection {
         kelvin_offset: f64,
         /// Factor on the blackbody's radiance.
         scale: f64,
+        /// What the values of the grid stand for before that.
+        transfer: Option<TransferSection>,
     },
 }
 
-const G: Range = Range::new(|g| g > -1.0 && g < 1.0, "a number above -1 and below 1");
-const DIAMETER: Range =
-    Range::new(|d| d > 0.0 && d <= 50.0, "a diameter above 0 and at most 50 micrometres");
-const SCALE_TO_ONE: Range = Range::new(|s| s > 0.0 && s <= 1.0, "a number above 0 and at most 1");
-const ALBEDO: Range = Range::new(
-    |a| (0.0..=1.0).contains(&a),
-    "an albedo from 0 to 1 (below 0 is no part of the light, over 1 would create energy)",
-);
-const MAX_INDEX: u64 = 65_535;
-
 pub(super) fn read(section: &Section<'_>) -> Result<MediumSection> {
-    let common = ["name", "file", "region", "sigma_t", "albedo", "phase", "emission"];
-    let of_file = ["grid", "index", "level_set"];
-    section.only("a medium", &[&common[..], &of_file, &PLACEMENT].concat())?;
-    section.at_most_one(&["file", "region"])?;
+    section.only(&keys::MEDIUM)?;
+    section.at_most_one(&[&keys::FILE, &keys::REGION_KEY])?;
     let at = section.place();
-    let name = section.maybe("name", |v| v.string("a name").map(str::to_owned))?;
     Ok(MediumSection {
-        name: name.unwrap_or_else(|| at.key.clone()),
+        name: section.maybe_text(&keys::NAME)?.unwrap_or_else(|| at.key.clone()),
         at,
         density: density(section)?,
-        sigma_t: section.or("sigma_t", Rgb::ONE, |v| v.color(Range::NOT_NEGATIVE))?,
-        albedo: section
-            .or("albedo", AlbedoSection::Constant(Rgb::splat(0.9)), |v| albedo(section, &v))?,
-        phase: section.or("phase", PhaseSection::Isotropic, |v| phase(&v))?,
-        emission: section.maybe("emission", |v| emission(section, &v))?,
+        sigma_t: section.splat(&keys::SIGMA_T)?,
+        albedo: section.read(&keys::ALBEDO, |v| albedo(section, v))?,
+        phase: section.read(&keys::PHASE_KEY, phase)?,
+        emission: section.maybe(&keys::EMISSION, |v| emission(section, v))?,
         placement: placement(section)?,
     })
 }
 
 fn density(section: &Section<'_>) -> Result<DensitySection> {
-    if let Some(value) = section.get("region") {
-        for key in ["grid", "index", "level_set"] {
+    if let Some(value) = section.get(&keys::REGION_KEY) {
+        for key in [&keys::GRID, &keys::INDEX, &keys::LEVEL_SET, &keys::DENSITY] {
             if let Some(value) = section.get(key) {
                 return Err(
                     value.error("belongs to `file`, but the medium has a `region`; leave one out")
@@ -187,79 +185,80 @@ fn density(section: &Section<'_>) -> Result<DensitySection> {
         }
         return region(&value).map(DensitySection::Region);
     }
-    let file = section.require("file", "a VDB file, or `region` for a homogeneous medium")?;
-    let level_set = section.maybe("level_set", |v| v.word(&[("fog", ())]))?;
+    let file = section.file(&keys::FILE)?;
     Ok(DensitySection::Grid {
-        grid: grid(file.file("a VDB file")?, section, "grid")?,
-        level_set_as_fog: level_set.is_some(),
+        level_set_as_fog: section.get(&keys::LEVEL_SET).is_some()
+            && section.word(&keys::LEVEL_SET, &[("fog", true)])?,
+        grid: grid(file, section, &keys::GRID)?,
+        transfer: match section.get(&keys::DENSITY) {
+            Some(value) => {
+                let section = value.table(&keys::DENSITY.kind.right())?;
+                section.only(&transfer_keys::TRANSFER)?;
+                transfer::read(&section, Range::NOT_NEGATIVE)?
+            }
+            None => None,
+        },
     })
 }
 
 /// The grid named by `key` and `index` of `section`.
-fn grid(file: FileReference, section: &Section<'_>, key: &str) -> Result<GridReference> {
-    let name = section.get(key);
+fn grid(file: FileReference, section: &Section<'_>, key: &Key) -> Result<GridReference> {
     Ok(GridReference {
-        at: name.as_ref().map_or_else(|| file.at.clone(), Value::place),
-        name: name.map(|v| v.string("a grid's name").map(str::to_owned)).transpose()?,
-        index: section.maybe("index", |v| v.integer(0, MAX_INDEX))?.map(|i| i as usize),
+        at: section.get(key).as_ref().map_or_else(|| file.at.clone(), Value::place),
+        name: section.maybe_text(key)?,
+        index: section.maybe_whole(&keys::INDEX)?.map(|i| i as usize),
         file,
     })
 }
 
 /// The same for a grid beside the density: its file is by default that of `medium`.
-fn side_grid(medium: &Section<'_>, section: &Section<'_>, key: &str) -> Result<GridReference> {
-    let right = "a VDB file, since the medium has none";
-    let file = match (section.get("file"), medium.get("file")) {
-        (Some(own), _) => own.file("a VDB file")?,
-        (None, Some(of_medium)) => of_medium.file("a VDB file")?,
-        (None, None) => section.require("file", right)?.file(right)?,
+fn side_grid(medium: &Section<'_>, section: &Section<'_>, key: &Key) -> Result<GridReference> {
+    let file = match section.maybe_file(&keys::SIDE_FILE)? {
+        Some(own) => own,
+        None => medium.maybe_file(&keys::FILE)?.ok_or_else(|| {
+            section.missing(keys::SIDE_FILE.name, "a VDB file, since the medium has none")
+        })?,
     };
     grid(file, section, key)
 }
 
 fn region(value: &Value<'_>) -> Result<RegionSection> {
-    let right = "\"everywhere\", { box = { min, max } }, { sphere = { center, radius } } or { mesh = \"closed.obj\" }";
+    let right = keys::REGION_KEY.kind.right();
     if value.is_string() {
         return value.word(&[("everywhere", ())]).map(|()| RegionSection::Everywhere);
     }
-    let section = value.table(right)?;
-    let kinds = ["box", "sphere", "mesh"];
-    section.only("a region", &kinds)?;
-    section.at_most_one(&kinds)?;
-    if let Some(value) = section.get("box") {
-        let section = value.table("{ min = [x, y, z], max = [x, y, z] }")?;
-        let (min, max) = corners(&section)?;
+    let section = value.table(&right)?;
+    section.only(&keys::REGION)?;
+    section.at_most_one(keys::REGION.keys)?;
+    if let Some(value) = section.get(&keys::BOX) {
+        let section = value.table(&keys::BOX.kind.right())?;
+        section.only(&keys::REGION_BOX)?;
+        let (min, max) = super::surface::corners(&section)?;
         return Ok(RegionSection::Box { min, max });
     }
-    if let Some(value) = section.get("sphere") {
-        let section = value.table("{ center = [x, y, z], radius = r }")?;
-        section.only("a sphere", &["center", "radius"])?;
-        let center = section.or("center", DVec3::ZERO, |v| v.triple(Range::ANY))?;
-        let radius = section.require("radius", "a radius in metres")?;
-        return Ok(RegionSection::Sphere { center, radius: radius.number(Range::POSITIVE)? });
+    if let Some(value) = section.get(&keys::SPHERE) {
+        let section = value.table(&keys::SPHERE.kind.right())?;
+        section.only(&keys::REGION_SPHERE)?;
+        return Ok(RegionSection::Sphere {
+            center: section.triple(&keys::CENTER)?,
+            radius: section.number(&keys::BALL_RADIUS)?,
+        });
     }
-    match section.get("mesh") {
-        Some(mesh) => mesh.file("a closed mesh (.obj, .ply, .gltf, .glb)").map(RegionSection::Mesh),
-        None => Err(value.wrong(right)),
-    }
-}
-
-/// `min` and `max` of a box, each side longer than 0, in a section of their own.
-fn corners(section: &Section<'_>) -> Result<(DVec3, DVec3)> {
-    section.only("a box", &["min", "max"])?;
-    super::surface::corners(section)
+    let mesh = section.maybe_file(&keys::MESH)?;
+    mesh.map(RegionSection::Mesh).ok_or_else(|| value.wrong(&right))
 }
 
 fn albedo(medium: &Section<'_>, value: &Value<'_>) -> Result<AlbedoSection> {
     if !value.is_table() {
-        return value.color(ALBEDO).map(AlbedoSection::Constant);
+        return value.color(keys::UNIT_ALBEDO).map(AlbedoSection::Constant);
     }
-    let section = value.table("a colour or { grid = \"name\" }")?;
-    section.only("an albedo grid", &["grid", "file", "index", "scale"])?;
-    section.require("grid", "the name of a grid")?;
+    let section = value.table(&keys::ALBEDO.kind.right())?;
+    section.only(&keys::ALBEDO_GRID)?;
+    section.require(&keys::ALBEDO_GRID_NAME)?;
     Ok(AlbedoSection::Grid {
-        grid: side_grid(medium, &section, "grid")?,
-        scale: section.or("scale", 1.0, |v| v.number(SCALE_TO_ONE))?,
+        grid: side_grid(medium, &section, &keys::ALBEDO_GRID_NAME)?,
+        scale: section.number(&keys::ALBEDO_SCALE)?,
+        transfer: transfer::read(&section, keys::UNIT_ALBEDO)?,
     })
 }
 
@@ -272,75 +271,67 @@ enum PhaseKind {
     Fog,
 }
 
+const PHASES: &[(&str, PhaseKind)] = &[
+    ("isotropic", PhaseKind::Isotropic),
+    ("rayleigh", PhaseKind::Rayleigh),
+    ("henyey-greenstein", PhaseKind::HenyeyGreenstein),
+    ("two-lobe", PhaseKind::TwoLobe),
+    ("fog", PhaseKind::Fog),
+];
+
 fn phase(value: &Value<'_>) -> Result<PhaseSection> {
     if value.is_string() {
         return value
             .word(&[("isotropic", PhaseSection::Isotropic), ("rayleigh", PhaseSection::Rayleigh)]);
     }
-    let section =
-        value.table("\"isotropic\", \"rayleigh\" or { type = \"henyey-greenstein\", g = 0.5 }")?;
-    let kind = section.require("type", "the kind of phase function")?.word(&[
-        ("isotropic", PhaseKind::Isotropic),
-        ("rayleigh", PhaseKind::Rayleigh),
-        ("henyey-greenstein", PhaseKind::HenyeyGreenstein),
-        ("two-lobe", PhaseKind::TwoLobe),
-        ("fog", PhaseKind::Fog),
-    ])?;
-    let own: &[&str] = match kind {
-        PhaseKind::Isotropic | PhaseKind::Rayleigh => &["type"],
-        PhaseKind::HenyeyGreenstein => &["type", "g"],
-        PhaseKind::TwoLobe => &["type", "g", "weight"],
-        PhaseKind::Fog => &["type", "diameter"],
-    };
-    section.only("this phase function", own)?;
+    let section = value.table(&keys::PHASE_KEY.kind.right())?;
+    let kind = section.word(&keys::PHASE_TYPE, PHASES)?;
+    section.only(match kind {
+        PhaseKind::Isotropic | PhaseKind::Rayleigh => &keys::PHASE,
+        PhaseKind::HenyeyGreenstein => &keys::HENYEY_GREENSTEIN,
+        PhaseKind::TwoLobe => &keys::TWO_LOBE,
+        PhaseKind::Fog => &keys::FOG,
+    })?;
     Ok(match kind {
         PhaseKind::Isotropic => PhaseSection::Isotropic,
         PhaseKind::Rayleigh => PhaseSection::Rayleigh,
         PhaseKind::HenyeyGreenstein => {
-            PhaseSection::HenyeyGreenstein { g: section.require("g", G.words())?.number(G)? }
+            PhaseSection::HenyeyGreenstein { g: section.number(&keys::G)? }
         }
         PhaseKind::TwoLobe => PhaseSection::TwoLobe {
-            g: section.require("g", "two mean cosines")?.pair(G)?,
-            weight: section
-                .require("weight", "the weight of the first lobe")?
-                .number(Range::UNIT)?,
+            g: section.pair(&keys::LOBES)?,
+            weight: section.number(&keys::WEIGHT)?,
         },
-        PhaseKind::Fog => PhaseSection::Fog {
-            diameter: section.require("diameter", DIAMETER.words())?.number(DIAMETER)?,
-        },
+        PhaseKind::Fog => PhaseSection::Fog { diameter: section.number(&keys::DIAMETER)? },
     })
 }
 
 fn emission(medium: &Section<'_>, value: &Value<'_>) -> Result<EmissionSection> {
-    let section = value
-        .table("{ grid, color, scale }, { temperature, kelvin_scale, ... } or { color, scale }")?;
-    section.at_most_one(&["grid", "temperature"])?;
-    let scale = |default| section.or("scale", default, |v| v.number(Range::NOT_NEGATIVE));
-    if section.get("temperature").is_some() {
-        section.only(
-            "emission by temperature",
-            &["temperature", "file", "index", "kelvin_scale", "kelvin_offset", "scale"],
-        )?;
+    let section = value.table(&keys::EMISSION.kind.right())?;
+    section.at_most_one(&[&keys::EMISSION_GRID_NAME, &keys::TEMPERATURE])?;
+    if section.get(&keys::TEMPERATURE).is_some() {
+        section.only(&keys::EMISSION_TEMPERATURE)?;
         return Ok(EmissionSection::Temperature {
-            grid: side_grid(medium, &section, "temperature")?,
-            kelvin_scale: section.or("kelvin_scale", 1.0, |v| v.number(Range::POSITIVE))?,
-            kelvin_offset: section.or("kelvin_offset", 0.0, |v| v.number(Range::ANY))?,
-            scale: scale(1.0)?,
+            grid: side_grid(medium, &section, &keys::TEMPERATURE)?,
+            kelvin_scale: section.number(&keys::KELVIN_SCALE)?,
+            kelvin_offset: section.number(&keys::KELVIN_OFFSET)?,
+            scale: section.number(&keys::EMISSION_SCALE)?,
+            transfer: transfer::read(&section, Range::NOT_NEGATIVE)?,
         });
     }
-    let by_grid = section.get("grid").is_some();
-    let known: &[&str] = if by_grid {
-        &["grid", "file", "index", "color", "scale"]
-    } else {
-        &["grid", "temperature", "color", "scale"]
-    };
-    section.only("emission", known)?;
-    if !by_grid {
-        section.require("color", "a colour in W/(m³ sr), or `grid` or `temperature`")?;
+    let by_grid = section.get(&keys::EMISSION_GRID_NAME).is_some();
+    section.only(if by_grid { &keys::EMISSION_GRID } else { &keys::EMISSION_DENSITY })?;
+    if !by_grid && section.get(&keys::COLOR).is_none() {
+        let right = "a colour in W/(m³ sr), or `grid` or `temperature`";
+        return Err(section.missing(keys::COLOR.name, right));
     }
-    let color = section.or("color", Rgb::ONE, |v| v.color(Range::NOT_NEGATIVE))? * scale(1.0)?;
+    let color = section.splat(&keys::COLOR)? * section.number(&keys::EMISSION_SCALE)?;
     if !by_grid {
         return Ok(EmissionSection::Density { color });
     }
-    Ok(EmissionSection::Grid { grid: side_grid(medium, &section, "grid")?, color })
+    Ok(EmissionSection::Grid {
+        grid: side_grid(medium, &section, &keys::EMISSION_GRID_NAME)?,
+        color,
+        transfer: transfer::read(&section, Range::NOT_NEGATIVE)?,
+    })
 }

@@ -2,9 +2,10 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::{ColorSection, PLACEMENT, color_or_texture, placement};
+use super::{ColorSection, color_or_texture, placement};
 use crate::error::Result;
 use crate::math::Rgb;
+use crate::scene::keys::surface as keys;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 
 /// One `[[surface]]`.
@@ -90,28 +91,27 @@ enum Kind {
     Mesh,
 }
 
-const IOR: Range = Range::new(|n| (1.0..=10.0).contains(&n), "an index of refraction from 1 to 10");
+const KINDS: &[(&str, Kind)] = &[
+    ("sphere", Kind::Sphere),
+    ("quad", Kind::Quad),
+    ("box", Kind::Box),
+    ("plane", Kind::Plane),
+    ("mesh", Kind::Mesh),
+];
 
 pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
-    let kinds = [
-        ("sphere", Kind::Sphere),
-        ("quad", Kind::Quad),
-        ("box", Kind::Box),
-        ("plane", Kind::Plane),
-        ("mesh", Kind::Mesh),
-    ];
-    let list = "\"sphere\", \"quad\", \"box\", \"plane\" or \"mesh\"";
-    let kind = section.require("shape", list)?.word(&kinds)?;
-    let (what, own): (&str, &[&str]) = match kind {
-        Kind::Sphere => ("a sphere", &["center", "radius"]),
-        Kind::Quad => ("a quad", &["center", "u", "v"]),
-        Kind::Box => ("a box", &["min", "max"]),
-        Kind::Plane => ("a plane", &["point", "normal"]),
-        Kind::Mesh => ("a mesh", &["file"]),
+    let kind = section.word(&keys::SHAPE, KINDS)?;
+    let table = match kind {
+        Kind::Sphere => &keys::SPHERE,
+        Kind::Quad => &keys::QUAD,
+        Kind::Box => &keys::BOX,
+        Kind::Plane => &keys::PLANE,
+        Kind::Mesh => &keys::MESH,
     };
-    section.only(what, &[&["shape"], own, &["material", "emission"], &PLACEMENT[..]].concat())?;
-    let emission = section.maybe("emission", |v| {
+    section.only(table)?;
+    let emission = section.maybe(&keys::EMISSION, |v| {
         if matches!(kind, Kind::Sphere | Kind::Box | Kind::Plane) {
+            let what = table.what;
             return Err(v.error(format!(
                 "{what} cannot give off light; give emission to a quad or a mesh"
             )));
@@ -121,46 +121,40 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
     Ok(SurfaceSection {
         at: section.place(),
         shape: shape(section, kind)?,
-        material: section.maybe("material", |v| material(&v))?,
+        material: section.maybe(&keys::MATERIAL, material)?,
         emission,
         placement: placement(section)?,
     })
 }
 
 fn shape(section: &Section<'_>, kind: Kind) -> Result<ShapeSection> {
-    let center =
-        |section: &Section<'_>| section.or("center", DVec3::ZERO, |v| v.triple(Range::ANY));
     Ok(match kind {
         Kind::Sphere => ShapeSection::Sphere {
-            center: center(section)?,
-            radius: section.require("radius", "a radius in metres")?.number(Range::POSITIVE)?,
+            center: section.triple(&keys::CENTER)?,
+            radius: section.number(&keys::RADIUS)?,
         },
         Kind::Quad => {
             let [u, v] = half_sides(section)?;
-            ShapeSection::Quad { center: center(section)?, u, v }
+            ShapeSection::Quad { center: section.triple(&keys::CENTER)?, u, v }
         }
         Kind::Box => {
             let (min, max) = corners(section)?;
             ShapeSection::Box { min, max }
         }
         Kind::Plane => ShapeSection::Plane {
-            point: section.or("point", DVec3::ZERO, |v| v.triple(Range::ANY))?,
-            normal: section.or("normal", DVec3::Y, |v| v.direction())?,
+            point: section.triple(&keys::POINT)?,
+            normal: section.triple(&keys::NORMAL)?,
         },
-        Kind::Mesh => {
-            let right = "a mesh (.obj, .ply, .gltf, .glb)";
-            ShapeSection::Mesh(section.require("file", right)?.file(right)?)
-        }
+        Kind::Mesh => ShapeSection::Mesh(section.file(&keys::MESH_FILE)?),
     })
 }
 
 /// `u` and `v`: half sides of a quad, which must span an area.
 pub(super) fn half_sides(section: &Section<'_>) -> Result<[DVec3; 2]> {
-    let u = section.require("u", "half of one side, [x, y, z] in metres")?.direction()?;
-    let value = section.require("v", "half of the other side, [x, y, z] in metres")?;
-    let v = value.direction()?;
+    let (u, v) = (section.triple(&keys::U)?, section.triple(&keys::V)?);
     let flat = u.normalize().cross(v.normalize()).length() < 1e-9;
     if flat || !u.cross(v).length().is_normal() {
+        let value = section.require(&keys::V)?;
         return Err(value.wrong("a vector that spans an area together with u"));
     }
     Ok([u, v])
@@ -168,10 +162,9 @@ pub(super) fn half_sides(section: &Section<'_>) -> Result<[DVec3; 2]> {
 
 /// `min` and `max` of a box, each side longer than 0.
 pub(super) fn corners(section: &Section<'_>) -> Result<(DVec3, DVec3)> {
-    let min = section.require("min", "the smallest corner, [x, y, z]")?.triple(Range::ANY)?;
-    let value = section.require("max", "the largest corner, [x, y, z]")?;
-    let max = value.triple(Range::ANY)?;
+    let (min, max) = (section.triple(&keys::BOX_MIN)?, section.triple(&keys::BOX_MAX)?);
     if !max.cmpgt(min).all() {
+        let value = section.require(&keys::BOX_MAX)?;
         return Err(value.wrong("a corner above `min` in x, y and z"));
     }
     Ok((min, max))
@@ -184,32 +177,31 @@ enum MaterialKind {
     Glass,
 }
 
+const MATERIALS: &[(&str, MaterialKind)] = &[
+    ("diffuse", MaterialKind::Diffuse),
+    ("mirror", MaterialKind::Mirror),
+    ("glass", MaterialKind::Glass),
+];
+
 fn material(value: &Value<'_>) -> Result<MaterialSection> {
-    let section = value.table("{ type = \"diffuse\", reflectance = 0.5 }")?;
-    let list = "\"diffuse\", \"mirror\" or \"glass\"";
-    let kind = section.require("type", list)?.word(&[
-        ("diffuse", MaterialKind::Diffuse),
-        ("mirror", MaterialKind::Mirror),
-        ("glass", MaterialKind::Glass),
-    ])?;
-    match kind {
+    let section = value.table(&keys::MATERIAL.kind.right())?;
+    match section.word(&keys::MATERIAL_TYPE, MATERIALS)? {
         MaterialKind::Diffuse => {
-            section.only("a diffuse material", &["type", "reflectance"])?;
-            let grey = ColorSection::Constant(Rgb::splat(0.5));
+            section.only(&keys::DIFFUSE)?;
             let reflectance =
-                section.or("reflectance", grey, |v| color_or_texture(&v, Range::UNIT))?;
+                section.read(&keys::REFLECTANCE, |v| color_or_texture(v, Range::UNIT))?;
             Ok(MaterialSection::Diffuse { reflectance })
         }
         MaterialKind::Mirror => {
-            section.only("a mirror", &["type", "reflectance"])?;
-            let reflectance = section.or("reflectance", Rgb::ONE, |v| v.color(Range::UNIT))?;
+            section.only(&keys::MIRROR)?;
+            let reflectance = section.splat(&keys::MIRROR_REFLECTANCE)?;
             Ok(MaterialSection::Mirror { reflectance })
         }
         MaterialKind::Glass => {
-            section.only("glass", &["type", "ior", "tint"])?;
+            section.only(&keys::GLASS)?;
             Ok(MaterialSection::Glass {
-                ior: section.or("ior", 1.5, |v| v.number(IOR))?,
-                tint: section.or("tint", Rgb::ONE, |v| v.color(Range::UNIT))?,
+                ior: section.number(&keys::IOR)?,
+                tint: section.splat(&keys::TINT)?,
             })
         }
     }

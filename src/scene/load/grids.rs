@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
 
+use super::media::colors;
 use super::{Context, at};
 use crate::error::Result;
 use crate::math::{Rgb, WorldPoint};
-use crate::medium::Albedo;
-use crate::scene::file::{DensitySection, EmissionSection, GridReference, MediumSection};
+use crate::medium::{Albedo, Ramped};
+use crate::scene::file::{
+    DensitySection, EmissionSection, GridReference, MediumSection, TransferSection,
+};
 use crate::scene::reader::Place;
 use crate::vdb::roles::GridRef;
 use crate::vdb::{Grid, ReadAs, VdbFile, Voxel, Wanted};
@@ -21,6 +24,10 @@ pub(in crate::scene) struct Grids {
     memory: Option<u64>,
     scalars: Vec<(Reading, Grid<f32>)>,
     vectors: Vec<ReadColors>,
+    /// What was mended in them, one line each.
+    pub(super) warnings: Vec<String>,
+    /// What is told of the files, one line each.
+    pub(super) notes: Vec<String>,
     /// Scalar grids that are named more than once.
     shared: Vec<GridName>,
 }
@@ -48,7 +55,7 @@ struct Reading {
 
 impl Grids {
     /// None yet, of which each may take `memory` bytes while it is read.
-    pub(super) fn within(memory: Option<u64>) -> Self {
+    pub(in crate::scene) fn within(memory: Option<u64>) -> Self {
         Self { memory, ..Self::default() }
     }
 
@@ -71,9 +78,40 @@ impl Grids {
     pub(in crate::scene) fn open(&mut self, path: &Path) -> Result<&VdbFile> {
         if !self.files.contains_key(path) {
             let file = VdbFile::open(path)?.within(self.memory);
+            self.notes.extend(file.notes());
             self.files.insert(path.to_path_buf(), file);
         }
         Ok(&self.files[path])
+    }
+
+    /// The scalar grid number `index` of `path`, all of it; bad values are taken as 0 and warned of.
+    pub(in crate::scene) fn scalar(
+        &mut self,
+        path: &Path,
+        index: usize,
+        read_as: ReadAs,
+    ) -> Result<Grid<f32>> {
+        self.scalar_where(Reading { path: path.into(), index, read_as, seen_at: None }, None)
+            .map(|(grid, _)| grid)
+    }
+
+    /// The grid that `reading` says, with the leaves that are `wanted`, and how many of its active voxels
+    /// were found unwanted now.
+    fn scalar_where(
+        &mut self,
+        reading: Reading,
+        wanted: Option<Wanted<'_>>,
+    ) -> Result<(Grid<f32>, u64)> {
+        if let Some((_, grid)) = self.scalars.iter().find(|(known, _)| *known == reading) {
+            return Ok((grid.clone(), 0));
+        }
+        let file = self.open(&reading.path)?;
+        let grid = file.read_scalar_where(reading.index, reading.read_as, wanted)?;
+        let label = file.grids()[reading.index].label();
+        self.warnings.extend(bad_values(&reading.path, &label, &grid, "taken as 0"));
+        self.scalars.push((reading, grid.clone()));
+        let unwanted = grid.unwanted();
+        Ok((grid, unwanted))
     }
 }
 
@@ -120,6 +158,7 @@ pub(super) fn values(
 pub(super) fn albedo(
     reference: &GridReference,
     scale: Rgb,
+    transfer: Option<&TransferSection>,
     placement: &DAffine3,
     context: &mut Context,
 ) -> Result<Albedo> {
@@ -128,7 +167,15 @@ pub(super) fn albedo(
         && !file.grids()[index].is_vector()
     {
         let grid = scalar(reference, ReadAs::Density, placement, context)?;
-        return Ok(Albedo::Scalar { grid, scale });
+        return Ok(match transfer {
+            Some(transfer) => Albedo::Ramped(Ramped::new(grid, colors(transfer, scale)?)),
+            None => Albedo::Scalar { grid, scale },
+        });
+    }
+    if let Some(transfer) = transfer {
+        return Err(transfer.at.error(
+            "a ramp is for scalar grids, and this one holds colours; leave it out, or name a scalar",
+        ));
     }
     let path = &reference.file.path;
     let known = context.grids.vectors.iter().find(|read| read.path == *path && read.grid == grid);
@@ -152,23 +199,16 @@ fn scalar(
 ) -> Result<Grid<f32>> {
     let sight = context.sight.filter(|_| !context.grids.is_shared(reference));
     let index = find(reference, context)?.1;
-    let path = reference.file.path.clone();
-    let reading = Reading { path, index, read_as, seen_at: sight.map(|_| *placement) };
-    let known = context.grids.scalars.iter().find(|(known, _)| *known == reading);
-    if let Some((_, grid)) = known {
-        return placed(grid.clone(), placement, &reference.at);
-    }
     let place = |p: WorldPoint| WorldPoint::from_xyz(placement.transform_point3(p.xyz));
     let is_wanted = |corners: &[WorldPoint; 8]| {
         sight.is_none_or(|sight| !sight.frustum.misses(&corners.map(place)))
     };
     let wanted = sight.map(|sight| Wanted { is_wanted: &is_wanted, leaves_out: sight.leaves_out });
-    let file = at(&reference.file.at, context.grids.open(&reading.path))?;
-    let grid = at(&reference.at, file.read_scalar_where(index, read_as, wanted))?;
-    let label = file.grids()[index].label();
-    context.warnings.extend(bad_values(&reading.path, &label, &grid, "taken as 0"));
-    context.unseen += grid.unwanted();
-    context.grids.scalars.push((reading, grid.clone()));
+    let path = reference.file.path.clone();
+    let reading = Reading { path, index, read_as, seen_at: sight.map(|_| *placement) };
+    let read = context.grids.scalar_where(reading, wanted);
+    let (grid, unwanted) = at(&reference.at, read)?;
+    context.unseen += unwanted;
     placed(grid, placement, &reference.at)
 }
 

@@ -6,11 +6,12 @@ use glam::DAffine3;
 
 use super::{Context, at, surfaces};
 use crate::error::Result;
-use crate::math::Rgb;
+use crate::math::{Rgb, is_grey};
 use crate::medium::blackbody::Blackbody;
-use crate::medium::{Albedo, Density, Emission, Medium, Phase};
+use crate::medium::{Albedo, Density, Emission, Medium, Phase, Ramped, Transfer};
 use crate::scene::file::{
     AlbedoSection, DensitySection, EmissionSection, MediumSection, PhaseSection, RegionSection,
+    TransferSection,
 };
 use crate::scene::reader::Place;
 use crate::shape::{ClosedMesh, Cuboid, Region, Sphere};
@@ -32,14 +33,34 @@ pub(super) fn build(section: &MediumSection, context: &mut Context) -> Result<Me
 
 fn density(section: &MediumSection, context: &mut Context) -> Result<Density> {
     match &section.density {
-        DensitySection::Grid { grid, level_set_as_fog } => {
-            super::grids::density(grid, *level_set_as_fog, &section.placement, context)
-                .map(Density::Voxel)
+        DensitySection::Grid { grid, level_set_as_fog, transfer } => {
+            let grid = super::grids::density(grid, *level_set_as_fog, &section.placement, context)?;
+            Ok(match transfer {
+                Some(transfer) => Density::Ramped(Ramped::new(grid, scalar(transfer)?)),
+                None => Density::Voxel(grid),
+            })
         }
         DensitySection::Region(region) => {
             build_region(region, &section.at, &section.placement, context).map(Density::Homogeneous)
         }
     }
+}
+
+/// The transfer function to numbers that `section` is.
+fn scalar(section: &TransferSection) -> Result<Transfer<f64>> {
+    if section.stops.is_empty() {
+        return at(&section.at, Transfer::remapped(section.remap));
+    }
+    if section.stops.iter().any(|(_, value)| !is_grey(*value)) {
+        return Err(section.at.error("a colour where a number is meant; give [place, number]"));
+    }
+    let stops: Vec<_> = section.stops.iter().map(|(place, value)| (*place, value.x)).collect();
+    at(&section.at, Transfer::new(section.remap, &stops))
+}
+
+/// The transfer function to colours that `section` is, times `factor`.
+pub(super) fn colors(section: &TransferSection, factor: Rgb) -> Result<Transfer<Rgb>> {
+    at(&section.at, Transfer::new(section.remap, &section.times(factor)))
 }
 
 fn build_region(
@@ -68,8 +89,8 @@ fn build_region(
 fn albedo(section: &AlbedoSection, placement: &DAffine3, context: &mut Context) -> Result<Albedo> {
     match section {
         AlbedoSection::Constant(albedo) => Ok(Albedo::Constant(*albedo)),
-        AlbedoSection::Grid { grid, scale } => {
-            super::grids::albedo(grid, Rgb::splat(*scale), placement, context)
+        AlbedoSection::Grid { grid, scale, transfer } => {
+            super::grids::albedo(grid, Rgb::splat(*scale), transfer.as_ref(), placement, context)
         }
     }
 }
@@ -93,13 +114,17 @@ fn build_emission(
 ) -> Result<Emission> {
     Ok(match section {
         EmissionSection::Density { color } => Emission::Density(*color),
-        EmissionSection::Grid { grid, color } => {
-            Emission::Grid { grid: super::grids::values(grid, placement, context)?, color: *color }
+        EmissionSection::Grid { grid, color, transfer } => {
+            let (grid, color) = (super::grids::values(grid, placement, context)?, *color);
+            match transfer {
+                Some(transfer) => Emission::Ramped(Ramped::new(grid, colors(transfer, color)?)),
+                None => Emission::Grid { grid, color },
+            }
         }
-        EmissionSection::Temperature { grid, kelvin_scale, kelvin_offset, scale } => {
+        EmissionSection::Temperature { grid, kelvin_scale, kelvin_offset, scale, transfer } => {
             Emission::Blackbody {
                 grid: super::grids::values(grid, placement, context)?,
-                ramp: None,
+                ramp: transfer.as_ref().map(scalar).transpose()?,
                 kelvin_scale: *kelvin_scale,
                 kelvin_offset: *kelvin_offset,
                 scale: *scale,

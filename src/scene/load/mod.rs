@@ -9,13 +9,15 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::bare::{self, LookOptions, Made};
 use super::camera::{Camera, Frustum};
-use super::document;
 use super::file::{self, AlbedoSection, DensitySection, LightKind, RegionSection, SceneFile};
 use super::hash::Sources;
-use super::reader::Place;
+use super::outline;
+use super::reader::{Document, Place, Setting};
+use super::sanity;
 use super::settings::Planning;
-use super::{Overrides, RenderSettings, Scene, Sequence, Unseen, bare};
+use super::{RenderSettings, Scene, Sequence, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
 use crate::math::Rgb;
@@ -23,15 +25,16 @@ use crate::medium::Media;
 use crate::sequence::Pattern;
 use crate::surface::Surfaces;
 
-use grids::Grids;
-pub(super) use grids::bad_values;
+pub(super) use grids::Grids;
 
-/// What stands over a scene file, or beside a bare VDB.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// What stands over a scene file, or beside a VDB file alone.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct LoadOptions {
-    /// Settings that replace those of the file.
-    pub overrides: Overrides,
-    /// For a bare VDB: turn a level set into a fog volume where there is no fog volume.
+    /// Settings that stand over those of the file, later ones over earlier ones.
+    pub settings: Vec<Setting>,
+    /// How a VDB file alone is shown.
+    pub look: LookOptions,
+    /// For a VDB file alone: turn a level set into a fog volume where there is no fog volume.
     pub level_set_as_fog: bool,
     /// Which frame of a sequence is meant.
     pub frame: Option<i64>,
@@ -39,6 +42,46 @@ pub struct LoadOptions {
     pub memory: Option<u64>,
     /// Whether what the scene does not need is left out.
     pub planning: Planning,
+}
+
+impl LoadOptions {
+    /// The same with the key `path`, such as `render.rays`, set to a `value` in TOML.
+    #[must_use]
+    pub fn with(mut self, path: &str, value: impl std::fmt::Display) -> Self {
+        self.settings.push(Setting::new(path, value));
+        self
+    }
+
+    /// The same with a film of `size`, width and height in pixels.
+    #[must_use]
+    pub fn size(self, size: [u32; 2]) -> Self {
+        self.with("film.size", format!("{size:?}"))
+    }
+
+    /// The same with this many camera rays a pixel.
+    #[must_use]
+    pub fn rays(self, rays: u32) -> Self {
+        self.with("render.rays", rays)
+    }
+
+    /// The same with this many photon paths.
+    #[must_use]
+    pub fn photons(self, photons: u64) -> Self {
+        self.with("render.photons", photons)
+    }
+
+    /// What a scene with these settings depends on beside its text and files.
+    fn hashed(&self) -> String {
+        let of_scene = self.settings.iter().filter(|setting| setting.is_of_scene());
+        of_scene.map(|setting| format!("{:?}\n", setting.parts())).collect()
+    }
+
+    /// Those of them that change what is seen of surfaces and lights.
+    fn hashed_still(&self) -> String {
+        let still = |setting: &&Setting| outline::STILL.contains(&setting.table());
+        let settings = self.settings.iter().filter(still);
+        settings.map(|setting| format!("{:?}\n", setting.parts())).collect()
+    }
 }
 
 /// What loading gathers on its way.
@@ -89,24 +132,67 @@ impl Scene {
         }
         if let Some(pattern) = volumes(path) {
             let name = path.display().to_string();
-            return Err(Error::Usage(document::without_frame(&name, &pattern)));
+            return Err(Error::Usage(outline::without_frame(&name, &pattern)));
         }
-        if is_vdb(path)? {
-            return bare::load(path, options);
-        }
-        refuse_level_set(options)?;
-        let text = file::read(path)?;
-        let file = file::parse(path, &text)?;
+        let mut grids = Grids::within(options.memory);
+        let text = Text::open(path, options, &mut grids)?;
+        let file = text.read(path, options, None)?;
         let stills = Stills::build(&text, &file, options)?;
-        build(path, &text, &file, stills, options)
+        build(path, &text, &file, stills, grids, options)
+    }
+}
+
+/// The text of a scene: that of a file, or one that is made for a VDB file alone.
+#[derive(Debug, Clone)]
+pub(super) enum Text {
+    /// That of a scene file.
+    File(String),
+    /// Made for a VDB file, or for a sequence of them.
+    Made(Arc<Made>),
+}
+
+impl Text {
+    /// That of the scene file `path`, or of the VDB file `path`, whose density `grids` then holds.
+    pub(super) fn open(path: &Path, options: &LoadOptions, grids: &mut Grids) -> Result<Self> {
+        if is_vdb(path)? {
+            return bare::make(path, None, options, grids).map(|made| Self::Made(Arc::new(made)));
+        }
+        if options.level_set_as_fog {
+            return Err(Error::Usage(
+                "--level-set is for bare VDB files; in a scene write `level_set = \"fog\"`".into(),
+            ));
+        }
+        options.look.refuse_in_scene()?;
+        file::read(path).map(Self::File)
+    }
+
+    pub(super) fn as_str(&self) -> &str {
+        match self {
+            Self::File(text) => text,
+            Self::Made(made) => &made.text,
+        }
+    }
+
+    /// What it says, with the files of `frame`.
+    pub(super) fn read(
+        &self,
+        path: &Path,
+        options: &LoadOptions,
+        frame: Option<i64>,
+    ) -> Result<SceneFile> {
+        let document = Document::new(path, self.as_str(), &options.settings).at_frame(frame);
+        match self {
+            Self::File(_) => document.read(file::scene),
+            Self::Made(_) => document.made_for_vdb().read(file::scene),
+        }
     }
 }
 
 impl Stills {
     /// Camera, lights and surfaces of `file`, whose text is `text`.
-    pub(super) fn build(text: &str, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
+    pub(super) fn build(text: &Text, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
         let mut context = Context::default();
-        let size = file.film.overridden(&options.overrides).size;
+        let size = file.film.size;
         let camera = Camera::new(&file.camera.pose, &file.camera.projection, size)
             .ok_or_else(|| file.camera.at.error("its axes cannot be found; give another `up`"))?;
         let mut lights = Vec::new();
@@ -121,7 +207,8 @@ impl Stills {
             surfaces.push(built.surface);
             lights.extend(built.light);
         }
-        let seen = format!("{camera:?} {size:?}\n{}", document::still_tables(text));
+        let tables = outline::still_tables(text.as_str());
+        let seen = format!("{camera:?} {size:?}\n{tables}{}", options.hashed_still());
         Ok(Self {
             camera,
             surfaces: Arc::new(Surfaces::new(surfaces)),
@@ -134,19 +221,19 @@ impl Stills {
     }
 }
 
-/// The scene of `file`, whose text is `text`, with its media read.
+/// The scene of `file`, whose text is `text`, with its media read; `grids` may hold some already.
 pub(super) fn build(
     path: &Path,
-    text: &str,
+    text: &Text,
     file: &SceneFile,
     stills: Stills,
+    grids: Grids,
     options: &LoadOptions,
 ) -> Result<Scene> {
     let Stills { camera, surfaces, lights, sources, warnings, notes, hash: still } = stills;
-    let grids = Grids::within(options.memory).for_media(&file.media);
-    let film = file.film.overridden(&options.overrides);
+    let grids = grids.for_media(&file.media);
     let leaves_out = options.planning == Planning::Needed;
-    let frustum = camera.frustum(film.size).filter(|_| is_only_seen(file, &surfaces));
+    let frustum = camera.frustum(file.film.size).filter(|_| is_only_seen(file, &surfaces));
     let sight = frustum.map(|frustum| Sight { frustum, leaves_out });
     let mut context = Context { grids, sources, warnings, notes, sight, unseen: 0 };
     let media = file
@@ -157,22 +244,28 @@ pub(super) fn build(
     if let Some(warning) = endless_fog(file) {
         context.warnings.push(warning);
     }
+    let media = Media::new(media);
+    context.warnings.append(&mut context.grids.warnings);
+    context.warnings.extend(sanity::notes(&media, &camera));
+    context.notes.append(&mut context.grids.notes);
+    let made = match text {
+        Text::File(_) => None,
+        Text::Made(made) => Some(made.clone()),
+    };
     Ok(Scene {
         camera,
-        media: Media::new(media),
+        media,
         surfaces,
         lights,
-        film,
-        render: RenderSettings {
-            planning: options.planning,
-            ..file.render.overridden(&options.overrides)
-        },
+        film: file.film,
+        render: RenderSettings { planning: options.planning, ..file.render },
         path: path.to_path_buf(),
-        hash: context.sources.hash(text)?,
+        hash: context.sources.hash(&format!("{}{}", text.as_str(), options.hashed()))?,
         still,
         unseen: sight.map(|_| Unseen { voxels: context.unseen, left_out: leaves_out }),
         warnings: context.warnings,
-        notes: context.notes,
+        notes: made.iter().flat_map(|made| made.notes.clone()).chain(context.notes).collect(),
+        made,
     })
 }
 
@@ -180,16 +273,6 @@ pub(super) fn build(
 /// none crosses them to a surface.
 fn is_only_seen(file: &SceneFile, surfaces: &Surfaces) -> bool {
     surfaces.is_empty() && file.media.iter().all(|m| m.albedo == AlbedoSection::Constant(Rgb::ZERO))
-}
-
-/// Refuses to turn level sets into fog in a scene, which says that itself.
-pub(super) fn refuse_level_set(options: &LoadOptions) -> Result<()> {
-    if options.level_set_as_fog {
-        return Err(Error::Usage(
-            "--level-set is for bare VDB files; in a scene write `level_set = \"fog\"`".into(),
-        ));
-    }
-    Ok(())
 }
 
 /// The sequence of bare VDB files that `path` stands for, if it does.
@@ -226,12 +309,9 @@ fn endless_fog(file: &SceneFile) -> Option<String> {
     })?;
     let light = file.lights.iter().find(|l| is_infinite(&l.kind))?;
     Some(format!(
-        "{}:{}: {} comes from infinitely far and cannot cross {}, which has no end; give the medium \
-         a region with an end",
-        light.at.path.display(),
-        light.at.line,
-        light.at.key,
-        fog.name
+        "{} comes from infinitely far and cannot cross {}, which has no end; give the medium a \
+         region with an end",
+        light.at, fog.name
     ))
 }
 

@@ -78,7 +78,7 @@ impl Pair {
             other => other,
         };
         let (gold, directed) = (with(Director::Fixed), with(director));
-        let view = View { exposure: scene.film.exposure, transform: scene.film.view };
+        let view = scene.film.shown();
         let shown = |settings: &RenderSettings| {
             let rendered = rendered(scene, settings, false)?;
             let seconds: f64 = stages(&rendered).iter().map(|(_, seconds)| seconds).sum();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use fogbow::make::{self, Kind};
 use fogbow::render::{Silent, render};
-use fogbow::scene::{LoadOptions, Overrides, Scene};
+use fogbow::scene::{LoadOptions, Scene};
 use fogbow::vdb;
 
 use super::axis::Axis;
@@ -102,13 +102,8 @@ impl Subject {
         }
         let path = folder.join("scene.toml");
         std::fs::write(&path, scene.to_string())?;
-        let overrides = Overrides {
-            size: Some([settings.side; 2]),
-            rays: Some(settings.rays),
-            photons: Some(settings.photons),
-            ..Overrides::default()
-        };
-        Ok(Scene::load(&path, &LoadOptions { overrides, ..LoadOptions::default() })?)
+        let options = LoadOptions::default().size([settings.side; 2]);
+        Ok(Scene::load(&path, &options.rays(settings.rays).photons(settings.photons))?)
     }
 
     /// The optical thickness that the camera sees of the medium, in the mean over the pixels that

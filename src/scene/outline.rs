@@ -7,7 +7,7 @@ use toml::{Table, Value};
 use crate::sequence::Pattern;
 
 /// Tables of what is seen where there are no media, beside the camera.
-const STILL: [&str; 2] = ["surface", "light"];
+pub(super) const STILL: [&str; 2] = ["surface", "light"];
 
 /// Keys that name files.
 const FILES: [&str; 3] = ["file", "texture", "mesh"];

@@ -1,0 +1,189 @@
+//! The text of a scene, with a sentence on every key.
+
+use std::fmt::Write as _;
+
+use toml::Value;
+
+use super::super::keys::{Key, TABLES};
+use super::super::reader::Setting;
+
+/// A scene in parts: what a bare render shows.
+#[derive(Debug, Clone, Default)]
+pub struct Draft {
+    tables: Vec<Table>,
+}
+
+#[derive(Debug, Clone)]
+struct Table {
+    name: &'static str,
+    /// Whether it is one of several of its name.
+    listed: bool,
+    /// What it is for: a line of its own.
+    title: String,
+    entries: Vec<Entry>,
+}
+
+#[derive(Debug, Clone)]
+struct Entry {
+    name: String,
+    value: Value,
+    comment: String,
+}
+
+impl Draft {
+    /// Begins the table `[name]`.
+    pub(super) fn table(&mut self, name: &'static str, title: &str) -> &mut Self {
+        self.begin(name, false, title)
+    }
+
+    /// Begins one of the tables `[[name]]`.
+    pub(super) fn listed(&mut self, name: &'static str, title: &str) -> &mut Self {
+        self.begin(name, true, title)
+    }
+
+    fn begin(&mut self, name: &'static str, listed: bool, title: &str) -> &mut Self {
+        self.tables.push(Table { name, listed, title: title.into(), entries: Vec::new() });
+        self
+    }
+
+    /// Gives the last table a key.
+    pub(super) fn key(&mut self, key: &Key, value: impl Into<Value>) -> &mut Self {
+        if let Some(table) = self.tables.last_mut() {
+            table.set(key.name, value.into(), &comment(key));
+        }
+        self
+    }
+
+    /// The file that the first medium is read from, as it is named in the scene.
+    pub fn set_file(&mut self, file: &str) {
+        let medium = self.tables.iter_mut().find(|table| table.name == "medium");
+        if let Some(entry) = medium.and_then(|m| m.entries.iter_mut().find(|e| e.name == "file")) {
+            entry.value = file.into();
+        }
+    }
+
+    /// The draft with `settings` in their places, those of tables that are not there left out.
+    #[must_use]
+    pub fn with(mut self, settings: &[Setting]) -> Self {
+        for setting in settings {
+            let (path, value) = setting.parts();
+            let Ok(value) = format!("v = {value}").parse::<toml::Table>() else { continue };
+            if let Some(value) = value.get("v") {
+                self.put(path, value.clone());
+            }
+        }
+        self
+    }
+
+    fn put(&mut self, path: &str, value: Value) {
+        let mut words = path.split('.');
+        let name = words.next().unwrap_or_default();
+        if !self.tables.iter().any(|table| table.name == name)
+            && let Some(name) = ["film", "render", "director"].into_iter().find(|n| *n == name)
+        {
+            self.begin(name, false, "");
+        }
+        let mut named = self.tables.iter_mut().filter(|table| table.name == name);
+        let Some(mut table) = named.next() else { return };
+        if table.listed {
+            let index = words.next().and_then(|word| word.parse::<usize>().ok());
+            match index {
+                Some(0) => {}
+                Some(index) => match named.nth(index - 1) {
+                    Some(other) => table = other,
+                    None => return,
+                },
+                None => return,
+            }
+        }
+        let Some(key) = words.next() else { return };
+        let rest: Vec<&str> = words.collect();
+        let comment = known(table.name, key).map(self::comment).unwrap_or_default();
+        if rest.is_empty() {
+            table.set(key, value, &comment);
+            return;
+        }
+        let index = match table.entries.iter().position(|entry| entry.name == key) {
+            Some(index) => index,
+            None => {
+                table.set(key, Value::Table(toml::Table::new()), &comment);
+                table.entries.len() - 1
+            }
+        };
+        let mut at = &mut table.entries[index].value;
+        for word in &rest[..rest.len() - 1] {
+            let Value::Table(below) = at else { return };
+            at = below.entry(*word).or_insert_with(|| Value::Table(toml::Table::new()));
+        }
+        if let Value::Table(below) = at {
+            below.insert(rest[rest.len() - 1].into(), value);
+        }
+    }
+
+    /// The scene as TOML, each key with a comment that says what it means.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        for table in &self.tables {
+            let header = if table.listed {
+                format!("[[{}]]", table.name)
+            } else {
+                format!("[{}]", table.name)
+            };
+            if !out.is_empty() {
+                out.push('\n');
+            }
+            if !table.title.is_empty() {
+                let _ = writeln!(out, "# {}", table.title);
+            }
+            let _ = writeln!(out, "{header}");
+            let lines: Vec<String> =
+                table.entries.iter().map(|e| format!("{} = {}", e.name, e.value)).collect();
+            let width = lines.iter().map(|line| line.chars().count()).filter(|n| *n <= 60).max();
+            let width = width.unwrap_or(0);
+            for (line, entry) in lines.iter().zip(&table.entries) {
+                let _ = writeln!(out, "{line:width$}  # {}", entry.comment);
+            }
+        }
+        out
+    }
+}
+
+impl Table {
+    fn set(&mut self, name: &str, value: Value, comment: &str) {
+        match self.entries.iter_mut().find(|entry| entry.name == name) {
+            Some(entry) => entry.value = value,
+            None => self.entries.push(Entry { name: name.into(), value, comment: comment.into() }),
+        }
+    }
+}
+
+/// What stands behind a key: its sentence and unit.
+fn comment(key: &Key) -> String {
+    let doc = key.doc.trim_end_matches('.');
+    if key.unit.is_empty() { doc.into() } else { format!("{doc}, {}", key.unit) }
+}
+
+/// The key of this name that tables called `table` have.
+fn known(table: &str, key: &str) -> Option<&'static Key> {
+    let of_table = TABLES.iter().filter(|(name, _)| name.trim_matches(['[', ']']) == table);
+    of_table.flat_map(|(_, table)| table.keys).copied().find(|known| known.name == key)
+}
+
+/// `x` with five significant digits: more than a chosen number means.
+pub(super) fn rounded(x: f64) -> f64 {
+    significant(x, 4)
+}
+
+fn significant(x: f64, digits: usize) -> f64 {
+    format!("{x:.digits$e}").parse().unwrap_or(x)
+}
+
+/// A place, exact enough where a small thing lies far from the origin.
+pub(super) fn place(p: glam::DVec3) -> Value {
+    Value::Array(p.to_array().map(|x| Value::Float(significant(x, 9))).to_vec())
+}
+
+/// A direction or a colour, each number [`rounded`].
+pub(super) fn triple(v: glam::DVec3) -> Value {
+    Value::Array(v.to_array().map(|x| Value::Float(rounded(x))).to_vec())
+}

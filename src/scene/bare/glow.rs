@@ -1,0 +1,113 @@
+//! How what burns glows.
+
+use toml::Value;
+
+use super::draft::{rounded, triple};
+use crate::math::luminance;
+use crate::medium::blackbody::blackbody_radiance;
+use crate::vdb::roles::{Fire, FireKind, Unit};
+
+/// Temperature of the hottest voxel where a grid does not hold kelvin.
+const HOTTEST: f64 = 1900.0;
+/// 0 degrees Celsius in kelvin.
+const CELSIUS: f64 = 273.15;
+/// Temperatures, in kelvin, whose blackbodies give the glow of a flame its colours, by its strength over
+/// the largest.
+const FLAME: [(f64, f64); 6] =
+    [(0.0, 700.0), (0.15, 1000.0), (0.35, 1250.0), (0.6, 1500.0), (0.85, 1750.0), (1.0, HOTTEST)];
+/// Thickness of a flame over that of the medium.
+const FLAME_SHARE: f64 = 0.1;
+/// Radiance that a thick part of the hottest voxels has: brighter than the key makes smoke.
+const GLOW: f64 = 10.0;
+/// Kelvin where a normalised temperature is 0: too cold to glow.
+const COLD: f64 = 300.0;
+
+/// What glows.
+#[derive(Debug)]
+pub(super) struct Glow {
+    /// The grid, by its name.
+    pub(super) grid: String,
+    /// Which of its name.
+    occurrence: Option<usize>,
+    /// How its values are meant, in words.
+    pub(super) unit: &'static str,
+    kind: GlowKind,
+}
+
+#[derive(Debug)]
+enum GlowKind {
+    /// As a blackbody of `kelvin_offset + kelvin_scale` x value, times `scale`.
+    Blackbody { kelvin_scale: f64, kelvin_offset: f64, scale: f64 },
+    /// As strongly as the values say, which reach this one.
+    Intensity { max: f64 },
+}
+
+impl Glow {
+    /// The glow of `fire`; nothing where it is too cold to be seen, which a note then says.
+    pub(super) fn of(fire: &Fire, notes: &mut Vec<String>) -> Option<Self> {
+        let max = fire.range[1];
+        let unit = match fire.kind {
+            FireKind::Intensity | FireKind::Temperature(Unit::Normalised) => "",
+            FireKind::Temperature(Unit::Kelvin) => " in kelvin",
+            FireKind::Temperature(Unit::Celsius) => " in degrees Celsius",
+        };
+        let kind = match fire.kind {
+            FireKind::Intensity => GlowKind::Intensity { max },
+            FireKind::Temperature(unit) => {
+                let (kelvin_scale, kelvin_offset) = match unit {
+                    Unit::Normalised => ((HOTTEST - COLD) / max, COLD),
+                    Unit::Kelvin => (1.0, 0.0),
+                    Unit::Celsius => (1.0, CELSIUS),
+                };
+                let hottest = luminance(blackbody_radiance(kelvin_scale * max + kelvin_offset));
+                let scale = GLOW / hottest.max(f64::MIN_POSITIVE);
+                if !scale.is_finite() || scale > 1e12 {
+                    notes.push(format!(
+                        "grid \"{}\" glows nowhere: it is too cold",
+                        fire.grid.label()
+                    ));
+                    return None;
+                }
+                GlowKind::Blackbody { kelvin_scale, kelvin_offset, scale }
+            }
+        };
+        let label = fire.grid.label();
+        let (name, occurrence) = match label.strip_suffix(']').and_then(|l| l.rsplit_once('[')) {
+            Some((name, number)) if number.parse::<usize>().is_ok() => (name, number.parse().ok()),
+            _ => (label, None),
+        };
+        Some(Self { grid: name.into(), occurrence, unit, kind })
+    }
+
+    /// The emission, as a scene says it, of a medium that is `size` metres across.
+    pub(super) fn value(&self, size: f64) -> Value {
+        let mut table = toml::Table::new();
+        let mut put = |key: &str, value: Value| drop(table.insert(key.into(), value));
+        let number = |x: f64| Value::Float(rounded(x));
+        let name =
+            if matches!(self.kind, GlowKind::Intensity { .. }) { "grid" } else { "temperature" };
+        put(name, self.grid.as_str().into());
+        if let Some(index) = self.occurrence {
+            put("index", Value::Integer(index as i64));
+        }
+        match self.kind {
+            GlowKind::Blackbody { kelvin_scale, kelvin_offset, scale } => {
+                put("kelvin_scale", number(kelvin_scale));
+                put("kelvin_offset", number(kelvin_offset));
+                put("scale", number(scale));
+            }
+            GlowKind::Intensity { max } => {
+                // A flame a tenth as thick as the medium has the radiance GLOW where it is hottest.
+                let hottest = luminance(blackbody_radiance(HOTTEST));
+                let stops = FLAME.map(|(place, kelvin)| {
+                    let color = blackbody_radiance(kelvin) / hottest;
+                    Value::Array(vec![Value::Float(place), triple(color)])
+                });
+                put("from", Value::Array(vec![Value::Float(0.0), number(max)]));
+                put("ramp", Value::Array(stops.to_vec()));
+                put("scale", number(GLOW / (FLAME_SHARE * size)));
+            }
+        }
+        Value::Table(table)
+    }
+}

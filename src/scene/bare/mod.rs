@@ -1,0 +1,71 @@
+//! A scene for a VDB file alone, or for a sequence of them: framed by what is visible, lit as its
+//! content suits, of a visible thickness, at any scale of the world.
+//!
+//! What is chosen is written as the text of a scene file, and that is what is rendered: a bare render
+//! and the scene that `--write-scene` leaves give the same picture.
+
+mod draft;
+mod framing;
+mod glow;
+mod lighting;
+mod look;
+mod measure;
+mod subject;
+
+use std::path::Path;
+
+use super::LoadOptions;
+use super::file;
+use super::load::Grids;
+use super::reader::Document;
+use crate::error::Result;
+
+pub use draft::Draft;
+pub use look::{Ground, Look, LookOptions, UpAxis};
+
+use subject::Subject;
+
+/// A scene that was made.
+#[derive(Debug)]
+pub struct Made {
+    /// The scene as TOML.
+    pub(super) text: String,
+    /// The same in parts, with a sentence on each.
+    pub draft: Draft,
+    /// What was chosen, one line each.
+    pub notes: Vec<String>,
+    /// What a render shows, in one line.
+    pub summary: String,
+}
+
+/// What a bare render of the VDB file `path` shows, in one line.
+///
+/// # Errors
+/// Where it refuses the file.
+pub fn summary(path: &Path) -> Result<String> {
+    let subject = Subject::of(path, &LoadOptions::default(), &mut Grids::default())?;
+    Ok(subject.summary())
+}
+
+/// The scene for the VDB file `path`, whose density `grids` then holds. For a sequence it names the
+/// files by their `pattern`.
+///
+/// # Errors
+/// Where the file cannot be read, or there is nothing to see in it.
+pub(super) fn make(
+    path: &Path,
+    pattern: Option<&Path>,
+    options: &LoadOptions,
+    grids: &mut Grids,
+) -> Result<Made> {
+    let named = pattern.unwrap_or(path);
+    let of_film = options.settings.iter().filter(|setting| setting.table() == "film");
+    let of_film: Vec<_> = of_film.cloned().collect();
+    let film = Document::new(named, "", &of_film).read(file::film)?;
+    let subject = Subject::of(path, options, grids)?;
+    let frame = framing::frame(&subject, &options.look, film.size);
+    let draft = lighting::draft(&subject, &frame, &options.look, film.size, named);
+    let text = draft.text();
+    let notes = subject.notes();
+    Ok(Made { text, notes, summary: subject.summary(), draft })
+}

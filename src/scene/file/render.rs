@@ -1,0 +1,41 @@
+//! `[film]` and `[render]`.
+
+use crate::error::Result;
+use crate::image::ViewTransform;
+use crate::scene::directing::{Directing, Director};
+use crate::scene::keys::{film as film_keys, render as keys};
+use crate::scene::reader::Section;
+use crate::scene::settings::{FilmSettings, FinalGather, Planning, RenderSettings};
+
+/// Reads the table `[film]`.
+pub(super) fn film(section: &Section<'_>) -> Result<FilmSettings> {
+    section.only(&film_keys::FILM)?;
+    Ok(FilmSettings {
+        size: section.size(&film_keys::SIZE)?,
+        exposure: section
+            .read(&film_keys::EXPOSURE, |v| v.number_or_of(&film_keys::EXPOSURE.kind))?,
+        view: section.word(
+            &film_keys::VIEW,
+            &[("agx", ViewTransform::Agx), ("srgb", ViewTransform::Srgb)],
+        )?,
+    })
+}
+
+/// Reads the table `[render]`; `directing` is what `[director]` says.
+pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<RenderSettings> {
+    section.only(&keys::RENDER)?;
+    Ok(RenderSettings {
+        rays: section.whole(&keys::RAYS)? as u32,
+        photons: section.whole(&keys::PHOTONS)?,
+        radius: section.maybe_number(&keys::RADIUS)?,
+        step: section.maybe_number(&keys::STEP)?,
+        director: section.word(&keys::DIRECTOR, Director::ALL)?,
+        directing,
+        seed: section.whole(&keys::SEED)?,
+        max_scatter: section.maybe_whole(&keys::MAX_ORDER)?.map(|orders| orders as u32),
+        final_gather: section.word(&keys::FINAL_GATHER, FinalGather::ALL)?,
+        denoise: section.switch(&keys::DENOISE)?,
+        planning: Planning::Needed,
+        crop: None,
+    })
+}

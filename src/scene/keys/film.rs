@@ -1,0 +1,34 @@
+//! Keys of `[film]`.
+
+use super::Without::Default;
+use super::{Key, Kind, Table};
+use crate::scene::reader::Range;
+
+const STOPS: Range = Range::new(|x| x.abs() <= 100.0, "a number of stops from -100 to 100");
+
+pub(in crate::scene) const SIZE: Key = Key::new(
+    "size",
+    Kind::Size,
+    "pixels",
+    Default("[960, 540]"),
+    "Width and height of the picture, each from 1 to 65536, at most 2^28 pixels together.",
+)
+.flag("size");
+pub(in crate::scene) const EXPOSURE: Key = Key::new(
+    "exposure",
+    Kind::NumberOr(STOPS, &["auto"]),
+    "stops",
+    Default("0.0"),
+    "Exposure of the PNG; \"auto\" meters a first look at the scene.",
+)
+.flag("exposure");
+pub(in crate::scene) const VIEW: Key = Key::new(
+    "view",
+    Kind::Word(|| vec!["agx", "srgb"]),
+    "",
+    Default("\"agx\""),
+    "View transform of the PNG: AgX for looking at, or the sRGB curve alone for measuring.",
+)
+.flag("view");
+
+pub(in crate::scene) const FILM: Table = Table { what: "[film]", keys: &[&SIZE, &EXPOSURE, &VIEW] };

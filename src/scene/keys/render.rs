@@ -1,0 +1,74 @@
+//! Keys of `[render]`.
+
+use super::Without::{Default, Other};
+use super::{Key, Kind, Table};
+use crate::scene::directing::{Director, names};
+use crate::scene::reader::Range;
+use crate::scene::settings::{FinalGather, MAX_PHOTONS, MAX_RAYS, MAX_SCATTER};
+
+pub(in crate::scene) const RAYS: Key =
+    Key::new("rays", Kind::Whole(1, MAX_RAYS as u64), "", Default("16"), "Camera rays a pixel.")
+        .flag("rays");
+pub(in crate::scene) const PHOTONS: Key =
+    Key::new("photons", Kind::Whole(0, MAX_PHOTONS), "", Default("1_000_000"), "Photon paths.")
+        .flag("photons");
+pub(in crate::scene) const RADIUS: Key = Key::new(
+    "radius",
+    Kind::Number(Range::POSITIVE),
+    "m",
+    Other("from the spacing of the photons and the voxel size"),
+    "Gather radius.",
+)
+.flag("radius");
+pub(in crate::scene) const STEP: Key = Key::new(
+    "step",
+    Kind::Number(Range::POSITIVE),
+    "m",
+    Other("exact integration, cell by cell"),
+    "March step.",
+)
+.flag("step");
+pub(in crate::scene) const DIRECTOR: Key = Key::new(
+    "director",
+    Kind::Word(|| names(Director::ALL)),
+    "",
+    Default("\"fixed\""),
+    "Who decides what a pixel may spend.",
+)
+.flag("director");
+pub(in crate::scene) const SEED: Key = Key::new(
+    "seed",
+    Kind::Whole(0, i64::MAX as u64),
+    "",
+    Default("0"),
+    "Seed of every random stream.",
+)
+.flag("seed");
+pub(in crate::scene) const MAX_ORDER: Key = Key::new(
+    "max_scatter",
+    Kind::Whole(0, MAX_SCATTER as u64),
+    "",
+    Other("no limit"),
+    "Highest order of volume scattering; 1 is single scattering.",
+)
+.flag("max-scatter");
+pub(in crate::scene) const FINAL_GATHER: Key = Key::new(
+    "final_gather",
+    Kind::Word(|| names(FinalGather::ALL)),
+    "",
+    Default("\"auto\""),
+    "Where rays that media scatter are followed further before photons are looked up.",
+)
+.flag("final-gather");
+pub(in crate::scene) const DENOISE: Key = Key::new(
+    "denoise",
+    Kind::Switch,
+    "",
+    Default("false"),
+    "Whether Open Image Denoise takes noise off the finished picture.",
+);
+
+pub(in crate::scene) const RENDER: Table = Table {
+    what: "[render]",
+    keys: &[&RAYS, &PHOTONS, &RADIUS, &STEP, &DIRECTOR, &SEED, &MAX_ORDER, &FINAL_GATHER, &DENOISE],
+};

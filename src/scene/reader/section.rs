@@ -1,0 +1,218 @@
+//! Tables of a document.
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::super::directing::names;
+use super::super::keys::{Key, Kind, Table, Without};
+use super::document::{Document, with_value};
+use super::value::Value;
+use super::{FileReference, Place};
+use crate::error::{Result, nearest};
+use crate::math::Rgb;
+
+use glam::DVec3;
+
+/// A table of the document.
+#[derive(Debug, Clone)]
+pub(in crate::scene) struct Section<'t> {
+    document: &'t Document<'t>,
+    key: String,
+    table: &'t DeTable<'t>,
+    offset: usize,
+}
+
+impl<'t> Section<'t> {
+    /// The document's top table.
+    pub(super) fn root(document: &'t Document<'t>, root: &'t Spanned<DeTable<'t>>) -> Self {
+        Self { document, key: String::new(), table: root.get_ref(), offset: 0 }
+    }
+
+    pub(super) const fn new(
+        document: &'t Document<'t>,
+        key: String,
+        table: &'t DeTable<'t>,
+        offset: usize,
+    ) -> Self {
+        Self { document, key, table, offset }
+    }
+
+    /// Where the table begins.
+    pub(in crate::scene) fn place(&self) -> Place {
+        let key = if self.key.is_empty() { "scene" } else { &self.key };
+        self.document.place(self.offset, key)
+    }
+
+    /// Refuses keys that are not of `table`.
+    pub(in crate::scene) fn only(&self, table: &Table) -> Result<()> {
+        let known: Vec<&str> = table.keys.iter().map(|key| key.name).collect();
+        self.only_named(table.what, &known)
+    }
+
+    /// Refuses keys that are not among `known`; `what` says what they would be keys of.
+    pub(in crate::scene) fn only_named(&self, what: &str, known: &[&str]) -> Result<()> {
+        let unknown = self
+            .table
+            .keys()
+            .filter(|key| !known.contains(&key.get_ref().as_ref()))
+            .min_by_key(|key| key.span().start);
+        let Some(key) = unknown else { return Ok(()) };
+        let name = key.get_ref().as_ref();
+        let hint = nearest(name, known).map_or(String::new(), |k| format!(" did you mean `{k}`?"));
+        Err(self
+            .document
+            .place(key.span().start, self.path_of(name))
+            .error(format!("unknown key of {what};{hint} known here: {}", known.join(", "))))
+    }
+
+    /// The value of `key`, if it is there.
+    pub(in crate::scene) fn get(&self, key: &Key) -> Option<Value<'t>> {
+        self.named(key.name)
+    }
+
+    /// The value of the key of this name, if it is there.
+    pub(in crate::scene) fn named(&self, name: &str) -> Option<Value<'t>> {
+        let (_, value) = self.table.iter().find(|(k, _)| k.get_ref().as_ref() == name)?;
+        Some(Value::new(self.document, self.path_of(name), value))
+    }
+
+    /// The table of this name, if it is there; `right` says what it should be.
+    pub(in crate::scene) fn table(&self, name: &str, right: &str) -> Result<Option<Self>> {
+        self.named(name).map(|value| value.table(right)).transpose()
+    }
+
+    /// The error that `key` is missing.
+    pub(in crate::scene) fn missing(&self, name: &str, right: &str) -> crate::error::Error {
+        let mut place = self.place();
+        place.key = self.path_of(name);
+        place.error(format!("missing; give {right}"))
+    }
+
+    /// The value of `key`, which must be there.
+    pub(in crate::scene) fn require(&self, key: &Key) -> Result<Value<'t>> {
+        self.get(key).ok_or_else(|| match key.without {
+            Without::Needed(right) => self.missing(key.name, right),
+            Without::Default(_) | Without::Other(_) => self.missing(key.name, &key.kind.right()),
+        })
+    }
+
+    /// Refuses more than one of `keys`.
+    pub(in crate::scene) fn at_most_one(&self, keys: &[&Key]) -> Result<()> {
+        let mut given = keys.iter().filter_map(|k| self.get(k).map(|value| (k.name, value)));
+        match (given.next(), given.next()) {
+            (Some((first, _)), Some((second, value))) => Err(value
+                .error(format!("`{first}` and `{second}` exclude each other; give one of them"))),
+            _ => Ok(()),
+        }
+    }
+
+    /// What `read` makes of `key`, or of its default where it is not there.
+    ///
+    /// # Errors
+    /// Where `read` fails, or the key is missing and has no default.
+    pub(in crate::scene) fn read<T>(
+        &self,
+        key: &Key,
+        read: impl FnOnce(&Value<'_>) -> Result<T>,
+    ) -> Result<T> {
+        match (self.get(key), key.without) {
+            (None, Without::Default(text)) => with_value(text, read),
+            (None, _) => self.require(key).and_then(|value| read(&value)),
+            (Some(value), _) => read(&value),
+        }
+    }
+
+    /// What `read` makes of `key`, if it is there.
+    pub(in crate::scene) fn maybe<T>(
+        &self,
+        key: &Key,
+        read: impl FnOnce(&Value<'_>) -> Result<T>,
+    ) -> Result<Option<T>> {
+        self.get(key).map(|value| read(&value)).transpose()
+    }
+
+    /// The number of `key`.
+    pub(in crate::scene) fn number(&self, key: &Key) -> Result<f64> {
+        self.read(key, |v| v.number_of(&key.kind))
+    }
+
+    /// The number of `key`, if it is there.
+    pub(in crate::scene) fn maybe_number(&self, key: &Key) -> Result<Option<f64>> {
+        self.maybe(key, |v| v.number_of(&key.kind))
+    }
+
+    /// The whole number of `key`.
+    pub(in crate::scene) fn whole(&self, key: &Key) -> Result<u64> {
+        self.read(key, |v| v.whole_of(&key.kind))
+    }
+
+    /// The whole number of `key`, if it is there.
+    pub(in crate::scene) fn maybe_whole(&self, key: &Key) -> Result<Option<u64>> {
+        self.maybe(key, |v| v.whole_of(&key.kind))
+    }
+
+    /// The colour, or the factors along the axes, of `key`.
+    pub(in crate::scene) fn splat(&self, key: &Key) -> Result<Rgb> {
+        self.read(key, |v| v.splat_of(&key.kind))
+    }
+
+    /// The point or direction of `key`.
+    pub(in crate::scene) fn triple(&self, key: &Key) -> Result<DVec3> {
+        self.read(key, |v| v.triple_of(&key.kind))
+    }
+
+    /// The two numbers of `key`.
+    pub(in crate::scene) fn pair(&self, key: &Key) -> Result<[f64; 2]> {
+        self.read(key, |v| v.pair_of(&key.kind))
+    }
+
+    /// Width and height of `key`.
+    pub(in crate::scene) fn size(&self, key: &Key) -> Result<[u32; 2]> {
+        self.read(key, |v| v.size_of(&key.kind))
+    }
+
+    /// Whether `key` is true.
+    pub(in crate::scene) fn switch(&self, key: &Key) -> Result<bool> {
+        self.read(key, |v| v.switch_of(&key.kind))
+    }
+
+    /// What belongs to the word of `key` among `words`.
+    pub(in crate::scene) fn word<T: Copy>(
+        &self,
+        key: &Key,
+        words: &[(&'static str, T)],
+    ) -> Result<T> {
+        debug_assert!(matches!(key.kind, Kind::Word(known) if known() == names(words)), "{key:?}");
+        self.read(key, |v| v.word(words))
+    }
+
+    /// The file of `key`.
+    pub(in crate::scene) fn file(&self, key: &Key) -> Result<FileReference> {
+        self.require(key)?.file_of(&key.kind)
+    }
+
+    /// The file of `key`, if it is there.
+    pub(in crate::scene) fn maybe_file(&self, key: &Key) -> Result<Option<FileReference>> {
+        self.maybe(key, |v| v.file_of(&key.kind))
+    }
+
+    /// The text of `key`, if it is there.
+    pub(in crate::scene) fn maybe_text(&self, key: &Key) -> Result<Option<String>> {
+        self.maybe(key, |v| v.string(&key.kind.right()).map(str::to_owned))
+    }
+
+    /// The tables of the array `name` (`[[name]]`), none where it is not there.
+    pub(in crate::scene) fn tables(&self, name: &str, max: usize) -> Result<Vec<Self>> {
+        let Some(value) = self.named(name) else { return Ok(Vec::new()) };
+        let right = format!("tables, each begun by `[[{name}]]`");
+        let DeValue::Array(items) = value.get() else { return Err(value.wrong(&right)) };
+        if items.len() > max {
+            return Err(value.error(format!("{} of them; at most {max} are allowed", items.len())));
+        }
+        value.items(items).map(|item| item.table(&right)).collect()
+    }
+
+    fn path_of(&self, key: &str) -> String {
+        if self.key.is_empty() { key.to_owned() } else { format!("{}.{key}", self.key) }
+    }
+}
