@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use fogbow::image::{Layers, read_layers};
-use fogbow::scene::{LoadOptions, Look, LookOptions, Scene, UpAxis, summary};
+use fogbow::scene::{LoadOptions, Look, LookOptions, Scene, Sequence, UpAxis, summary};
 use fogbow::vdb::{Block, GridToWrite, ValueType, write};
 use glam::{DVec3, IVec3};
 
@@ -256,6 +256,20 @@ fn a_sequence_has_one_exposure() {
     assert_eq!(all.len(), 3);
     assert!(all.iter().all(|exposure| exposure.is_f64() && *exposure == all[0]), "{all:?}");
     assert_eq!(exposures("2", "b_####.exr"), [all[0].clone()]);
+}
+
+/// Frames from before the fire has caught have no grid of flames: they are rendered without.
+#[test]
+fn frames_may_lack_what_glows() {
+    let folder = tempfile::tempdir().unwrap();
+    let hot = |v: IVec3| (v.length_squared() < 80).then(|| 0.2 + v.x.rem_euclid(5) as f32 / 5.0);
+    let flames = || grid("flames", IVec3::splat(-9), IVec3::splat(9), hot);
+    file(folder.path(), "fire_1.vdb", &[ball(IVec3::ZERO, DVec3::ONE)]);
+    file(folder.path(), "fire_2.vdb", &[ball(IVec3::ZERO, DVec3::ONE), flames()]);
+    let sequence =
+        Sequence::open(&folder.path().join("fire_#.vdb"), &LoadOptions::default()).unwrap();
+    let glows = |frame| sequence.load(frame).unwrap().media.get(0).emission.is_some();
+    assert_eq!([glows(1), glows(2)], [false, true]);
 }
 
 /// What cannot be meant is told, and what can is not.

@@ -24,12 +24,21 @@ pub(super) fn options(settings: &SettingArgs, look: &LookArgs) -> LoadOptions {
     }
 }
 
+/// Time before a picture is rendered.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Preparation {
+    /// Reading files.
+    pub(super) loading: Duration,
+    /// Metering the exposure, where the scene leaves it open.
+    pub(super) metering: Option<Duration>,
+}
+
 /// Loads `path`, in a pool of as many threads as asked for; also the time that it took.
 pub(super) fn scene(
     path: &Path,
     mut options: LoadOptions,
     run: &RunArgs,
-) -> Result<(Scene, ThreadPool, Duration)> {
+) -> Result<(Scene, ThreadPool, Preparation)> {
     options.memory = options.memory.or_else(memory::available);
     let pool = thread_pool(run.threads)?;
     let start = Instant::now();
@@ -42,7 +51,7 @@ pub(super) fn scene(
         scene.notes.iter().for_each(|note| console::message(&format!("note: {note}")));
     }
     console::warn(&scene.warnings);
-    Ok((scene, pool, loading))
+    Ok((scene, pool, Preparation { loading, metering: None }))
 }
 
 /// As [`scene`], for pictures that are shown: with the exposure metered where the scene leaves it open.
@@ -50,12 +59,14 @@ pub(super) fn scene_to_show(
     path: &Path,
     options: LoadOptions,
     run: &RunArgs,
-) -> Result<(Scene, ThreadPool, Duration)> {
-    let (mut scene, pool, loading) = scene(path, options, run)?;
+) -> Result<(Scene, ThreadPool, Preparation)> {
+    let (mut scene, pool, mut preparation) = scene(path, options, run)?;
     if scene.film.exposure.is_none() {
+        let start = Instant::now();
         scene.film.exposure = Some(pool.install(|| render::exposure(&scene))?);
+        preparation.metering = Some(start.elapsed());
     }
-    Ok((scene, pool, loading))
+    Ok((scene, pool, preparation))
 }
 
 /// As many threads as asked for, by default one a core.

@@ -12,6 +12,7 @@ use super::header::{self, Method};
 use super::holding::{HoldArgs, Pause, checkpoint_path};
 use super::interrupt::Interrupt;
 use super::limit;
+use super::load::Preparation;
 use super::memory;
 use super::output::Output;
 use super::partial;
@@ -58,8 +59,8 @@ pub(super) struct Job<'a> {
     pub(super) clock: &'a Arc<Clock>,
     /// When that of the picture began.
     pub(super) start: Duration,
-    /// How long the scene took to load.
-    pub(super) loading: Duration,
+    /// What came before.
+    pub(super) preparation: Preparation,
     /// Bytes in memory before the scene was loaded.
     pub(super) program: u64,
 }
@@ -126,7 +127,7 @@ impl Job<'_> {
         let mut report = json!({
             "settings": settings,
             "complete": rendered.is_complete(),
-            "seconds": seconds([self.loading, fitting], &rendered, start.elapsed()),
+            "seconds": seconds(self.preparation, fitting, &rendered, start.elapsed()),
             "work": rendered.work,
             "peak_memory": memory::peak(),
             "warnings": warnings,
@@ -384,13 +385,16 @@ fn going_on(checkpoints: Option<&Checkpoints>, rendered: &Rendered) -> String {
 /// Seconds of each stage. `fit` is what it took to see that memory and time suffice, with a look at
 /// photons where that is close.
 fn seconds(
-    [loading, fitting]: [Duration; 2],
+    preparation: Preparation,
+    fitting: Duration,
     rendered: &Rendered,
     writing: Duration,
 ) -> Map<String, Value> {
     let stages = rendered.timings.iter().map(|(name, time)| (*name, *time));
-    [("load", loading), ("fit", fitting)]
-        .into_iter()
+    let metering = preparation.metering.map(|time| ("meter", time));
+    std::iter::once(("load", preparation.loading))
+        .chain(metering)
+        .chain([("fit", fitting)])
         .chain(stages)
         .chain([("write", writing)])
         .map(|(name, time)| (name.to_owned(), json!(time.as_secs_f64())))

@@ -83,7 +83,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (clock, program) = (Clock::start(), limit::program());
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
-    let (mut scene, pool, loading) =
+    let (mut scene, pool, preparation) =
         load::scene_to_show(&args.paths.scene, args.options(), &args.run)?;
     write_scene(args, &scene)?;
     let plan = plan(args, &scene);
@@ -99,7 +99,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         quiet: args.run.quiet,
         clock: &clock,
         start: Duration::ZERO,
-        loading,
+        preparation,
         program,
     };
     let told = job.run(&mut scene, &pool, warnings, None)?;

@@ -13,7 +13,7 @@ use super::header;
 use super::holding::checkpoint_path;
 use super::interrupt::Interrupt;
 use super::limit;
-use super::load;
+use super::load::{self, Preparation};
 use super::memory;
 use super::output::Output;
 use super::picture::{Job, Told};
@@ -184,7 +184,7 @@ impl<'a> Run<'a> {
             quiet: self.args.run.quiet,
             clock: &self.clock,
             start,
-            loading,
+            preparation: Preparation { loading, metering: None },
             program: self.program + next as u64,
         };
         let mut told = job.run(scene, pool, warnings, self.sight.take())?;

@@ -85,12 +85,15 @@ impl Sequence {
     /// Where a file of it is missing or cannot be used. What all frames share was checked on
     /// opening, unless surfaces or lights have numbered files.
     pub fn load(&self, frame: i64) -> Result<Scene> {
-        let file = self.text.read(&self.path, &self.options, Some(frame))?;
+        let mut grids = Grids::within(self.options.memory);
+        let mut file = self.text.read(&self.path, &self.options, Some(frame))?;
+        if matches!(self.text, Text::Made(_)) {
+            bare::leave_out_missing(&mut file, &mut grids)?;
+        }
         let stills = match &self.stills {
             Some(stills) => stills.clone(),
             None => Stills::build(&self.text, &file, &self.options)?,
         };
-        let grids = Grids::within(self.options.memory);
         load::build(&self.path, &self.text, &file, stills, grids, &self.options)
     }
 

@@ -15,10 +15,11 @@ mod subject;
 use std::path::Path;
 
 use super::LoadOptions;
-use super::file;
+use super::file::{self, AlbedoSection, EmissionSection, GridReference, SceneFile};
 use super::load::Grids;
 use super::reader::Document;
 use crate::error::Result;
+use crate::math::Rgb;
 
 pub use draft::Draft;
 pub use look::{Ground, Look, LookOptions, UpAxis};
@@ -45,6 +46,35 @@ pub struct Made {
 pub fn summary(path: &Path) -> Result<String> {
     let subject = Subject::of(path, &LoadOptions::default(), &mut Grids::default())?;
     Ok(subject.summary())
+}
+
+/// Leaves out what glows and what colours the media of a made scene where a frame's file has no such
+/// grid: simulations begin to write them with the first flame.
+///
+/// # Errors
+/// Where a file cannot be opened.
+pub(super) fn leave_out_missing(scene: &mut SceneFile, grids: &mut Grids) -> Result<()> {
+    for medium in &mut scene.media {
+        if let Some(EmissionSection::Grid { grid, .. } | EmissionSection::Temperature { grid, .. }) =
+            &medium.emission
+            && !is_there(grid, grids)?
+        {
+            medium.emission = None;
+        }
+        if let AlbedoSection::Grid { grid, scale, .. } = &medium.albedo
+            && !is_there(grid, grids)?
+        {
+            medium.albedo = AlbedoSection::Constant(Rgb::splat(*scale));
+        }
+    }
+    Ok(())
+}
+
+/// Whether the file of `grid` has it, alone or as three components.
+fn is_there(grid: &GridReference, grids: &mut Grids) -> Result<bool> {
+    let file = grids.open(&grid.file.path)?;
+    let name = grid.name.as_deref();
+    Ok(name.is_none_or(|name| file.find_vector(name, grid.index).is_ok()))
 }
 
 /// The scene for the VDB file `path`, whose density `grids` then holds. For a sequence it names the

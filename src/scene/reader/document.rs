@@ -29,9 +29,6 @@ pub(in crate::scene) struct Document<'a> {
     bare: bool,
 }
 
-/// A table of a document.
-type Table<'t> = DeTable<'t>;
-
 impl<'a> Document<'a> {
     /// The scene `text` of the file `path`, with `settings` over it.
     pub(in crate::scene) fn new(path: &'a Path, text: &str, settings: &'a [Setting]) -> Self {
@@ -123,7 +120,7 @@ fn moved(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
 }
 
 /// Puts `value` in the place of `path` below `table`, whose tables are made where they are missing.
-fn put<'t>(table: &mut Table<'t>, path: &str, value: Spanned<DeValue<'t>>) -> Result<(), String> {
+fn put<'t>(table: &mut DeTable<'t>, path: &str, value: Spanned<DeValue<'t>>) -> Result<(), String> {
     let span = value.span();
     let Some((first, rest)) = path.split_once('.') else {
         match table.iter_mut().find(|(key, _)| key.get_ref() == path) {
@@ -136,7 +133,7 @@ fn put<'t>(table: &mut Table<'t>, path: &str, value: Spanned<DeValue<'t>>) -> Re
         if rest.split('.').next().is_some_and(|word| word.parse::<usize>().is_ok()) {
             return Err(format!("the scene has no [[{first}]]"));
         }
-        let empty = Spanned::new(span.clone(), DeValue::Table(Table::new()));
+        let empty = Spanned::new(span.clone(), DeValue::Table(DeTable::new()));
         table.insert(Spanned::new(span, first.to_owned().into()), empty);
     }
     let below = table.iter_mut().find(|(key, _)| key.get_ref() == first).map(|(_, value)| value);
