@@ -3,8 +3,10 @@
 use toml::Value;
 
 use super::draft::{rounded, triple};
+use super::measure::{mean_thickness, world_bounds};
 use crate::math::luminance;
 use crate::medium::blackbody::blackbody_radiance;
+use crate::vdb::Grid;
 use crate::vdb::roles::{Fire, FireKind, Unit};
 
 /// Temperature of the hottest voxel where a grid does not hold kelvin.
@@ -15,8 +17,9 @@ const CELSIUS: f64 = 273.15;
 /// the largest.
 const FLAME: [(f64, f64); 6] =
     [(0.0, 700.0), (0.15, 1000.0), (0.35, 1250.0), (0.6, 1500.0), (0.85, 1750.0), (1.0, HOTTEST)];
-/// Thickness of a flame over that of the medium.
-const FLAME_SHARE: f64 = 0.1;
+/// Radiance of a flame of its mean thickness, everywhere as strong as where it is strongest: flames are weaker
+/// nearly everywhere.
+const FLAME_GLOW: f64 = 2.0;
 /// Radiance that a thick part of the hottest voxels has: brighter than the key makes smoke.
 const GLOW: f64 = 10.0;
 /// Kelvin where a normalised temperature is 0: too cold to glow.
@@ -38,13 +41,14 @@ pub(super) struct Glow {
 enum GlowKind {
     /// As a blackbody of `kelvin_offset + kelvin_scale` x value, times `scale`.
     Blackbody { kelvin_scale: f64, kelvin_offset: f64, scale: f64 },
-    /// As strongly as the values say, which reach this one.
-    Intensity { max: f64 },
+    /// As strongly as the values say, which reach this one; along a ray they add up to `length` times that
+    /// in the mean, in metres.
+    Intensity { max: f64, length: f64 },
 }
 
 impl Glow {
-    /// The glow of `fire`; nothing where it is too cold to be seen, which a note then says.
-    pub(super) fn of(fire: &Fire, notes: &mut Vec<String>) -> Option<Self> {
+    /// The glow of `fire`, whose voxels are `grid`; nothing where it is too cold to be seen, which a note then says.
+    pub(super) fn of(fire: &Fire, grid: &Grid<f32>, notes: &mut Vec<String>) -> Option<Self> {
         let max = fire.range[1];
         let unit = match fire.kind {
             FireKind::Intensity | FireKind::Temperature(Unit::Normalised) => "",
@@ -52,7 +56,10 @@ impl Glow {
             FireKind::Temperature(Unit::Celsius) => " in degrees Celsius",
         };
         let kind = match fire.kind {
-            FireKind::Intensity => GlowKind::Intensity { max },
+            FireKind::Intensity => {
+                let integral = mean_thickness(grid, &world_bounds(grid)?);
+                GlowKind::Intensity { max, length: integral / max }
+            }
             FireKind::Temperature(unit) => {
                 let (kelvin_scale, kelvin_offset) = match unit {
                     Unit::Normalised => ((HOTTEST - COLD) / max, COLD),
@@ -79,8 +86,8 @@ impl Glow {
         Some(Self { grid: name.into(), occurrence, unit, kind })
     }
 
-    /// The emission, as a scene says it, of a medium that is `size` metres across.
-    pub(super) fn value(&self, size: f64) -> Value {
+    /// The emission, as a scene says it.
+    pub(super) fn value(&self) -> Value {
         let mut table = toml::Table::new();
         let mut put = |key: &str, value: Value| drop(table.insert(key.into(), value));
         let number = |x: f64| Value::Float(rounded(x));
@@ -96,8 +103,7 @@ impl Glow {
                 put("kelvin_offset", number(kelvin_offset));
                 put("scale", number(scale));
             }
-            GlowKind::Intensity { max } => {
-                // A flame a tenth as thick as the medium has the radiance GLOW where it is hottest.
+            GlowKind::Intensity { max, length } => {
                 let hottest = luminance(blackbody_radiance(HOTTEST));
                 let stops = FLAME.map(|(place, kelvin)| {
                     let color = blackbody_radiance(kelvin) / hottest;
@@ -105,7 +111,7 @@ impl Glow {
                 });
                 put("from", Value::Array(vec![Value::Float(0.0), number(max)]));
                 put("ramp", Value::Array(stops.to_vec()));
-                put("scale", number(GLOW / (FLAME_SHARE * size)));
+                put("scale", number(FLAME_GLOW / length));
             }
         }
         Value::Table(table)

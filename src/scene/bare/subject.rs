@@ -107,7 +107,13 @@ impl Subject {
         if !(length > 0.0 && length.is_finite()) {
             return Err(empty());
         }
-        let glow = contents.fire.as_ref().and_then(|fire| Glow::of(fire, &mut notes));
+        let glow = match &contents.fire {
+            Some(fire) => {
+                let burning = grids.scalar(path, fire.grid.indices()[0], ReadAs::Density)?;
+                Glow::of(fire, &burning, &mut notes)
+            }
+            None => None,
+        };
         let kind =
             match (&glow, bounds.size().max_element() >= CLOUD || is_named_cloud(path, &name)) {
                 (Some(_), _) => Kind::Fire,
@@ -172,8 +178,7 @@ impl Subject {
 
     /// The emission, as a scene says it; nothing where nothing glows.
     pub(super) fn emission_value(&self) -> Option<Value> {
-        let size = self.bounds.size().min_element();
-        self.glow.as_ref().map(|glow| glow.value(size))
+        self.glow.as_ref().map(Glow::value)
     }
 
     /// What was chosen, one line each.
