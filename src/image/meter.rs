@@ -36,6 +36,9 @@ const GLOW_OVER_BACKDROP: f64 = 4.0;
 /// The backdrop: this percentile of the pixels that nothing covers.
 const BACKDROP: f64 = 0.25;
 
+/// The most that brightening a glow may make of the backdrop: surroundings of a fire stay dark.
+const SURROUNDINGS: f64 = 0.3;
+
 /// A percentile of luminance, in [0, 1], and the display level it is put on: the sRGB code value, from 0
 /// to 1, that AgX gives a grey of that luminance.
 struct Anchor {
@@ -51,7 +54,7 @@ struct Anchor {
 /// Of lit media the 95th percentile of luminance over what they cover is put on the display level 0.8.
 /// Where they `glow` by themselves each pixel counts by its light, so that dark smoke around a small flame
 /// does not: half of the light then comes from below the level 0.66, where flames keep their hue, and nine
-/// tenths from below 0.85. Pixels that shine out of the backdrop count for a glow though nothing is covered.
+/// tenths from below 0.85; the backdrop stays below 0.3 where a glow is brightened. Pixels that shine out of the backdrop count for a glow though nothing is covered.
 /// Percentiles do not follow single bright pixels.
 pub fn meter(luminance: &[f32], alpha: &[f32], glow: bool) -> Option<f64> {
     let pixels: Vec<[f64; 2]> = luminance
@@ -84,7 +87,10 @@ fn meter_glow(pixels: &[[f64; 2]]) -> Option<f64> {
     }
     let glow = Weighted::new(glow.into_iter().map(|luminance| (luminance, luminance)));
     let (body, core) = (glow.stops_to(&BODY)?, glow.stops_to(&CORE)?);
-    Some(core.clamp(body - CORE_MAX_DARKER, body).clamp(-MAX_DARKER, GLOW_MAX_BRIGHTER))
+    let stops = core.clamp(body - CORE_MAX_DARKER, body).clamp(-MAX_DARKER, GLOW_MAX_BRIGHTER);
+    let surroundings = Anchor { percentile: BACKDROP, level: SURROUNDINGS };
+    let brightest = backdrop.stops_to(&surroundings).unwrap_or(GLOW_MAX_BRIGHTER);
+    Some(stops.min(brightest.max(0.0)))
 }
 
 /// Values with their weights, by value.
@@ -188,6 +194,18 @@ mod tests {
             let noisy = meter(&luminance, &[1.0; 1000], false).unwrap();
             assert!((meter(&ramp(), &[1.0; 1000], false).unwrap() - noisy).abs() < 0.2, "{noisy}");
         }
+    }
+
+    #[test]
+    fn surroundings_of_a_dim_glow_stay_dark() {
+        let (mut luminance, mut alpha) = (vec![0.02_f32; 1000], vec![0.0_f32; 1000]);
+        luminance.extend([0.05; 200]);
+        alpha.extend([1.0; 200]);
+        let exposure = meter(&luminance, &alpha, true).unwrap();
+        assert_eq!(code(0.02, exposure), (SURROUNDINGS * 255.0).round() as u8);
+        // A bright backdrop darkens nothing.
+        luminance[..1000].fill(0.5);
+        assert!(meter(&luminance, &alpha, true).unwrap() >= 0.0);
     }
 
     #[test]

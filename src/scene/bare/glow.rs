@@ -13,8 +13,8 @@ use crate::vdb::roles::{Fire, FireKind, Unit};
 const HOTTEST: f64 = 1900.0;
 /// 0 degrees Celsius in kelvin.
 const CELSIUS: f64 = 273.15;
-/// Temperatures, in kelvin, whose blackbodies give the glow of a flame its colours, by its strength over
-/// the largest.
+/// Temperatures, in kelvin, whose blackbodies give the glow of a flame its hues, by its strength over the
+/// largest; its luminance goes with the square of that.
 const FLAME: [(f64, f64); 6] =
     [(0.0, 700.0), (0.15, 1000.0), (0.35, 1250.0), (0.6, 1500.0), (0.85, 1750.0), (1.0, HOTTEST)];
 /// Radiance of a flame of its mean thickness, everywhere as strong as where it is strongest: flames are weaker
@@ -104,9 +104,10 @@ impl Glow {
                 put("scale", number(scale));
             }
             GlowKind::Intensity { max, length } => {
-                let hottest = luminance(blackbody_radiance(HOTTEST));
+                // The hues of blackbodies, and not their luminance, which falls by ten powers of ten.
                 let stops = FLAME.map(|(place, kelvin)| {
-                    let color = blackbody_radiance(kelvin) / hottest;
+                    let hot = blackbody_radiance(kelvin);
+                    let color = hot / luminance(hot) * (place * place);
                     Value::Array(vec![Value::Float(place), triple(color)])
                 });
                 put("from", Value::Array(vec![Value::Float(0.0), number(max)]));
