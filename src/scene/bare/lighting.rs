@@ -10,6 +10,7 @@ use super::draft::{Draft, place, rounded, triple};
 use super::framing::Frame;
 use super::look::{Ground, Look, LookOptions};
 use super::subject::{Kind, Subject};
+use crate::light::Environment;
 use crate::math::Rgb;
 
 /// Travel of the key light for measurements, in the camera's (right, up, forward).
@@ -113,32 +114,13 @@ impl Setup {
         })
     }
 
-    /// Irradiance of a level ground from above, W/m².
-    fn on_ground(&self) -> Rgb {
+    /// The reflectance at which a lit, level ground is as bright as the horizon.
+    fn ground_reflectance(&self) -> Rgb {
+        let backdrop = Environment::gradient(&self.backdrop).expect("stops of a look go upward");
         let lights = self.lights.iter().map(|l| l.irradiance * l.elevation.to_radians().sin());
-        lights.sum::<Rgb>() + self.backdrop_on_ground()
-    }
-
-    /// Irradiance of a level ground from the surroundings, W/m²: the integral of radiance times
-    /// the sine of the elevation, by the midpoint rule.
-    fn backdrop_on_ground(&self) -> Rgb {
-        const STEPS: u32 = 900;
-        let step = std::f64::consts::FRAC_PI_2 / f64::from(STEPS);
-        let ring = |i: u32| {
-            let elevation = (f64::from(i) + 0.5) * step;
-            let (sin, cos) = elevation.sin_cos();
-            self.radiance(elevation.to_degrees()) * (std::f64::consts::TAU * sin * cos * step)
-        };
-        (0..STEPS).map(ring).sum()
-    }
-
-    /// Radiance of the surroundings at an elevation in degrees.
-    fn radiance(&self, elevation: f64) -> Rgb {
-        let above = self.backdrop.partition_point(|(at, _)| *at <= elevation);
-        let stop = |i: usize| self.backdrop[i.min(self.backdrop.len() - 1)];
-        let (low, high) = (stop(above.saturating_sub(1)), stop(above));
-        let share = if high.0 > low.0 { (elevation - low.0) / (high.0 - low.0) } else { 0.0 };
-        low.1.lerp(high.1, share.clamp(0.0, 1.0))
+        let irradiance = lights.sum::<Rgb>() + backdrop.irradiance_up();
+        let reflectance = backdrop.radiance(DVec3::X) * std::f64::consts::PI / irradiance;
+        reflectance.min(Rgb::splat(MAX_REFLECTANCE))
     }
 }
 
@@ -234,11 +216,9 @@ fn surroundings(
     };
     if stands {
         // Of such reflectance that the lit ground and the backdrop meet at the horizon without a line.
-        let reflectance = setup.radiance(0.0) * std::f64::consts::PI / setup.on_ground();
-        let reflectance = reflectance.min(Rgb::splat(MAX_REFLECTANCE));
         let mut material = toml::Table::new();
         material.insert("type".into(), "diffuse".into());
-        material.insert("reflectance".into(), triple(reflectance));
+        material.insert("reflectance".into(), triple(setup.ground_reflectance()));
         draft
             .listed("surface", "Ground, as bright as the horizon")
             .key(&surface::SHAPE, "plane")

@@ -122,7 +122,7 @@ pub(in crate::scene) const GRADIENT: Key = Key::new(
     Kind::Table("at least two stops [elevation, colour], going upward"),
     "degrees, W/(m² sr)",
     Other("`radiance` or `texture`"),
-    "Radiance by elevation above the horizon: stops, linear between them.",
+    "Radiance by elevation above the horizon: stops, linear in the sine of the elevation between them.",
 );
 pub(in crate::scene) const SKY: Key = Key::new(
     "texture",
