@@ -52,6 +52,8 @@ fn the_table_names_every_metric_with_its_figure() {
         "pixels in error",
         "VDP, average",
         "VDP, pixels P > 0.75",
+        "VDP localised, average",
+        "VDP localised, P > 0.75",
         "SSIM",
         "LDR-FLIP",
         "ColorVideoVDP",
@@ -79,7 +81,15 @@ fn a_picture_compared_with_itself_has_no_error() {
     let folder = folder();
     let (_, json, _) = run(folder.path(), &["a.exr", "a.exr", "--json"]);
     let report: Value = serde_json::from_str(&json).unwrap();
-    for key in ["mse", "relative_mse", "code_pixels_percent", "vdp_mean_percent", "flip_hdr"] {
+    for key in [
+        "mse",
+        "relative_mse",
+        "code_pixels_percent",
+        "vdp_mean_percent",
+        "vdp_localized_mean_percent",
+        "vdp_localized_visible_percent",
+        "flip_hdr",
+    ] {
         assert_eq!(report["errors"][key].as_f64(), Some(0.0), "{key}");
     }
 }

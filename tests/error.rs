@@ -4,6 +4,7 @@ use fogbow::image::Image;
 use fogbow::study::metric::{
     Display, Errors, Map, Options, code_errors, compare, default_epsilon, flip_hdr_map,
     flip_ldr_map, jod, mae, mean_difference, mean_ratio, mse, relative_map, ssim,
+    vdp_localized_map,
 };
 use proptest::prelude::*;
 
@@ -123,6 +124,8 @@ fn the_same_picture_has_no_error() {
         code_pixels_percent: 0.0,
         vdp_mean_percent: 0.0,
         vdp_visible_percent: 0.0,
+        vdp_localized_mean_percent: 0.0,
+        vdp_localized_visible_percent: 0.0,
         ssim: errors.ssim.filter(|s| (s - 1.0).abs() < 1e-12),
         flip_ldr: 0.0,
         flip_hdr: Some(0.0),
@@ -130,6 +133,57 @@ fn the_same_picture_has_no_error() {
     };
     assert_eq!(errors, expected);
     assert!(errors.ssim.is_some());
+}
+
+/// Twenty pixels that are 50 times too bright on a ramp of 0.2 to 0.6, 512 x 384. An independent
+/// implementation of Daly's model has 1.6 % on average and 1.1 % visible. The localised map can hold
+/// no more than the share of the twenty pixels.
+#[test]
+fn bright_pixels_spread_in_the_vdp_and_stay_where_they_are_in_the_localised() {
+    let (width, height) = (512, 384);
+    let at = |i: usize| 0.2 + 0.4 * ((i % width) as f32 + 0.5) / width as f32;
+    let ramp: Vec<f32> = (0..width * height).map(at).collect();
+    let mut spoilt = ramp.clone();
+    let places: Vec<usize> =
+        (0..20).map(|k| (97 * k + 60) % width + width * (19 * k + 11)).collect();
+    places.iter().for_each(|&place| spoilt[place] *= 50.0);
+    let (ramp, spoilt) = (grey(width, &ramp), grey(width, &spoilt));
+    let comparison = compare(&ramp, &spoilt, &Options::default()).unwrap();
+
+    let errors = &comparison.errors;
+    let plain = [errors.vdp_mean_percent, errors.vdp_visible_percent];
+    assert!((1.4..2.4).contains(&plain[0]) && (0.9..1.5).contains(&plain[1]), "{plain:?}");
+    let share = 100.0 * 20.0 / (width * height) as f64;
+    let localized = [errors.vdp_localized_mean_percent, errors.vdp_localized_visible_percent];
+    // All twenty are seen; the last digit of the sum is free.
+    let all_seen = |v: &f64| (0.85..1.0 + 1e-9).contains(&(v / share));
+    assert!(localized.iter().all(all_seen), "{localized:?} {share}");
+
+    for (i, localized) in comparison.vdp_localized.values.iter().enumerate() {
+        let expected = if places.contains(&i) { comparison.vdp.values[i] } else { 0.0 };
+        assert_eq!(*localized, expected, "pixel {i}");
+    }
+    let beside = comparison.vdp.values[places[0] + 1];
+    assert!(beside > 0.5, "the plain map is {beside} beside a bright pixel");
+}
+
+#[test]
+fn luminances_within_a_ten_thousandth_are_the_same_to_the_localised_vdp() {
+    let probability = |r: [f32; 3], t: [f32; 3]| {
+        let [r, t] = [r, t].map(|p| Image::new(16, 16, vec![p; 256]));
+        let mut spoilt = r.pixels().to_vec();
+        spoilt[136] = t.pixels()[136];
+        let map = Map { width: 16, height: 16, values: vec![0.5; 256] };
+        let spoilt = Image::new(16, 16, spoilt);
+        vdp_localized_map(&map, &r, &spoilt, 0.0, &Display::default()).values[136]
+    };
+    // White is 80 cd/m² and black 0.2: 1e-4 cd/m² are 1.253e-6 of the range.
+    assert_eq!(probability([0.5; 3], [0.5 + 1.1e-6; 3]), 0.0);
+    assert_eq!(probability([0.5; 3], [0.5 + 1.4e-6; 3]), 0.5);
+    // Beyond white all is white, and colour of the same luminance does not enter.
+    assert_eq!(probability([3.0; 3], [40.0; 3]), 0.0);
+    let red = [0.5 + 0.0722, 0.5, 0.5 - 0.2126];
+    assert_eq!(probability([0.5; 3], red), 0.0);
 }
 
 #[test]
@@ -185,6 +239,11 @@ proptest! {
         }
         let shares = |map: &Map| map.values.iter().all(|v| (0.0..=1.0).contains(v));
         prop_assert!(shares(&comparison.vdp) && shares(&comparison.flip_ldr));
+        let maps = comparison.vdp.values.iter().zip(&comparison.vdp_localized.values);
+        for ((plain, localized), (r, t)) in maps.zip(r.pixels().iter().zip(t.pixels())) {
+            prop_assert!(*localized == 0.0 || localized == plain);
+            prop_assert!(*localized == 0.0 || r != t);
+        }
         let back: Errors = serde_json::from_value(json).unwrap();
         prop_assert!((back.mse / comparison.errors.mse - 1.0).abs() < 1e-12);
     }

@@ -16,7 +16,11 @@ const DIGITS: usize = 5;
 
 /// Tells how far a picture is from its reference, by every metric.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "A VDP barely sees a global shift of brightness: read it beside the bias.")]
+#[command(after_help = "\
+VDP is Daly's model of 1993. It spreads the difference of a pixel over its neighbours. The localised
+VDP (vdp_localized) is 0 where both pictures show the same luminance, as in the program HDR VDP from
+version 1.5 on.
+A VDP barely sees a global shift of brightness: read it beside the bias.")]
 pub struct Args {
     /// The reference.
     #[arg(value_name = "A.exr")]
@@ -157,6 +161,8 @@ fn table(report: &Report<'_>) -> String {
             ("pixels in error", Some(e.code_pixels_percent), " %"),
             ("VDP, average", Some(e.vdp_mean_percent), " %"),
             ("VDP, pixels P > 0.75", Some(e.vdp_visible_percent), " %"),
+            ("VDP localised, average", Some(e.vdp_localized_mean_percent), " %"),
+            ("VDP localised, P > 0.75", Some(e.vdp_localized_visible_percent), " %"),
             ("SSIM", e.ssim, ""),
             ("LDR-FLIP", Some(e.flip_ldr), ""),
             ("ColorVideoVDP", e.colorvideovdp_jod, " JOD"),

@@ -93,6 +93,10 @@ pub enum Metric {
     VdpMean,
     /// [`Errors::vdp_visible_percent`].
     VdpVisible,
+    /// [`Errors::vdp_localized_mean_percent`].
+    VdpLocalizedMean,
+    /// [`Errors::vdp_localized_visible_percent`].
+    VdpLocalizedVisible,
     /// 1 - [`Errors::ssim`].
     Dssim,
     /// [`Errors::flip_ldr`].
@@ -113,6 +117,8 @@ impl Metric {
         ("code-pixels", Self::CodePixels, "pixels in error, %"),
         ("vdp-mean", Self::VdpMean, "VDP average, %"),
         ("vdp-visible", Self::VdpVisible, "VDP P > 0.75, %"),
+        ("vdp-localized-mean", Self::VdpLocalizedMean, "localised VDP average, %"),
+        ("vdp-localized-visible", Self::VdpLocalizedVisible, "localised VDP P > 0.75, %"),
         ("dssim", Self::Dssim, "1 - SSIM"),
         ("flip", Self::Flip, "LDR-FLIP"),
         ("hdr-flip", Self::HdrFlip, "HDR-FLIP"),
@@ -139,6 +145,8 @@ impl Metric {
             Self::CodePixels => Some(errors.code_pixels_percent),
             Self::VdpMean => Some(errors.vdp_mean_percent),
             Self::VdpVisible => Some(errors.vdp_visible_percent),
+            Self::VdpLocalizedMean => Some(errors.vdp_localized_mean_percent),
+            Self::VdpLocalizedVisible => Some(errors.vdp_localized_visible_percent),
             Self::Dssim => errors.ssim.map(|ssim| (1.0 - ssim).max(0.0)),
             Self::Flip => Some(errors.flip_ldr),
             Self::HdrFlip => errors.flip_hdr,

@@ -6,9 +6,10 @@
     cargo build --release
     .venv/bin/python tests/check/metrics.py target/release/fogbow
 
-Three pairs of pictures are made from fixed seeds and written as EXR. numpy counts the errors of radiance and codes,
+Four pairs of pictures are made from fixed seeds and written as EXR. numpy counts the errors of radiance and codes,
 scikit-image SSIM, NVIDIA's flip-evaluator FLIP and its authors' package ColorVideoVDP. A figure that is off by more than 1e-4,
-relatively, fails the check. The VDP has no second program to compare with; its tests are in src/study/metric/vdp/tests.rs.
+relatively, fails the check. The VDP has no second program to compare with; its tests are in src/study/metric/vdp/tests.rs. Of
+the localised VDP numpy counts the bound, the share of pixels whose luminance differs; twenty bright pixels reach it.
 """
 import json
 import subprocess
@@ -57,6 +58,10 @@ def pairs():
     yield "blur", reference, 0.99 * blurred(reference)
     reference = 0.5 * plume(131, 177) + 0.2 * texture(131, 177)
     yield "brightness", reference, np.abs(1.06 * reference + random.normal(0, 0.002, reference.shape))
+    reference = np.linspace(0.2, 0.6, 512)[None, :, None] * np.ones((384, 1, 3))
+    spoilt = reference.copy()
+    spoilt.reshape(-1, 3)[random.choice(384 * 512, 20, replace=False)] *= 50.0
+    yield "bright pixels", reference, spoilt
 
 
 def write(path, image):
@@ -101,6 +106,25 @@ def expected(reference, test):
     }
 
 
+def differing_percent(reference, test):
+    """Pixels whose luminance on the display, 0.2 to 80 cd/m², differs by 1e-4 cd/m² or more."""
+    r, t = (79.8 * np.clip(image.astype(np.float64), 0, 1) @ (0.2126, 0.7152, 0.0722) for image in (reference, test))
+    return 100 * np.mean(abs(t - r) >= 1e-4)
+
+
+def check_localized(name, found, bound):
+    """How far the localised VDP is off, relatively, where it must reach its bound; 1 where it is beyond a bound."""
+    worst = 0.0
+    for key in ("mean", "visible"):
+        plain, localized = found[f"vdp_{key}_percent"], found[f"vdp_localized_{key}_percent"]
+        most = min(plain, bound)
+        off = abs(localized / most - 1) if name == "bright pixels" else float(localized > most + 1e-9)
+        worst = max(worst, off)
+        label = f"vdp {key}, localised"
+        print(f"  {label:<22}{localized:>16.8g}{most:>15.8g}<  {off:.1e}{'' if off < TOLERANCE else '  TOO FAR'}")
+    return worst
+
+
 def main():
     fogbow = sys.argv[1]
     worst = 0.0
@@ -116,6 +140,7 @@ def main():
                 off = abs(found[key] / other - 1)
                 worst = max(worst, off)
                 print(f"  {key:<22}{found[key]:>16.8g}{other:>16.8g}  {off:.1e}{'' if off < TOLERANCE else '  TOO FAR'}")
+            worst = max(worst, check_localized(name, found, differing_percent(reference, test)))
     print(f"worst relative difference {worst:.1e}, allowed {TOLERANCE:.0e}")
     sys.exit(worst >= TOLERANCE)
 

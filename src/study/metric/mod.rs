@@ -8,7 +8,7 @@
 //! | error of codes ([`code_errors`]) | 8-bit sRGB codes |
 //! | [`ssim()`], LDR-FLIP, ColorVideoVDP | sRGB codes, not rounded |
 //! | HDR-FLIP | linear radiance |
-//! | VDP ([`vdp_map`]) | luminance on the display |
+//! | VDP ([`vdp_map`]), localised VDP ([`vdp_localized_map`]) | luminance on the display |
 //!
 //! All but the first row and HDR-FLIP depend on the exposure. No row does without the others: a
 //! VDP, which tells whether noise is visible, barely sees a global shift of brightness, and
@@ -38,7 +38,7 @@ pub use map::Map;
 pub use radiance::{mae, mean_difference, mean_ratio, mse};
 pub use relative::{TRIM, default_epsilon, relative_map};
 pub use ssim::ssim;
-pub use vdp::{VISIBLE, vdp_map};
+pub use vdp::{VISIBLE, vdp_localized_map, vdp_map};
 
 use crate::error::Result;
 use crate::image::Image;
@@ -102,6 +102,10 @@ pub struct Errors {
     pub vdp_mean_percent: f64,
     /// Pixels with P > 0.75 in [`vdp_map`], in %.
     pub vdp_visible_percent: f64,
+    /// Average of [`vdp_localized_map`] in %, over all pixels.
+    pub vdp_localized_mean_percent: f64,
+    /// Pixels with P > 0.75 in [`vdp_localized_map`], in % of all pixels.
+    pub vdp_localized_visible_percent: f64,
     /// [`ssim()`], 1 for the same picture. `None` below 11 x 11 pixels.
     pub ssim: Option<f64>,
     /// Mean LDR-FLIP, 0 to 1.
@@ -125,6 +129,8 @@ pub struct Comparison {
     pub flip_hdr: Option<Map>,
     /// [`vdp_map`].
     pub vdp: Map,
+    /// [`vdp_localized_map`].
+    pub vdp_localized: Map,
 }
 
 /// Compares a picture with its reference by every metric.
@@ -144,6 +150,7 @@ pub fn compare(reference: &Image, test: &Image, options: &Options) -> Result<Com
     let flip_ldr = flip_ldr_map(reference, test, exposure, density)?;
     let flip_hdr = flip_hdr_map(reference, test, density)?;
     let vdp = vdp_map(reference, test, exposure, &display);
+    let vdp_localized = vdp_localized_map(&vdp, reference, test, exposure, &display);
     let errors = Errors {
         mse,
         rmse: mse.sqrt(),
@@ -157,10 +164,12 @@ pub fn compare(reference: &Image, test: &Image, options: &Options) -> Result<Com
         code_pixels_percent: 100.0 * codes.share,
         vdp_mean_percent: 100.0 * vdp.mean(),
         vdp_visible_percent: 100.0 * vdp.share_above(VISIBLE),
+        vdp_localized_mean_percent: 100.0 * vdp_localized.mean(),
+        vdp_localized_visible_percent: 100.0 * vdp_localized.share_above(VISIBLE),
         ssim: ssim(reference, test, exposure),
         flip_ldr: flip_ldr.mean(),
         flip_hdr: flip_hdr.as_ref().map(Map::mean),
         colorvideovdp_jod: jod(reference, test, exposure, &options.colorvideovdp_display)?,
     };
-    Ok(Comparison { errors, relative, flip_ldr, flip_hdr, vdp })
+    Ok(Comparison { errors, relative, flip_ldr, flip_hdr, vdp, vdp_localized })
 }

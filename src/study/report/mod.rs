@@ -127,6 +127,8 @@ fn row(results: &Results, point: &PointResult) -> Vec<Cell> {
         Cell::number(mean(Metric::CodePixels)),
         Cell::number(mean(Metric::VdpMean)),
         Cell::number(mean(Metric::VdpVisible)),
+        Cell::number(mean(Metric::VdpLocalizedMean)),
+        Cell::number(mean(Metric::VdpLocalizedVisible)),
         Cell::number(mean(Metric::Dssim)),
         Cell::number(mean(Metric::Flip)),
         Cell::number(mean(Metric::JodLost)),

@@ -10,6 +10,10 @@
 //! 4. in each band the difference of the two pictures against a threshold that their common
 //!    texture raises, and from it a probability; all bands together (`detect`).
 //!
+//! # Two maps
+//! [`vdp_map`] is the model as published. It spreads the difference of a pixel over its neighbours.
+//! [`vdp_localized_map`] is the same map with 0 where the pictures are the same (`localized`).
+//!
 //! # Never alone
 //! A VDP barely sees a global shift of brightness: the eye adapts, and the sensitivity to a
 //! frequency of zero is zero. Bias of a photon map looks like just that. Read these figures beside
@@ -28,6 +32,7 @@
 mod cortex;
 mod csf;
 mod detect;
+mod localized;
 mod retina;
 mod spectrum;
 
@@ -37,6 +42,7 @@ use rustfft::num_complex::Complex64;
 use self::cortex::Band;
 use self::csf::Viewing;
 use self::detect::{Detector, probability};
+pub use self::localized::vdp_localized_map;
 use self::retina::{contrast_slope, response};
 use self::spectrum::Spectrum;
 use super::{Display, Map, shown};
@@ -50,10 +56,8 @@ pub const VISIBLE: f32 = 0.75;
 /// their mirror image, so that no border rings.
 pub fn vdp_map(reference: &Image, test: &Image, exposure: f64, display: &Display) -> Map {
     let (width, height) = (reference.width(), reference.height());
-    let [seen, tested] = [reference, test].map(|image| {
-        let linear = shown::display_linear(image, exposure);
-        linear.map(|c| display.luminance(c)).collect::<Vec<_>>()
-    });
+    let [seen, tested] =
+        [reference, test].map(|image| luminances(image, exposure, display).collect::<Vec<_>>());
     let adaptation = seen.iter().sum::<f64>() / seen.len() as f64;
     let to_contrast = 1.0 / contrast_slope(adaptation);
 
@@ -78,6 +82,11 @@ pub fn vdp_map(reference: &Image, test: &Image, exposure: f64, display: &Display
     }
     let values = evidence.into_par_iter().map(|e| probability(e) as f32).collect();
     Map { width, height, values }
+}
+
+/// Luminance in cd/m² of every pixel on `display`.
+fn luminances(image: &Image, exposure: f64, display: &Display) -> impl Iterator<Item = f64> {
+    shown::display_linear(image, exposure).map(|c| display.luminance(c))
 }
 
 #[cfg(test)]

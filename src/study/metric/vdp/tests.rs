@@ -110,6 +110,23 @@ fn borders_do_not_ring() {
 }
 
 #[test]
+fn the_localised_map_is_the_map_where_luminance_differs() {
+    let texture = |x: f64, y: f64| 0.3 + 0.02 * noise(x, y);
+    let middle = |v: f64| (v - 48.0).abs() < 8.0;
+    let test = |x: f64, y: f64| texture(x, y) * if middle(x) && middle(y) { 1.5 } else { 1.0 };
+    let (reference, test) = (picture(texture), picture(test));
+    let plain = seen(&reference, &test);
+    let localized = vdp_localized_map(&plain, &reference, &test, 0.0, &Display::default());
+    for (i, (plain, localized)) in plain.values.iter().zip(&localized.values).enumerate() {
+        let differs = reference.pixels()[i] != test.pixels()[i];
+        assert_eq!(*localized, if differs { *plain } else { 0.0 }, "pixel {i}");
+    }
+    let beside = plain.values[48 * SIDE + 57];
+    assert!(beside > 0.5, "the plain map is {beside} beside the square");
+    assert!(localized.share_above(VISIBLE) > 0.0);
+}
+
+#[test]
 fn any_size_will_do() {
     for (width, height) in [(1, 1), (1, 7), (37, 53), (5, 2)] {
         let grey = |v| Image::new(width, height, vec![[v; 3]; width * height]);
