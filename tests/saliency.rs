@@ -1,13 +1,14 @@
 //! Saliency: pop-out wherever the odd one stands, nothing where there is nothing, any size.
 
 use fogbow::director::Saliency;
-use fogbow::image::Image;
+use fogbow::image::{Image, read_exr};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rayon::ThreadPoolBuilder;
 
 const RED: [f32; 3] = [0.8, 0.05, 0.05];
 const GREEN: [f32; 3] = [0.05, 0.8, 0.05];
+const BLUE: [f32; 3] = [0.3, 0.3, 0.75];
 
 /// A bar: its middle in pixels, its angle against the horizontal, its colour.
 #[derive(Clone, Copy, Debug)]
@@ -63,11 +64,20 @@ impl Search {
 
     /// Whether the most salient pixel is on the first bar, or one pixel beside it.
     fn pops_out(&self, bars: &[Bar]) -> Result<(), TestCaseError> {
+        self.pops_out_in(bars, Image::clone)
+    }
+
+    /// The same where the picture of the bars is changed by `changed`.
+    fn pops_out_in(
+        &self,
+        bars: &[Bar],
+        changed: impl Fn(&Image) -> Image,
+    ) -> Result<(), TestCaseError> {
         let [width, height] = self.size;
         let length = self.shape[0] * self.cell();
         let extent = [length, length * self.shape[1]];
         let image = noisy(&draw(self.size, self.background, bars, extent), self.noise);
-        let saliency = Saliency::of(&image);
+        let saliency = Saliency::of(&changed(&image));
         let most = (0..width * height)
             .max_by(|&a, &b| saliency.map[a].total_cmp(&saliency.map[b]))
             .unwrap();
@@ -168,6 +178,21 @@ proptest! {
         search.pops_out(&search.bars(bar(degrees, usual), bar(degrees, odd)))?;
     }
 
+    /// One corner has a tint of another hue, which is nowhere else.
+    #[test]
+    fn a_tint_does_not_weigh_as_much_as_a_saturated_hue(search in searches(), tint in 0.0..0.3_f32) {
+        let bars = search.bars(bar(90.0, GREEN), bar(90.0, RED));
+        let tinted = |image: &Image| {
+            let blue = |(i, p): (usize, &[f32; 3])| {
+                let near = i % image.width() < image.width() / 4 && i / image.width() < image.height() / 4;
+                [p[0], p[1], p[2] * if near { 1.0 + tint } else { 1.0 }]
+            };
+            let pixels = image.pixels().iter().enumerate().map(blue).collect();
+            Image::new(image.width(), image.height(), pixels)
+        };
+        search.pops_out_in(&bars, tinted)?;
+    }
+
     #[test]
     fn one_tilted_among_upright_pops_out(search in searches(), tilt in 45.0..=135.0) {
         let color = [0.8; 3];
@@ -211,6 +236,34 @@ fn example(scale: f32) -> Image {
         draw(search.size, 0.05, &search.bars(bar(90.0, GREEN), bar(90.0, RED)), [18.0, 5.0]);
     let pixels = image.pixels().iter().map(|p| p.map(|v| v * scale)).collect();
     Image::new(201, 150, pixels)
+}
+
+/// The contrast of the blue is a part of that of red and green, which are strewn at random: N on the
+/// range of both opponencies loses it more often than the bound allows.
+#[test]
+fn a_pale_blue_one_among_red_and_green_mostly_pops_out() {
+    const SEARCHES: u64 = 60;
+    let found = (0..SEARCHES).filter(|&seed| {
+        let number = |i: u64| unit(1000 * seed + i);
+        let side = [128, 200, 256, 400][(number(0) * 4.0) as usize];
+        let search = Search {
+            size: [side, side],
+            rows: 4 + (number(1) * 4.0) as usize,
+            shape: [0.45 + 0.25 * number(2), 0.25 + 0.08 * number(3)],
+            odd: [number(4), number(5)],
+            background: [0.0, 0.05, 0.3][(number(6) * 3.0) as usize],
+            noise: 0.0,
+            seed,
+        };
+        let degrees = 180.0 * number(7);
+        let mut bars = search.bars(bar(degrees, RED), bar(degrees, BLUE));
+        for (i, bar) in bars.iter_mut().enumerate().skip(1) {
+            bar.color = if number(10 + i as u64) < 0.5 { RED } else { GREEN };
+        }
+        search.pops_out(&bars).is_ok()
+    });
+    let found = found.count();
+    assert!(found >= 54, "{found} of {SEARCHES} are found");
 }
 
 #[test]
@@ -269,4 +322,24 @@ fn maps_are_smooth() {
     let steps = s.map.chunks_exact(s.width).flat_map(|row| row.windows(2));
     let steepest = steps.map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
     assert!(steepest < 0.35, "a step of {steepest} between neighbours");
+}
+
+/// For every NAME.exr in the folder `FOGBOW_PICTURES` writes NAME.maps: N(I), N(C), N(O) and S, row by
+/// row as f32, lowest byte first.
+#[test]
+#[ignore = "tests/check/saliency.py runs it on a folder of pictures"]
+fn maps_of_pictures() {
+    let folder = std::env::var_os("FOGBOW_PICTURES").expect("FOGBOW_PICTURES names a folder");
+    let mut pictures = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "exr") {
+            let s = Saliency::of(&read_exr(&path).unwrap());
+            let maps = [s.intensity, s.color, s.orientation, s.map].concat();
+            let bytes: Vec<u8> = maps.into_iter().flat_map(f32::to_le_bytes).collect();
+            std::fs::write(path.with_extension("maps"), bytes).unwrap();
+            pictures += 1;
+        }
+    }
+    assert!(pictures > 0, "the folder has no EXR");
 }

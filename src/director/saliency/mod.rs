@@ -1,9 +1,21 @@
 //! Visual saliency: what draws the eye before anything is understood.
 //!
 //! After Itti, Koch and Niebur 1998, "A Model of Saliency-Based Visual Attention for Rapid Scene
-//! Analysis", IEEE PAMI 20(11). A picture is split into intensity, colour opponency and local
-//! orientation; each is compared with its surround at several scales; maps with few strong peaks
-//! are promoted over maps with many, and all are added.
+//! Analysis", IEEE PAMI 20(11). The steps are those of its figure 1:
+//!
+//! 1. linear filtering: intensity, the two colour opponencies, four orientations (`opponent`,
+//!    `gabor`), each as a dyadic Gaussian pyramid of nine levels (`surround`);
+//! 2. centre-surround differences at six pairs of scales, and N of each: the feature maps
+//!    (`surround`, `normalize`);
+//! 3. their sum across scales, and N of it: one conspicuity map each for intensity, colour and
+//!    orientation (equations 5 to 7);
+//! 4. the mean of the three: the saliency map (equation 8).
+//!
+//! N promotes maps with few strong peaks over maps with many. Through the N of the conspicuity maps
+//! a target that stands out in one feature alone is salient alone, and features in which all things
+//! are alike vanish. Programs that leave this N out (pySaliencyMap and those made from it) keep all
+//! things in the map; the maps agree where it is left out of these as well, as
+//! `tests/check/saliency.py` shows.
 
 mod display;
 mod gabor;
@@ -19,7 +31,7 @@ use crate::image::Image;
 use normalize::normalized;
 use opponent::Channels;
 use plane::Plane;
-use surround::Scales;
+use surround::{Features, Scales, range};
 
 /// Saliency of a picture and the conspicuities that it is made of: maps of the picture's size, row
 /// by row from the top. All values are 0 where a picture has nothing that differs from its
@@ -49,7 +61,10 @@ impl Saliency {
         let scales = Scales::of(width, height);
         let channels = Channels::new(width, height, &display::encode(image));
         let ((intensity, orientation), color) = join(
-            || by_intensity_and_orientation(&scales, channels.intensity),
+            || {
+                let pyramid = scales.pyramid(channels.intensity);
+                join(|| by_intensity(&scales, &pyramid), || by_orientation(&scales, &pyramid))
+            },
             || by_color(&scales, channels.red_green, channels.blue_yellow),
         );
 
@@ -65,27 +80,42 @@ impl Saliency {
     }
 }
 
-/// N of the conspicuities by intensity and by orientation (Itti et al. 1998, equations 5 and 7).
-fn by_intensity_and_orientation(scales: &Scales, intensity: Plane) -> (Plane, Plane) {
-    let pyramid = scales.pyramid(intensity);
-    let energies: Vec<[Plane; 4]> = pyramid.par_iter().map(gabor::energies).collect();
-    let angles = (0..4).map(|a| energies.iter().map(|level| level[a].clone()).collect());
-    let angles: Vec<Vec<Plane>> = angles.collect();
-    join(
-        || conspicuity(scales.contrasts(&[pyramid])),
-        || {
-            let maps = scales.contrasts(&angles);
-            let range = maps.iter().map(Plane::greatest_modulus).fold(0.0, f32::max);
-            conspicuity(maps.into_iter().map(|map| normalized(map, range)).collect())
-        },
-    )
+/// N of the conspicuity by intensity (Itti et al. 1998, equation 5).
+fn by_intensity(scales: &Scales, pyramid: &[Plane]) -> Plane {
+    let features = scales.features(pyramid);
+    let range = features.range();
+    conspicuity(vec![features.combined(range)])
 }
 
-/// N of the conspicuity by colour (Itti et al. 1998, equation 6).
+/// N of the conspicuity by colour, the sum of both opponencies (Itti et al. 1998, equation 6).
+///
+/// Each opponency has a range of its own: a faint blue thing among red and green ones is not lost
+/// to their contrast. It is added with the weight of its range, so that a tint that is hardly seen
+/// does not weigh as much as a saturated hue.
 fn by_color(scales: &Scales, red_green: Plane, blue_yellow: Plane) -> Plane {
-    let (red_green, blue_yellow) =
-        join(|| scales.pyramid(red_green), || scales.pyramid(blue_yellow));
-    conspicuity(scales.contrasts(&[red_green, blue_yellow]))
+    let features = |channel| scales.features(&scales.pyramid(channel));
+    let (red_green, blue_yellow) = join(|| features(red_green), || features(blue_yellow));
+    let opponencies = [red_green, blue_yellow];
+    let widest = opponencies.iter().map(Features::range).fold(f32::MIN_POSITIVE, f32::max);
+    let combined = opponencies.iter().map(|features| {
+        let range = features.range();
+        features.combined(range).map(|v| range / widest * v)
+    });
+    conspicuity(combined.collect())
+}
+
+/// N of the conspicuity by orientation: the sums of each angle across scales go through N again
+/// before they are added (Itti et al. 1998, equation 7). The four angles share one range, as their
+/// filters have one gain.
+fn by_orientation(scales: &Scales, intensity: &[Plane]) -> Plane {
+    let energies: Vec<[Plane; 4]> = intensity.par_iter().map(gabor::energies).collect();
+    let angle = |a: usize| energies.iter().map(|level| level[a].clone()).collect::<Vec<_>>();
+    let features: Vec<Features> =
+        (0..4).into_par_iter().map(|a| scales.features(&angle(a))).collect();
+    let widest = features.iter().map(Features::range).fold(0.0, f32::max);
+    let sums: Vec<Plane> = features.iter().map(|features| features.combined(widest)).collect();
+    let widest = range(&sums);
+    conspicuity(sums.into_iter().map(|sum| normalized(sum, widest)).collect())
 }
 
 /// N of the sum of maps, its range scaled to 1.

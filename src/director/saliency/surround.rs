@@ -8,7 +8,7 @@ use super::plane::Plane;
 /// Levels of the pyramid at most: reductions by 1 to 256.
 const LEVELS: usize = 9;
 
-/// A feature that differs from its surround by no more, at any scale, holds nothing to see: a fiftieth
+/// A channel that differs from its surround by no more, at any scale, holds nothing to see: a fiftieth
 /// of the display's range, about the Weber fraction of brightness. N would blow rounding or the
 /// noise of a grey picture's hue up to the strength of the other features.
 const VISIBLE: f32 = 0.02;
@@ -48,40 +48,63 @@ impl Scales {
         iter::successors(Some(finest), |level| Some(level.half())).take(self.levels).collect()
     }
 
-    /// For each channel of one feature (its pyramid from the finest level), the sum of
-    /// N(centre - surround) over all pairs, at the size of the finest level.
+    /// centre - surround of one channel for all pairs of scales (Itti et al. 1998, equations 1 to
+    /// 4), from its pyramid.
     ///
-    /// Itti et al. 1998, equations 1 to 4, with four departures that make one odd thing stand out
-    /// wherever it is:
+    /// A double opponency is (R - G)(c) - (R - G)(s). Equation 2 swaps R and G in the surround,
+    /// which read by the letter lets a red centre in a green surround cancel.
+    pub fn features(&self, pyramid: &[Plane]) -> Features {
+        let difference = |&(c, s): &(usize, usize)| difference(&pyramid[c], &pyramid[s]);
+        let maps = self.pairs.iter().map(difference).collect();
+        Features { width: pyramid[0].width, height: pyramid[0].height, maps }
+    }
+}
+
+/// The differences between centre and surround of one channel.
+#[derive(Debug, Clone)]
+pub struct Features {
+    /// Size of the finest centre.
+    width: usize,
+    height: usize,
+    /// One for each pair of scales, at the size of its centre.
+    maps: Vec<Plane>,
+}
+
+impl Features {
+    /// The greatest difference at any scale.
+    pub fn range(&self) -> f32 {
+        range(&self.maps)
+    }
+
+    /// The sum of N of all differences across scales, at the size of the finest centre; `range` is
+    /// what N scales to 1.
+    ///
+    /// Three departures from Itti et al. 1998 keep every target, as the table of
+    /// `tests/check/saliency.py` shows:
     /// - Where the centre exceeds its surround and where it falls short go through N apart, as in
     ///   Frintrop 2006, "VOCUS". In the modulus one red bar among green ones on black is one of many.
-    /// - The range that N scales to 1 is that of the whole feature, not of a map: a pair of levels
-    ///   or an angle at which there is next to nothing to see stays next to nothing.
+    /// - The range that N scales to 1 is that of all scales, not of one map: a pair of scales at
+    ///   which there is next to nothing to see stays next to nothing.
     /// - Maps are added at the finest centre instead of level 4, so that the greatest value falls on
-    ///   the thing and not a cell of 16 pixels.
-    /// - A double opponency is (R - G)(c) - (R - G)(s). Equation 2 swaps R and G in the surround,
-    ///   which read by the letter lets a red centre in a green surround cancel.
-    pub fn contrasts(&self, channels: &[Vec<Plane>]) -> Vec<Plane> {
-        let difference_maps = |levels: &Vec<Plane>| {
-            self.pairs.iter().map(|&(c, s)| difference(&levels[c], &levels[s])).collect()
-        };
-        let differences: Vec<Vec<Plane>> = channels.iter().map(difference_maps).collect();
-        let range = differences.iter().flatten().map(Plane::greatest_modulus).fold(0.0, f32::max);
-        let finest = &channels[0][0];
-        let mut sums = vec![Plane::zero(finest.width, finest.height); channels.len()];
+    ///   the thing and not in a cell of 16 pixels: the director decides for single pixels.
+    pub fn combined(&self, range: f32) -> Plane {
+        let mut sum = Plane::zero(self.width, self.height);
         if range <= VISIBLE {
-            return sums;
+            return sum;
         }
-        for (sum, maps) in sums.iter_mut().zip(&differences) {
-            for map in maps {
-                for sign in [1.0, -1.0] {
-                    let part = normalized(map.map(|v| (sign * v).max(0.0)), range);
-                    sum.add(&part.enlarged(finest.width, finest.height));
-                }
+        for map in &self.maps {
+            for sign in [1.0, -1.0] {
+                let part = normalized(map.map(|v| (sign * v).max(0.0)), range);
+                sum.add(&part.enlarged(self.width, self.height));
             }
         }
-        sums
+        sum
     }
+}
+
+/// The greatest modulus in any of the maps.
+pub fn range(maps: &[Plane]) -> f32 {
+    maps.iter().map(Plane::greatest_modulus).fold(0.0, f32::max)
 }
 
 /// centre - surround, the surround interpolated to the centre's size.
