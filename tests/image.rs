@@ -23,6 +23,7 @@ fn sample(radiance: Rgb) -> Sample {
         alpha: 0.5,
         transmittance: 0.5,
         depth: 2.0,
+        features: None,
     }
 }
 

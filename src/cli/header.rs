@@ -46,8 +46,9 @@ pub(super) fn settings(
     if render.photons != asked {
         settings.insert("photons_asked".into(), json!(asked));
     }
-    if rendered.is_some_and(|r| r.film.is_denoised()) {
+    if let Some(denoiser) = rendered.and_then(|r| r.film.denoiser()) {
         settings.insert("denoised".into(), json!(true));
+        settings.insert("denoiser".into(), json!(denoiser));
     }
     if let Some(crop) = render.crop {
         settings.insert("crop".into(), json!(crop.to_string()));

@@ -41,7 +41,7 @@ const FILLED: f64 = 0.9;
 const OFF: u64 = 8;
 
 /// Bytes a pixel that taking off noise needs beside the film.
-const DENOISING: u64 = 600;
+const DENOISING: u64 = 700;
 
 /// Bytes that may come on top of it: what the look at the photons leaves behind.
 const SPARE: u64 = 64 << 20;

@@ -10,7 +10,6 @@ use super::look::LookArgs;
 use super::memory;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
-use crate::image::can_denoise;
 use crate::render;
 use crate::scene::{LoadOptions, Scene};
 
@@ -44,9 +43,6 @@ pub(super) fn scene(
     let start = Instant::now();
     let scene = pool.install(|| Scene::load(path, &options))?;
     let loading = start.elapsed();
-    if scene.render.denoise {
-        can_denoise()?;
-    }
     if !run.quiet {
         scene.notes.iter().for_each(|note| console::message(&format!("note: {note}")));
     }

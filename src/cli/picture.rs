@@ -20,7 +20,7 @@ use super::progress::Console;
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::image::{exr_bytes, write_png};
+use crate::image::{Denoiser, exr_bytes, write_png};
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Ended, Progress, Rendered, Silent,
 };
@@ -63,6 +63,8 @@ pub(super) struct Job<'a> {
     pub(super) preparation: Preparation,
     /// Bytes in memory before the scene was loaded.
     pub(super) program: u64,
+    /// Takes the noise off, where the scene asks for it.
+    pub(super) denoiser: Option<&'a Denoiser>,
 }
 
 /// What is told of a picture that is written.
@@ -113,8 +115,9 @@ impl Job<'_> {
         warnings.extend(thinned);
         let checkpoints = self.checkpoints(scene, asked)?;
         let mut rendered = self.render(scene, pool, kept, checkpoints.as_ref())?;
-        if scene.render.denoise && rendered.ended != Ended::Stopped {
-            rendered.denoise()?;
+        let denoiser = self.denoiser.filter(|_| scene.render.denoise);
+        if let Some(denoiser) = denoiser.filter(|_| rendered.ended != Ended::Stopped) {
+            rendered.denoise(denoiser)?;
         }
 
         let mut ended = rendered.warnings();
@@ -134,6 +137,10 @@ impl Job<'_> {
             "notes": scene.notes,
             "outputs": output.names(),
         });
+        if rendered.film.denoiser().is_some() {
+            report["denoiser"] =
+                json!(denoiser.map(|d| json!({ "version": d.version(), "path": d.path() })));
+        }
         if let Some(directed) = rendered.director {
             report["director"] = json!(directed);
         }

@@ -20,7 +20,7 @@ use super::sequence;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
 use crate::error::{Error, Result};
 use crate::file;
-use crate::image::can_denoise;
+use crate::image::Denoiser;
 use crate::render::Clock;
 use crate::scene::plan::RenderPlan;
 use crate::scene::{self, LoadOptions, Planning, Scene};
@@ -36,7 +36,8 @@ pub(super) struct Args {
     #[arg(long)]
     pub(super) reference: bool,
     /// Take noise off the picture in the end by Open Image Denoise; what was there stays in the layers
-    /// noisy.R, noisy.G and noisy.B. Wants a fogbow built with --features denoise.
+    /// noisy.R, noisy.G and noisy.B. The library is that of FOGBOW_OIDN, of the loader's path or of a
+    /// Python environment (pip install pyoidn).
     #[arg(long)]
     pub(super) denoise: bool,
     /// Write the scene that is rendered for a VDB file alone, with a sentence on every key.
@@ -74,17 +75,21 @@ impl Args {
 
 /// Renders and writes the pictures.
 pub(super) fn run(args: &Args) -> Result<()> {
-    if args.denoise {
-        can_denoise()?;
-    }
     if let Some(frames) = &args.frames.frames {
         return sequence::run(args, frames);
     }
     let (clock, program) = (Clock::start(), limit::program());
+    let mut denoiser = early_denoiser(args)?;
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
     let (mut scene, pool, preparation) =
         load::scene_to_show(&args.paths.scene, args.options(), &args.run)?;
+    if find_denoiser(&mut denoiser, &scene)? {
+        denoiser
+            .iter()
+            .filter(|_| !args.run.quiet)
+            .for_each(|found| console::message(&note(found)));
+    }
     write_scene(args, &scene)?;
     let plan = plan(args, &scene);
     plan.iter().for_each(|line| console::message(line));
@@ -101,6 +106,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         start: Duration::ZERO,
         preparation,
         program,
+        denoiser: denoiser.as_ref(),
     };
     let told = job.run(&mut scene, &pool, warnings, None)?;
     tell(args, &told);
@@ -145,6 +151,31 @@ fn from_folder_of(scene: &Path, volume: &Path) -> String {
 pub(super) fn plan(args: &Args, scene: &Scene) -> Option<String> {
     let said = !args.reference && !args.run.quiet;
     said.then(|| RenderPlan::of(scene, &scene.render).line())
+}
+
+/// The denoiser that a flag asks for, found before anything is loaded.
+///
+/// # Errors
+/// As [`Denoiser::find`].
+pub(super) fn early_denoiser(args: &Args) -> Result<Option<Denoiser>> {
+    args.denoise.then(Denoiser::find).transpose()
+}
+
+/// Finds a denoiser where `scene` asks for one and none is found yet; whether it asks for one.
+///
+/// # Errors
+/// As [`Denoiser::find`].
+pub(super) fn find_denoiser(denoiser: &mut Option<Denoiser>, scene: &Scene) -> Result<bool> {
+    let asked = scene.render.denoise;
+    if asked && denoiser.is_none() {
+        *denoiser = Some(Denoiser::find()?);
+    }
+    Ok(asked)
+}
+
+/// One line on what takes the noise off.
+pub(super) fn note(denoiser: &Denoiser) -> String {
+    format!("note: {denoiser} takes the noise off: {}", denoiser.path().display())
 }
 
 /// What may be wrong with the settings for `scene`.

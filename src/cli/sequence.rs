@@ -20,7 +20,7 @@ use super::picture::{Job, Told};
 use super::render::{self, Args};
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
-use crate::image::read_layers;
+use crate::image::{Denoiser, read_layers};
 use crate::render::Clock;
 use crate::scene::{Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
@@ -28,6 +28,7 @@ use crate::sequence::{Frames, Pattern};
 /// Renders `frames`, each as it would be alone.
 pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
     let program = limit::program();
+    let denoiser = render::early_denoiser(args)?;
     let frames = frames.numbers();
     let target = target(&args.paths.output);
     let first = frames.first().copied().unwrap_or_default();
@@ -48,6 +49,7 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
         render::write_scene(args, &scene)?;
     }
     let mut run = Run::new(args, &interrupt, program, frames.len());
+    run.denoiser = denoiser;
     std::thread::scope(|scope| {
         for frame in reader.ahead(scope, frames)? {
             let mut frame = frame?;
@@ -106,6 +108,8 @@ struct Run<'a> {
     sight: Option<KeptSight>,
     /// What has been said, which need not be said of each frame.
     said: BTreeSet<String>,
+    /// Takes the noise off, once a frame has asked for it.
+    denoiser: Option<Denoiser>,
 }
 
 impl<'a> Run<'a> {
@@ -121,6 +125,7 @@ impl<'a> Run<'a> {
             rendered: (0, Duration::ZERO),
             sight: None,
             said: BTreeSet::new(),
+            denoiser: None,
         }
     }
 
@@ -153,6 +158,7 @@ impl<'a> Run<'a> {
             return Err(Error::Interrupted { message, code: self.interrupt.exit_code() });
         }
         self.say(number, &self.progress());
+        render::find_denoiser(&mut self.denoiser, &scene)?;
         let warnings = self.tell(&scene);
         let told = self.picture(&mut scene, output, pool, warnings, (start, loading))?;
         self.rendered.0 += 1;
@@ -186,6 +192,7 @@ impl<'a> Run<'a> {
             start,
             preparation: Preparation { loading, metering: None },
             program: self.program + next as u64,
+            denoiser: self.denoiser.as_ref(),
         };
         let mut told = job.run(scene, pool, warnings, self.sight.take())?;
         self.sight = told.sight.take();
@@ -221,6 +228,8 @@ impl<'a> Run<'a> {
     /// Prints what there is to say of `scene` and was not said of an earlier frame; all warnings.
     fn tell(&mut self, scene: &Scene) -> Vec<String> {
         let notes = scene.notes.iter().map(|note| format!("note: {note}"));
+        let denoiser = self.denoiser.as_ref().filter(|_| scene.render.denoise);
+        let notes = notes.chain(denoiser.map(render::note));
         let lines = notes.filter(|_| !self.args.run.quiet).chain(render::plan(self.args, scene));
         for line in lines {
             if self.said.insert(line.clone()) {

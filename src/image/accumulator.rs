@@ -1,5 +1,6 @@
 //! Mean and variance of the samples of one pixel.
 
+use super::Features;
 use crate::math::{Rgb, luminance};
 
 /// What one camera ray brought.
@@ -17,6 +18,8 @@ pub struct Sample {
     pub transmittance: f64,
     /// Distance to the first surface in metres, positive infinity where there is none.
     pub depth: f64,
+    /// What it sees, where that was asked for.
+    pub features: Option<Features>,
 }
 
 impl Sample {
@@ -70,7 +73,8 @@ impl Accumulator {
     pub const WORDS: usize = 14;
 
     /// Takes a sample in. One with a NaN, an infinity or a value beyond the range of f32 (an
-    /// infinite depth aside) is counted by [`dropped`](Self::dropped) and otherwise ignored.
+    /// infinite depth aside) is counted by [`dropped`](Self::dropped) and otherwise ignored. Features
+    /// are left to a [`FeatureMean`](super::FeatureMean).
     pub fn add(&mut self, sample: Sample) {
         if !sample.is_sound() {
             self.dropped += 1;

@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-use super::{Accumulator, Image, Window, fill};
+use super::{Accumulator, Features, Image, Window, fill};
 use crate::math::Rgb;
 
 /// The depth, in metres, that stands for "nothing hit" in a stored Z layer: far behind everything,
@@ -125,6 +125,10 @@ pub struct Film {
     calm: Vec<[f32; 3]>,
     /// What was seen before noise was taken off; empty where it is still there.
     noisy: Vec<Vec<f32>>,
+    /// What each pixel shows, told without light; empty where that was not asked for.
+    features: Vec<Features>,
+    /// What took the noise off.
+    denoiser: Option<String>,
     repaired: u64,
 }
 
@@ -147,7 +151,16 @@ impl Film {
         let pixels = window.width as usize * window.height as usize;
         let values = FilmPixel::default().values();
         let layers = values.map(|v| vec![v as f32; pixels]).to_vec();
-        Self { window, full, layers, calm: vec![[0.0; 3]; pixels], noisy: Vec::new(), repaired: 0 }
+        Self {
+            window,
+            full,
+            layers,
+            calm: vec![[0.0; 3]; pixels],
+            noisy: Vec::new(),
+            features: Vec::new(),
+            denoiser: None,
+            repaired: 0,
+        }
     }
 
     /// Where the film lies on the one that it is part of; all of it where it is whole.
@@ -197,9 +210,24 @@ impl Film {
         }
     }
 
+    /// Sets what each pixel shows, told without light, row by row from the top.
+    ///
+    /// # Panics
+    /// Where there are not as many as pixels.
+    pub fn set_features(&mut self, features: Vec<Features>) {
+        assert_eq!(features.len(), self.calm.len(), "one a pixel");
+        self.features = features;
+    }
+
+    /// What each pixel shows, told without light, row by row from the top; empty where that was not
+    /// asked for.
+    pub fn features(&self) -> &[Features] {
+        &self.features
+    }
+
     /// Gives each pixel for which `known` is false, row by row from the top, what is seen in the
-    /// nearest one for which it is true: `R`, `G`, `B`, `A`, `Z` and `transmittance`. Its other layers
-    /// stay; so does all where nothing is known.
+    /// nearest one for which it is true: `R`, `G`, `B`, `A`, `Z`, `transmittance` and features. Its
+    /// other layers stay; so does all where nothing is known.
     ///
     /// # Panics
     /// Where there are not as many as pixels.
@@ -214,24 +242,29 @@ impl Film {
         }
         for (index, &from) in nearest.iter().enumerate() {
             self.calm[index] = self.calm[from as usize];
+            if !self.features.is_empty() {
+                self.features[index] = self.features[from as usize];
+            }
         }
     }
 
-    /// Shows `image` in place of what is seen, which is kept in `noisy.R`, `noisy.G` and `noisy.B`.
+    /// Shows `image`, which `denoiser` made, in place of what is seen: that is kept in `noisy.R`,
+    /// `noisy.G` and `noisy.B`.
     ///
     /// # Panics
     /// Where it has another size.
-    pub fn set_denoised(&mut self, image: &Image) {
+    pub fn set_denoised(&mut self, image: &Image, denoiser: &str) {
         assert_eq!([image.width(), image.height()], [self.width(), self.height()], "its size");
         let clean = image.channels();
         let clean =
             clean.map(|c| c.iter().map(|v| finite((*v).into(), &mut self.repaired)).collect());
         self.noisy = self.layers.splice(..NOISY.len(), clean).collect();
+        self.denoiser = Some(denoiser.into());
     }
 
-    /// Whether noise was taken off.
-    pub fn is_denoised(&self) -> bool {
-        !self.noisy.is_empty()
+    /// What took noise off, with its version, where something did.
+    pub fn denoiser(&self) -> Option<&str> {
+        self.denoiser.as_deref()
     }
 
     /// How many values were not finite and had to be replaced. 0 in a sound render.

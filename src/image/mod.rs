@@ -6,14 +6,11 @@
 mod accumulator;
 mod agx;
 mod decoder;
-#[cfg(feature = "denoise")]
-mod denoise;
-#[cfg(not(feature = "denoise"))]
-#[path = "no_denoise.rs"]
 mod denoise;
 mod exr_header;
 mod exr_read;
 mod exr_write;
+mod features;
 mod fill;
 mod film;
 mod hdr_read;
@@ -31,9 +28,10 @@ mod window;
 
 pub use accumulator::{Accumulator, Sample};
 pub use decoder::PICTURE_DECODER;
-pub use denoise::{can_denoise, denoised};
+pub use denoise::Denoiser;
 pub use exr_read::{Layers, read_attributes, read_exr, read_layers};
 pub use exr_write::{exr_bytes, write_exr, write_exr_image, write_exr_layers};
+pub use features::{FeatureMean, Features};
 pub use film::{FAR, Film, FilmPixel};
 pub use meter::meter;
 pub use palette::{NOT_FINITE, viridis};

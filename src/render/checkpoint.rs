@@ -1,8 +1,8 @@
 //! The state of a render, kept on disk: where a render that was killed is taken up again.
 //!
 //! A file is made of a magic number and a version, a head in JSON (what it is a checkpoint of, work
-//! so far, how much follows), what each pixel has gathered, the cells of lattices that are known,
-//! and the BLAKE3 hash of all that. Photons are not kept: they are shot again, the same ones.
+//! so far, how much follows), what each pixel has gathered and what its rays see where that is asked
+//! for, the cells of lattices that are known, and the BLAKE3 hash of all that. Photons are not kept: they are shot again, the same ones.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Map, Value};
 
 use crate::error::{Error, Result};
-use crate::image::Accumulator;
+use crate::image::{Accumulator, FeatureMean};
 use crate::math::Spectrum;
 use crate::photon::Filled;
 use crate::work::Work;
@@ -39,6 +39,8 @@ pub(super) struct Moment {
     pub work: Work,
     /// What each pixel has, in the order of [`Plate::samples`].
     pub samples: Vec<Accumulator>,
+    /// What their rays see, in the order of [`Plate::features`]; empty where that was not asked for.
+    pub features: Vec<FeatureMean>,
     /// What lattices know, one entry each.
     pub lattices: Vec<Known>,
 }

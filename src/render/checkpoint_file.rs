@@ -11,13 +11,13 @@ use super::checkpoint::{Known, Moment};
 use super::plate::Plate;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::image::Accumulator;
+use crate::image::{Accumulator, FeatureMean};
 use crate::math::Spectrum;
 use crate::photon::Filled;
 use crate::work::Work;
 
 /// What a checkpoint begins with: name and version.
-const MAGIC: [u8; 12] = *b"fogbow cp 2\n";
+const MAGIC: [u8; 12] = *b"fogbow cp 3\n";
 
 /// Bytes of the hash at its end.
 const HASH: u64 = blake3::OUT_LEN as u64;
@@ -33,6 +33,8 @@ struct Head {
     work: Work,
     /// How many pixels follow.
     pixels: u64,
+    /// Whether what their rays see follows as well.
+    features: bool,
     /// Cells of each lattice, and how many are known.
     lattices: Vec<[u64; 2]>,
 }
@@ -40,7 +42,8 @@ struct Head {
 impl Head {
     /// Bytes that follow it, without the hash; nothing where there could not be so many.
     fn body(&self) -> Option<u64> {
-        let pixels = self.pixels.checked_mul(8 * Accumulator::WORDS as u64)?;
+        let words = Accumulator::WORDS + if self.features { FeatureMean::WORDS } else { 0 };
+        let pixels = self.pixels.checked_mul(8 * words as u64)?;
         self.lattices.iter().try_fold(pixels, |sum, [cells, known]| {
             let bits = cells.div_ceil(64).checked_mul(8)?;
             sum.checked_add(bits)?.checked_add(known.checked_mul(12)?)
@@ -64,6 +67,7 @@ pub(super) fn write<S: Spectrum>(
         key: key.clone(),
         work: *work,
         pixels: plate.samples().count() as u64,
+        features: plate.features().next().is_some(),
         lattices: lattices.iter().map(counts).collect(),
     };
     let head = serde_json::to_vec(&head)
@@ -77,6 +81,9 @@ pub(super) fn write<S: Spectrum>(
         out.put(&head)?;
         for samples in plate.samples() {
             out.put(samples.to_bits().map(u64::to_le_bytes).as_flattened())?;
+        }
+        for features in plate.features() {
+            out.put(features.to_bits().map(u64::to_le_bytes).as_flattened())?;
         }
         for lattice in lattices {
             let known = |cell: &usize| lattice.known(*cell);
@@ -174,9 +181,12 @@ fn cut(path: &Path, e: &io::Error) -> Error {
 fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<Moment>> {
     let mut samples = Vec::with_capacity(head.pixels as usize);
     for _ in 0..head.pixels {
-        let mut words = [[0; 8]; Accumulator::WORDS];
-        input.fill(words.as_flattened_mut())?;
-        samples.push(Accumulator::from_bits(&words.map(u64::from_le_bytes)));
+        samples.push(Accumulator::from_bits(&input.words()?));
+    }
+    let told = if head.features { head.pixels } else { 0 };
+    let mut features = Vec::with_capacity(told as usize);
+    for _ in 0..told {
+        features.push(FeatureMean::from_bits(&input.words()?));
     }
     let mut lattices = Vec::with_capacity(head.lattices.len());
     for [cells, count] in &head.lattices {
@@ -197,7 +207,7 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
         }
         lattices.push(Known { cells: *cells as usize, known });
     }
-    Ok(Some(Moment { work: head.work, samples, lattices }))
+    Ok(Some(Moment { work: head.work, samples, features, lattices }))
 }
 
 /// Refuses a checkpoint of another picture, naming what differs.
@@ -253,5 +263,11 @@ impl<T: Read> Hashing<T> {
         let mut bytes = [0; N];
         self.fill(&mut bytes)?;
         Ok(bytes)
+    }
+
+    fn words<const N: usize>(&mut self) -> io::Result<[u64; N]> {
+        let mut words = [[0; 8]; N];
+        self.fill(words.as_flattened_mut())?;
+        Ok(words.map(u64::from_le_bytes))
     }
 }

@@ -3,11 +3,12 @@
 use serde::Serialize;
 
 use super::expose::{self, Direction, Sheet, State};
+use super::features::FeatureTracer;
 use super::march::Marcher;
 use super::{Control, finest_step, guide, specialised};
 use crate::director::Budget;
 use crate::error::Result;
-use crate::image::{Accumulator, Window};
+use crate::image::{Accumulator, FeatureMean, Features, Sample, Window};
 use crate::math::{Spectrum, Stage};
 use crate::medium::Medium;
 use crate::photon::{self, Heading, PhotonMaps, PhotonMemory};
@@ -20,6 +21,9 @@ const RAYS: f64 = 30_000.0;
 
 /// Bytes a pixel: what its samples leave and the film's layers.
 const FILM: u64 = size_of::<Accumulator>() as u64 + 60;
+
+/// Bytes a pixel more where it takes in what its rays see.
+const FEATURES: u64 = (size_of::<FeatureMean>() + size_of::<Features>()) as u64;
 
 /// Bytes a pixel of the layers, their copies for the file and the file itself.
 const WRITING: u64 = 48 + 48 + 48;
@@ -91,6 +95,7 @@ fn estimate<S: Spectrum, H: Heading>(
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
     let budget = Budget::fixed(settings.rays, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, needs);
+    let seen = FeatureTracer::new(scene, settings.denoise);
     let expose = |seed: u64| {
         let small = size.map(|side| side as u32);
         let sheet = Sheet {
@@ -100,10 +105,13 @@ fn estimate<S: Spectrum, H: Heading>(
             stage: Stage::Director,
             rays: settings.rays,
             needs,
+            features: false,
         };
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
-        let radiance =
-            |ray, budget: &Budget, state: &mut State<S>| marcher.radiance(ray, budget, state);
+        let radiance = |ray, budget: &Budget, state: &mut State<S>| {
+            let sample = marcher.radiance(ray, budget, state);
+            Sample { features: seen.along(ray, budget.step, state), ..sample }
+        };
         let fixed = |_, _| Direction::fixed(budget);
         expose::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
     };
@@ -168,7 +176,7 @@ fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, progr
     let sizes = media.grid_bytes();
     let grids = sizes.iter().map(|bytes| *bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
-    let film = pixels * FILM;
+    let film = pixels * (FILM + if settings.denoise { FEATURES } else { 0 });
     let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
     let maps = if Needs::of(scene, settings).maps { maps } else { 0 };
     let writing = pixels * WRITING;

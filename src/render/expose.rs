@@ -21,7 +21,7 @@ use crate::work::Work;
 use super::checkpoint::{Checkpoints, Keeping, Moment};
 use super::control::{Control, Halt};
 use super::passes::{Pass, passes, round};
-use super::plate::{Plate, Tile};
+use super::plate::{Pixel, Plate, Tile};
 use super::reckoning::{Left, Spent, Units};
 use super::rendered::Ended;
 
@@ -87,6 +87,8 @@ pub struct Sheet {
     pub rays: u32,
     /// What rays need.
     pub needs: Needs,
+    /// Whether `estimate` tells what rays see.
+    pub features: bool,
 }
 
 /// What an exposure left.
@@ -117,8 +119,9 @@ pub fn expose<S: Spectrum>(
     lattices: &[&Filled<S>],
     control: &Control<'_>,
 ) -> Exposed {
-    let Sheet { size, window, seed, stage, rays, needs } = sheet;
-    let pixel = |x: u32, y: u32, samples: &mut Accumulator, pass: Pass, run: &mut Run<'_, S>| {
+    let Sheet { size, window, seed, stage, rays, needs, features } = sheet;
+    let pixel = |pixel: Pixel<'_>, pass: Pass, run: &mut Run<'_, S>| {
+        let Pixel { x, y, samples, mut features } = pixel;
         let budget = direct(x, y).budget;
         let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let begin = samples.given() as u32;
@@ -143,7 +146,11 @@ pub fn expose<S: Spectrum>(
             state.round = round(sample, rays);
             run.spent.gathers += u64::from(state.shared > 1.0);
             let (dropped, once) = (samples.dropped(), state.draws.once);
-            samples.add(estimate(ray, &budget, state));
+            let sample = estimate(ray, &budget, state);
+            samples.add(sample);
+            if let (Some(mean), Some(seen)) = (features.as_deref_mut(), sample.features) {
+                mean.add(&seen);
+            }
             state.draws.work.dropped_samples += samples.dropped() - dropped;
             // What is kept for rays to come may have taken long.
             looks = state.draws.once > once;
@@ -153,13 +160,13 @@ pub fn expose<S: Spectrum>(
         run.spent.rays += u64::from(pass.end.min(budget.rays).saturating_sub(before));
     };
     let threads = rayon::current_num_threads() as u32;
-    let mut plate = Plate::new(window);
+    let mut plate = Plate::new(window, features);
     let mut work = Work::default();
-    if let Some(Moment { work: known, samples, .. }) =
+    if let Some(Moment { work: known, samples, features, .. }) =
         control.checkpoints.and_then(Checkpoints::take)
     {
         work = known;
-        plate.restore(samples);
+        plate.restore(samples, features);
     }
     let left = Left::of(&mut plate, &direct);
     let (mut units, mut spent) = (Units::default(), Spent::default());
@@ -180,11 +187,10 @@ pub fn expose<S: Spectrum>(
             let state = State::new(draws, round(0, rays));
             let mut run = Run { state, halt: &halt, spent: Spent::default() };
             let start = Instant::now();
-            for (x, y, samples) in tile.pixels() {
-                if x % pass.every != 0 || y % pass.every != 0 {
-                    continue;
+            for place in tile.all_pixels() {
+                if place.x % pass.every == 0 && place.y % pass.every == 0 {
+                    pixel(place, pass, &mut run);
                 }
-                pixel(x, y, samples, pass, &mut run);
             }
             let Run { state, mut spent, .. } = run;
             (spent.time, spent.gathering) = (start.elapsed(), state.gathering);
@@ -322,6 +328,7 @@ mod tests {
                     alpha: 1.0,
                     transmittance: 1.0,
                     depth: 1.0,
+                    features: None,
                 });
                 let told = samples.mean() + unshared(&samples, &budget);
                 assert!((told - 3.0).abs().max_element() < 1e-5, "{told} after {sample} of {rays}");

@@ -52,6 +52,7 @@ impl<S: Spectrum, H: Heading> Marcher<'_, S, H> {
             alpha: if seen.depth.is_finite() { 1.0 } else { 1.0 - seen.transmittance },
             depth: seen.depth,
             transmittance: seen.transmittance,
+            features: None,
         }
     }
 

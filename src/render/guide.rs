@@ -200,6 +200,7 @@ impl CoarseLook {
                 stage: Stage::Director,
                 rays: PILOT_RAYS,
                 needs: shooting.needs,
+                features: false,
             },
             |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
             |_, _| Direction::fixed(budget),

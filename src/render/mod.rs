@@ -11,6 +11,7 @@ mod control;
 mod costs;
 mod deflect;
 mod expose;
+mod features;
 mod follow;
 mod gather;
 mod guide;
@@ -58,7 +59,7 @@ use std::time::Instant;
 
 use crate::director::{Budget, KeptSight};
 use crate::error::Result;
-use crate::image::Window;
+use crate::image::{Sample, Window};
 use crate::math::{Rgb, Spectrum, Stage};
 use crate::photon::{self, Heading};
 use crate::scene::plan::Needs;
@@ -66,6 +67,7 @@ use crate::scene::{Director, RenderSettings, Scene};
 use crate::work::Work;
 
 use expose::{Direction, Exposed, Sheet, State};
+use features::FeatureTracer;
 
 /// Renders `scene` with a photon map and a march, directed as `settings` say: the same picture on
 /// any number of threads of the rayon pool it is called in, and however often it was cut short and
@@ -145,6 +147,7 @@ fn picture<S: Spectrum, H: Heading>(
     let directions = maps.directions(scene, settings, gold);
     let width = scene.film.size[0] as usize;
     let marcher = march::Marcher::new(scene, &photons, needs);
+    let seen = FeatureTracer::new(scene, settings.denoise);
     if let Some(checkpoints) = control.checkpoints {
         checkpoints.recall(&photons.filled())?;
     }
@@ -155,7 +158,10 @@ fn picture<S: Spectrum, H: Heading>(
             let index = y as usize * width + x as usize;
             directions.get(index).copied().unwrap_or(Direction::fixed(gold))
         },
-        |ray, budget, state| marcher.radiance(ray, budget, state),
+        |ray, budget, state| {
+            let sample = marcher.radiance(ray, budget, state);
+            Sample { features: seen.along(ray, budget.step, state), ..sample }
+        },
         &photons.filled(),
         control,
     );
@@ -186,12 +192,16 @@ fn traced<S: Spectrum>(
     let mut stages = Stages::default();
     let start = Instant::now();
     let tracer = reference::PathTracer::new(scene, settings.max_scatter);
+    let seen = FeatureTracer::new(scene, settings.denoise);
     let budget = Budget::fixed(settings.rays, 0.0, 0.0);
     let exposed = expose::expose(
         sheet(scene, settings, Stage::Reference),
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| Direction::fixed(budget),
-        |ray, _, state: &mut State<S>| tracer.radiance::<S>(ray, &mut state.draws),
+        |ray, budget, state: &mut State<S>| {
+            let sample = tracer.radiance::<S>(ray, &mut state.draws);
+            Sample { features: seen.along(ray, budget.step, state), ..sample }
+        },
         &[],
         control,
     );
@@ -209,6 +219,7 @@ fn sheet(scene: &Scene, settings: &RenderSettings, stage: Stage) -> Sheet {
         stage,
         rays: settings.rays,
         needs: Needs::of(scene, settings),
+        features: settings.denoise,
     }
 }
 

@@ -1,6 +1,8 @@
 //! What rays have left so far, pixel by pixel, before it becomes a film.
 
-use crate::image::{Accumulator, Film, FilmPixel, Window};
+use std::iter;
+
+use crate::image::{Accumulator, FeatureMean, Features, Film, FilmPixel, Window};
 
 /// Edge of the square of pixels that is one piece of work.
 const TILE: u32 = 16;
@@ -12,6 +14,19 @@ pub(super) struct Tile {
     pub place: Window,
     /// What its pixels have, row by row.
     pub samples: Vec<Accumulator>,
+    /// What the rays of each see; empty where that is not asked for.
+    pub features: Vec<FeatureMean>,
+}
+
+/// A pixel with its place on the whole film.
+#[derive(Debug)]
+pub(super) struct Pixel<'a> {
+    pub x: u32,
+    pub y: u32,
+    /// What its rays brought.
+    pub samples: &'a mut Accumulator,
+    /// What they see, where that is asked for.
+    pub features: Option<&'a mut FeatureMean>,
 }
 
 impl Tile {
@@ -20,6 +35,19 @@ impl Tile {
         let Window { left, top, width, .. } = self.place;
         let place = move |index: u32| (left + index % width, top + index / width);
         (0..).map(place).zip(&mut self.samples).map(|((x, y), samples)| (x, y, samples))
+    }
+
+    /// All that its pixels have.
+    pub(super) fn all_pixels(&mut self) -> impl Iterator<Item = Pixel<'_>> {
+        let Window { left, top, width, .. } = self.place;
+        let features = self.features.iter_mut().map(Some).chain(iter::repeat_with(|| None));
+        let pixels = (0..).zip(&mut self.samples).zip(features);
+        pixels.map(move |((index, samples), features)| Pixel {
+            x: left + index % width,
+            y: top + index / width,
+            samples,
+            features,
+        })
     }
 }
 
@@ -34,8 +62,8 @@ pub(super) struct Plate {
 }
 
 impl Plate {
-    /// Nothing yet for the pixels of `window`.
-    pub(super) fn new(window: Window) -> Self {
+    /// Nothing yet for the pixels of `window`; `features` says whether they take in what rays see.
+    pub(super) fn new(window: Window, features: bool) -> Self {
         let [across, down] = [window.width, window.height].map(|side| side.div_ceil(TILE));
         let count = u64::from(across) * u64::from(down);
         let stride = stride(count);
@@ -45,7 +73,10 @@ impl Plate {
                 .map(|tiles| tiles as u32 * TILE);
             let (width, height) = (TILE.min(window.width - x), TILE.min(window.height - y));
             let place = Window { left: window.left + x, top: window.top + y, width, height };
-            Tile { place, samples: vec![Accumulator::default(); place.pixels() as usize] }
+            let pixels = place.pixels() as usize;
+            let samples = vec![Accumulator::default(); pixels];
+            let features = vec![FeatureMean::default(); if features { pixels } else { 0 }];
+            Tile { place, samples, features }
         };
         Self { window, tiles: (0..count).map(tile).collect() }
     }
@@ -55,11 +86,21 @@ impl Plate {
         self.tiles.iter().flat_map(|tile| &tile.samples)
     }
 
-    /// Replaces what each pixel has, in the order of [`samples`](Self::samples).
-    pub(super) fn restore(&mut self, samples: impl IntoIterator<Item = Accumulator>) {
-        let pixels = self.tiles.iter_mut().flat_map(|tile| &mut tile.samples);
-        for (pixel, known) in pixels.zip(samples) {
-            *pixel = known;
+    /// What the rays of each pixel see, in the order of [`samples`](Self::samples).
+    pub(super) fn features(&self) -> impl Iterator<Item = &FeatureMean> {
+        self.tiles.iter().flat_map(|tile| &tile.features)
+    }
+
+    /// Replaces what each pixel has, in the order of [`samples`](Self::samples), and what its rays see.
+    pub(super) fn restore(
+        &mut self,
+        samples: impl IntoIterator<Item = Accumulator>,
+        features: impl IntoIterator<Item = FeatureMean>,
+    ) {
+        let (mut samples, mut features) = (samples.into_iter(), features.into_iter());
+        for tile in &mut self.tiles {
+            tile.samples.iter_mut().zip(&mut samples).for_each(|(pixel, known)| *pixel = known);
+            tile.features.iter_mut().zip(&mut features).for_each(|(pixel, known)| *pixel = known);
         }
     }
 
@@ -70,13 +111,22 @@ impl Plate {
         pixel: impl Fn(u32, u32, &Accumulator) -> FilmPixel,
     ) -> Film {
         let mut film = Film::part(full, self.window);
-        let Window { left, top, .. } = self.window;
+        let Window { left, top, width, .. } = self.window;
+        let told = self.features().count();
+        let mut shown = vec![Features::default(); told];
         for tile in &mut self.tiles {
-            for (x, y, samples) in tile.pixels() {
+            for Pixel { x, y, samples, features } in tile.all_pixels() {
                 let pixel = pixel(x, y, samples);
-                film.set((x - left) as usize, (y - top) as usize, &pixel);
+                let (column, row) = ((x - left) as usize, (y - top) as usize);
+                film.set(column, row, &pixel);
+                if let Some(features) = features {
+                    shown[row * width as usize + column] = features.mean();
+                }
             }
-            tile.samples = Vec::new();
+            (tile.samples, tile.features) = (Vec::new(), Vec::new());
+        }
+        if told > 0 {
+            film.set_features(shown);
         }
         film
     }
@@ -105,7 +155,7 @@ mod tests {
         ) {
             let window = Window { left, top, width, height };
             let mut seen = vec![0; window.pixels() as usize];
-            for tile in &mut Plate::new(window).tiles {
+            for tile in &mut Plate::new(window, false).tiles {
                 for (x, y, _) in tile.pixels() {
                     seen[((y - top) * width + x - left) as usize] += 1;
                 }
@@ -116,7 +166,7 @@ mod tests {
 
     #[test]
     fn any_run_of_tiles_is_spread_over_the_film() {
-        let tiles = Plate::new(Window::whole([640, 480])).tiles;
+        let tiles = Plate::new(Window::whole([640, 480]), false).tiles;
         let mean = |run: &[Tile]| {
             run.iter().map(|t| f64::from(t.place.top)).sum::<f64>() / run.len() as f64
         };

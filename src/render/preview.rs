@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::expose::{Direction, expose};
+use super::expose::{Direction, Sheet, expose};
 use super::march::Marcher;
 use super::rendered::Ended;
 use super::{Control, Rendered, Stages, finest_step, rendered, sheet};
@@ -27,7 +27,7 @@ pub fn preview<'a>(
     let budget = Budget::fixed(1, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, Needs::of(scene, settings));
     let exposed = expose(
-        sheet(scene, settings, Stage::March),
+        Sheet { features: false, ..sheet(scene, settings, Stage::March) },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| Direction::fixed(budget),
         |ray, budget, state| marcher.radiance(ray, budget, state),

@@ -90,6 +90,7 @@ impl<'a> PathTracer<'a> {
             alpha: if first.is_some() { 1.0 } else { 1.0 - transmittance },
             depth: first.unwrap_or(f64::INFINITY),
             transmittance,
+            features: None,
         }
     }
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::director::KeptSight;
 use crate::error::Result;
-use crate::image::{self, Film};
+use crate::image::{Denoiser, Film};
 use crate::photon::MAX_EVENTS;
 use crate::work::Work;
 
@@ -63,10 +63,11 @@ impl Rendered {
     /// Takes noise off the picture, as one more stage.
     ///
     /// # Errors
-    /// As [`image::denoised`].
-    pub fn denoise(&mut self) -> Result<()> {
+    /// As [`Denoiser::denoised`].
+    pub fn denoise(&mut self, denoiser: &Denoiser) -> Result<()> {
         let start = Instant::now();
-        self.film.set_denoised(&image::denoised(&self.film)?);
+        let image = denoiser.denoised(&self.film)?;
+        self.film.set_denoised(&image, &denoiser.to_string());
         self.timings.push(("denoise", start.elapsed()));
         Ok(())
     }

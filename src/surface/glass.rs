@@ -25,6 +25,20 @@ impl Glass {
         u: f64,
         mode: TransportMode,
     ) -> Scattered {
+        let (reflectance, refracted) = self.split(incoming, hit, mode);
+        match refracted {
+            Some(refracted) if u >= reflectance => refracted,
+            _ => mirror::scatter(Rgb::ONE, incoming, hit),
+        }
+    }
+
+    /// The Fresnel reflectance, and what is refracted unless all is reflected.
+    pub(super) fn split(
+        &self,
+        incoming: DVec3,
+        hit: &SurfaceHit<'_>,
+        mode: TransportMode,
+    ) -> (f64, Option<Scattered>) {
         let enters = incoming.dot(hit.normal) <= 0.0;
         // eta_i / eta_t, from the side of the incoming ray to the other
         let ratio = if enters { 1.0 / self.ior } else { self.ior };
@@ -32,19 +46,17 @@ impl Glass {
         let normal = if incoming.dot(ns) < 0.0 { ns } else { ng };
         let refracted = refract(incoming, normal, ratio).filter(|d| d.dot(ng) < 0.0);
         let reflectance = dielectric_reflectance(-incoming.dot(normal), ratio);
-        match refracted {
-            Some(direction) if u >= reflectance => Scattered {
-                direction,
-                weight: match mode {
-                    TransportMode::Radiance => self.tint * (ratio * ratio),
-                    TransportMode::Importance => self.tint,
-                },
-                specular: true,
-                pdf: 0.0,
-                crossing: if enters { 1 } else { -1 },
+        let scattered = |direction| Scattered {
+            direction,
+            weight: match mode {
+                TransportMode::Radiance => self.tint * (ratio * ratio),
+                TransportMode::Importance => self.tint,
             },
-            _ => mirror::scatter(Rgb::ONE, incoming, hit),
-        }
+            specular: true,
+            pdf: 0.0,
+            crossing: if enters { 1 } else { -1 },
+        };
+        (reflectance, refracted.map(scattered))
     }
 }
 

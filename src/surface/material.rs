@@ -1,6 +1,7 @@
 //! What surfaces are made of.
 
 use glam::DVec3;
+use smallvec::{SmallVec, smallvec};
 
 use super::glass::Glass;
 use super::{SurfaceHit, Texture, diffuse, mirror};
@@ -93,6 +94,38 @@ impl Material {
         match self {
             Self::Diffuse { .. } => diffuse::pdf(incoming, outgoing, hit),
             Self::Mirror { .. } | Self::Glass(_) | Self::Black => 0.0,
+        }
+    }
+
+    /// The directions of a specular material, each with its share of what is scattered: one of a mirror,
+    /// of glass what is reflected and what is refracted, by Fresnel's equations. None of others.
+    pub fn branches(
+        &self,
+        incoming: DVec3,
+        hit: &SurfaceHit<'_>,
+    ) -> SmallVec<[(f64, Scattered); 2]> {
+        match self {
+            Self::Mirror { reflectance } => {
+                smallvec![(1.0, mirror::scatter(*reflectance, incoming, hit))]
+            }
+            Self::Glass(glass) => {
+                let reflected = mirror::scatter(Rgb::ONE, incoming, hit);
+                match glass.split(incoming, hit, TransportMode::Importance) {
+                    (share, Some(refracted)) => {
+                        smallvec![(share, reflected), (1.0 - share, refracted)]
+                    }
+                    (_, None) => smallvec![(1.0, reflected)],
+                }
+            }
+            Self::Diffuse { .. } | Self::Black => SmallVec::new(),
+        }
+    }
+
+    /// Share of the light that it scatters diffusely at `hit`, per channel.
+    pub fn diffuse_albedo(&self, hit: &SurfaceHit<'_>) -> Rgb {
+        match self {
+            Self::Diffuse { reflectance } => reflectance.at(hit.uv),
+            Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
         }
     }
 

@@ -93,6 +93,7 @@ fn mean(radiances: &mut dyn Iterator<Item = f64>) -> f64 {
             alpha: 1.0,
             transmittance: 0.0,
             depth: 0.0,
+            features: None,
         });
     }
     samples.mean().x
