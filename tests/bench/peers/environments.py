@@ -24,7 +24,7 @@ class Tool:
 
     program: Path
     version: str
-    libraries: Path | None = None  # a folder of shared ones that it wants
+    denoiser: Path | None = None  # the library that it denoises with
 
 
 @dataclass(frozen=True)
@@ -67,19 +67,9 @@ def _find_llvm() -> None:
 
 
 def _denoiser(cache: Path) -> Path:
-    """A folder with the Open Image Denoise that bpy brings, and nothing else of it, as fogbow is built
-    with it and finds it."""
-    folder = cache / "oidn"
-    (folder / "lib").mkdir(parents=True, exist_ok=True)
+    """The Open Image Denoise that bpy brings, as FOGBOW_OIDN is to name it."""
     (brought,) = (cache / "cycles").glob("lib/*/site-packages/bpy/lib")
-    for library in brought.glob("libOpenImageDenoise*"):
-        link = folder / "lib" / library.name
-        link.unlink(missing_ok=True)
-        link.symlink_to(library)
-    name = folder / "lib" / "libOpenImageDenoise.so"
-    name.unlink(missing_ok=True)
-    name.symlink_to("libOpenImageDenoise.so.2")
-    return folder
+    return brought / "libOpenImageDenoise.so.2"
 
 
 def _fogbow(build: bool, denoiser: Path) -> Tool:
@@ -87,14 +77,13 @@ def _fogbow(build: bool, denoiser: Path) -> Tool:
     given = os.environ.get("FOGBOW")
     program = Path(given) if given else REPOSITORY / "target" / "release" / "fogbow"
     if build and not given:
-        command = ["cargo", "build", "--release", "--features", "denoise"]
-        found = os.environ | {"OIDN_DIR": str(denoiser)}
-        subprocess.run(command, cwd=REPOSITORY, env=found, check=True)
+        command = ["cargo", "build", "--release"]
+        subprocess.run(command, cwd=REPOSITORY, check=True)
     if not program.is_file():
         raise SystemExit(
             f"{program} is no file; set FOGBOW to the program, or let it be built"
         )
-    return Tool(program, digest(program.read_bytes()), denoiser / "lib")
+    return Tool(program, digest(program.read_bytes()), denoiser)
 
 
 def prepare(cache: Path, build: bool) -> Tools:

@@ -149,8 +149,8 @@ class Workshop:
                 HERE / self._script(job),
                 "--fogbow",
                 self._tools.fogbow.program,
-                "--libraries",
-                self._tools.fogbow.libraries,
+                "--denoiser",
+                self._tools.fogbow.denoiser,
             ]
             script += ["--method", FOGBOW[job.renderer]]
             script += ["--photons", job.photons] if job.photons else []

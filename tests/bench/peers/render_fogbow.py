@@ -65,7 +65,7 @@ def of_rendering(cpu: float, wall: float, rendering: float, threads: int) -> flo
 def main() -> None:
     parser = arguments("Renders a scene with fogbow.")
     parser.add_argument("--fogbow", required=True, help="the program")
-    parser.add_argument("--libraries", required=True, help="folder of its denoiser")
+    parser.add_argument("--denoiser", required=True, help="library that it denoises with")
     parser.add_argument("--photons", type=int)
     methods = ("fixed", "fixed-oidn", "xs", "xs-oidn", "reference", "reference-oidn")
     parser.add_argument("--method", choices=methods, required=True)
@@ -90,7 +90,7 @@ def main() -> None:
         command += ["--director", way, "--photons", str(options.photons)]
     command += ["--denoise"] if denoise else []
     found = os.environ | {
-        "LD_LIBRARY_PATH": options.libraries,
+        "FOGBOW_OIDN": options.denoiser,
         "OIDN_NUM_THREADS": str(options.threads),
     }
     start = time.perf_counter()
