@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 
 use corpus::Case;
 use fogbow::vdb::{ReadAs, VdbFile};
+use rustix::process::{Pid, Signal, kill_process};
 
 /// Address space that a run may take, in KiB: an absurd allocation fails there.
 const ADDRESS_SPACE: u64 = 4 << 20;
@@ -68,7 +69,7 @@ fn render(file: &Path) -> Run {
         pipe.read_to_end(&mut text).unwrap();
         String::from_utf8_lossy(&text).into_owned()
     });
-    let pid = child.id();
+    let pid = Pid::from_child(&child);
     let (done, waiting) = mpsc::channel::<()>();
     let watch = std::thread::spawn(move || watch(pid, &waiting));
     let status = child.wait().unwrap();
@@ -93,17 +94,18 @@ fn render(file: &Path) -> Run {
 
 /// The largest resident size of a process until `done` is dropped, and whether it took too long. The
 /// kernel's figure for an ended child would count its parent's size before the exec as well.
-fn watch(pid: u32, done: &mpsc::Receiver<()>) -> (u64, bool) {
+fn watch(pid: Pid, done: &mpsc::Receiver<()>) -> (u64, bool) {
     let start = Instant::now();
     let mut peak = 0;
     let mut killed = false;
     while done.recv_timeout(Duration::from_millis(1)) == Err(mpsc::RecvTimeoutError::Timeout) {
-        let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+        let status = fs::read_to_string(format!("/proc/{}/status", pid.as_raw_nonzero()))
+            .unwrap_or_default();
         let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let kib = line.and_then(|l| l.trim().strip_suffix(" kB")?.parse::<u64>().ok());
         peak = peak.max(kib.unwrap_or(0) << 10);
         if !killed && start.elapsed() > PATIENCE {
-            killed = Command::new("kill").args(["-9", &pid.to_string()]).status().is_ok();
+            killed = kill_process(pid, Signal::KILL).is_ok();
         }
     }
     (peak, killed)

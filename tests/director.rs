@@ -1,6 +1,7 @@
 //! The director: what its maps say, and that what they hand out does no harm.
 
-#![allow(clippy::print_stderr)] // skipped tests say so
+#[path = "common/skip.rs"]
+mod skip;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -122,7 +123,7 @@ fn assets() -> Vec<PathBuf> {
     let is_there = |path: &PathBuf| {
         let there = path.exists();
         if !there {
-            eprintln!("skipped: {} is not there", path.display());
+            skip::skip(path.display());
         }
         there
     };

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use fogbow::image::{Layers, read_layers};
 use fogbow::math::{Stage, Stream};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -63,9 +64,8 @@ fn bytes(folder: &Path, name: &str) -> [Vec<u8>; 2] {
     ["exr", "png"].map(|e| std::fs::read(folder.join(name).with_extension(e)).unwrap())
 }
 
-fn signal(child: &Child, name: &str) {
-    let sent = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
-    assert!(sent.success());
+fn signal(child: &Child, signal: Signal) {
+    kill_process(Pid::from_child(child), signal).unwrap();
 }
 
 /// Waits until `there` says so, while `child` runs.
@@ -89,11 +89,12 @@ const ENDLESS: [&str; 4] = ["--rays", "1000000", "--checkpoint", "50ms"];
 fn the_first_signal_leaves_a_picture_and_what_is_needed_to_go_on() {
     let folder = TempDir::new().unwrap();
     let checkpoint = folder.path().join("out.exr.checkpoint");
-    for (scene, code, name) in [("smoke.toml", 130, "-INT"), ("cloud.toml", 143, "-TERM")] {
+    for (scene, code, kind) in [("smoke.toml", 130, Signal::INT), ("cloud.toml", 143, Signal::TERM)]
+    {
         let mut child = start(render(folder.path(), scene, "out.exr", "64x48", &ENDLESS));
         wait_for(&mut child, || checkpoint.exists());
         let sent = Instant::now();
-        signal(&child, name);
+        signal(&child, kind);
         let output = child.wait_with_output().unwrap();
         let took = sent.elapsed();
         let message = String::from_utf8(output.stderr).unwrap();
@@ -120,7 +121,7 @@ fn an_interrupted_render_leaves_a_finished_picture_as_it_was() {
         let mut child = start(render(folder.path(), "smoke.toml", "out.exr", "32x24", &ENDLESS));
         let checkpoint = folder.path().join("out.exr.checkpoint");
         wait_for(&mut child, || checkpoint.exists());
-        signal(&child, "-INT");
+        signal(&child, Signal::INT);
         assert_eq!(child.wait().unwrap().code(), Some(130));
         assert_eq!(bytes(folder.path(), "out.exr"), before);
         assert!(is_incomplete(&read_layers(&folder.path().join("out.partial.exr")).unwrap()));
@@ -141,7 +142,7 @@ fn early(folder: &Path, size: &str, more: &[&str]) -> (String, Duration) {
     assert!(messages.any(|line| line.unwrap().starts_with("plan: ")));
     std::thread::sleep(Duration::from_millis(500));
     let sent = Instant::now();
-    signal(&child, "-INT");
+    signal(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let took = sent.elapsed();
     (messages.last().unwrap().unwrap(), took)
@@ -193,7 +194,7 @@ fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
     let more = [&ENDLESS[..], &["--photons", "3000000"]].concat();
     let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &more));
     wait_for(&mut child, || checkpoint.exists());
-    signal(&child, "-INT");
+    signal(&child, Signal::INT);
     child.wait().unwrap();
     let before = state();
 
@@ -202,7 +203,7 @@ fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
     let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
     assert!(messages.any(|line| line.unwrap().starts_with("note: goes on after")));
     std::thread::sleep(Duration::from_millis(300));
-    signal(&child, "-INT");
+    signal(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let message = messages.last().unwrap().unwrap();
     let kept =
@@ -218,9 +219,9 @@ fn a_pause_is_no_part_of_the_time() {
     let begin = Instant::now();
     let mut child = start(render(folder.path(), "smoke.toml", "out.exr", "48x32", &more));
     wait_for(&mut child, || folder.path().join("out.exr.checkpoint").exists());
-    signal(&child, "-STOP");
+    signal(&child, Signal::STOP);
     std::thread::sleep(Duration::from_secs(5));
-    signal(&child, "-CONT");
+    signal(&child, Signal::CONT);
     let output = child.wait_with_output().unwrap();
     let (took, message) = (begin.elapsed(), String::from_utf8(output.stderr).unwrap());
     assert!(output.status.success(), "{message}");
@@ -285,7 +286,7 @@ fn stopped(folder: &Path) -> PathBuf {
     let checkpoint = folder.join("out.exr.checkpoint");
     let mut child = start(render(folder, "smoke.toml", "out.exr", "32x24", &ENDLESS));
     wait_for(&mut child, || checkpoint.exists());
-    signal(&child, "-INT");
+    signal(&child, Signal::INT);
     child.wait().unwrap();
     checkpoint
 }

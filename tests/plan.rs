@@ -4,7 +4,8 @@
 //! Pictures are equal to the byte where leaving out does not touch the random numbers, and else in
 //! their means within 4.5 standard errors (false alarm 7e-6 a comparison), with fixed seeds.
 
-#![allow(clippy::print_stderr)] // skipped tests say so
+#[path = "common/skip.rs"]
+mod skip;
 
 use std::path::{Path, PathBuf};
 
@@ -423,7 +424,7 @@ fn grids_that_are_not_named_are_not_read() {
     let file =
         concat!(env!("CARGO_MANIFEST_DIR"), "/../shared/volumes/gas_sequence/fluid_data_0010.vdb");
     if !Path::new(file).exists() || !Path::new("/proc/self/status").exists() {
-        eprintln!("skipped: no {file}, or no system that tells of memory");
+        skip::skip(format_args!("{file}, or no system that tells of memory"));
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -529,7 +530,7 @@ fn memory_is_estimated() {
         };
         let planned = peak(&["plan", &scene], "/memory/peak").unwrap();
         let Some(taken) = peak(&["render", &scene, "-o", "a.exr"], "/peak_memory") else {
-            eprintln!("skipped: the system does not tell of memory");
+            skip::skip("system that tells of memory");
             return;
         };
         let ratio = planned / taken;

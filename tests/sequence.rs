@@ -1,6 +1,9 @@
 //! Sequences from outside: names, frames that are not there, order, what is kept, kill and resume.
 
-#![allow(clippy::print_stderr)] // skipped tests say so, measurements tell what they found
+#![allow(clippy::print_stderr)] // measurements tell what they found
+
+#[path = "common/skip.rs"]
+mod skip;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -433,7 +436,7 @@ fn flicker_of_seeds() {
         "/../shared/volumes/gas_sequence/fluid_data_####.vdb"
     ));
     if !pattern.parent().unwrap().is_dir() {
-        eprintln!("skipped: {} is not there", pattern.display());
+        skip::skip(pattern.display());
         return;
     }
     let options = LoadOptions::default().size([64, 48]);

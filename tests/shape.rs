@@ -1,6 +1,7 @@
 //! Rays and places against shapes: brute force, closed forms, far away and tiny.
 
-#![allow(clippy::print_stderr)] // a skipped test says so
+#[path = "common/skip.rs"]
+mod skip;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,7 +17,7 @@ use proptest::prelude::*;
 fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/meshes").join(name);
     if !path.exists() {
-        eprintln!("skipped: {} is not there", path.display());
+        skip::skip(path.display());
         return None;
     }
     Some(path)

@@ -1,6 +1,9 @@
 //! Chromium without a window, spoken to in the DevTools protocol through a pair of pipes: messages
 //! are JSON, each ended by a zero byte (`--remote-debugging-pipe`).
 
+#[path = "skip.rs"]
+mod skip;
+
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -37,7 +40,7 @@ impl Browser {
             asked.is_ok_and(|told| told.status.success())
         };
         let Some(program) = PROGRAMS.iter().find(|name| runs(name)) else {
-            eprintln!("skipped: there is no Chromium; apt-get install chromium");
+            skip::skip("Chromium; apt-get install chromium");
             return None;
         };
         let profile = tempfile::tempdir().unwrap();
