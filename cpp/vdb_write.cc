@@ -1,8 +1,9 @@
 // Writing, for procedural content and for tests.
 
-#include <openvdb/io/File.h>
+#include <openvdb/io/Archive.h>
 #include <openvdb/openvdb.h>
 
+#include <fstream>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -78,6 +79,13 @@ openvdb::GridBase::Ptr make_any(const WriteGrid& source) {
     throw std::runtime_error("no grids of type " + type + " are written");
 }
 
+// What openvdb::io::File writes, to a stream of ours: File itself does not notice a full disk.
+struct Writer : openvdb::io::Archive {
+    void write(std::ostream& out, const openvdb::GridPtrVec& grids) const {
+        Archive::write(out, grids, /*seekable=*/true);
+    }
+};
+
 }  // namespace
 
 void write_file(rust::Str path, rust::Slice<const WriteGrid> grids) {
@@ -91,9 +99,10 @@ void write_file(rust::Str path, rust::Slice<const WriteGrid> grids) {
         grid->setTransform(transform_of(source));
         all.push_back(grid);
     }
-    openvdb::io::File file{std::string(path)};
-    file.write(all);
-    file.close();
+    std::ofstream out(std::string(path), std::ios::binary | std::ios::trunc);
+    Writer().write(out, all);
+    out.close();
+    if (!out) throw std::runtime_error("not all of it can be stored; is the disk full?");
 }
 
 }  // namespace fogbow

@@ -67,7 +67,7 @@ impl PendingFile {
             .prefix(".fogbow-")
             .permissions(Permissions::from_mode(0o666)) // the umask applies, as to any new file
             .tempfile_in(folder)
-            .map_err(|e| Error::file(target, format!("cannot be written: {e}")))?;
+            .map_err(|e| Error::file(target, format!("cannot be written: {}", cause(&e))))?;
         Ok(Self { temporary, target: target.to_path_buf() })
     }
 
@@ -90,7 +90,7 @@ impl PendingFile {
         self.temporary
             .persist(&target)
             .map(drop)
-            .map_err(|e| Error::file(&target, format!("cannot be written: {}", e.error)))
+            .map_err(|e| Error::file(&target, format!("cannot be written: {}", cause(&e.error))))
     }
 }
 
@@ -102,13 +102,31 @@ pub fn write(
     target: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
 ) -> Result<()> {
+    pending(target, write)?.finish()
+}
+
+/// Writes what is to be `target` with `write`, under a temporary name: files that belong together
+/// are all written before the first gets its name.
+///
+/// # Errors
+/// Where the folder or the writing fails.
+pub fn pending(
+    target: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
+) -> Result<PendingFile> {
     let mut pending = PendingFile::new(target)?;
     let mut out = BufWriter::new(pending.file());
     write(&mut out)
         .and_then(|()| out.flush())
         .map_err(|e| Error::file(target, format!("cannot be written: {e}")))?;
     drop(out);
-    pending.finish()
+    Ok(pending)
+}
+
+/// What went wrong, without the temporary name that `tempfile` adds to it.
+fn cause(error: &std::io::Error) -> String {
+    let text = error.to_string();
+    text.split_once(" at path ").map_or(text.as_str(), |(cause, _)| cause).to_owned()
 }
 
 /// Writes `target` with `write`, whole or not at all, by way of the file `passing` in the same

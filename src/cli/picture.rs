@@ -20,7 +20,7 @@ use super::progress::Console;
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::image::{Denoiser, exr_bytes, write_png};
+use crate::image::{Denoiser, exr_bytes, png_bytes};
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Ended, Progress, Rendered, Silent,
 };
@@ -349,7 +349,8 @@ fn seconds_of(scene: &Scene, a_pixel: f64) -> Duration {
     Duration::from_secs_f64(scene.window().pixels() as f64 * a_pixel)
 }
 
-/// Writes the PNG, then the EXR with `attributes`: once that is there, the picture is.
+/// Writes the EXR with `attributes` and the PNG, and then gives both their names, the EXR last: once
+/// that is there, the picture is. Where either cannot be written, neither is.
 fn write_files(
     output: &Output,
     scene: &Scene,
@@ -360,10 +361,14 @@ fn write_files(
         attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
     let view = scene.film.shown();
     let (png, exr) = rayon::join(
-        || write_png(&output.png, &rendered.film.image(), &view),
+        || png_bytes(&output.png, &rendered.film.image(), &view),
         || exr_bytes(&output.exr, &rendered.film, &attributes),
     );
-    png.and(exr).and_then(|exr| file::write(&output.exr, |out| out.write_all(&exr)))
+    let (png, exr) = (png?, exr?);
+    let exr = file::pending(&output.exr, |out| out.write_all(&exr))?;
+    let png = file::pending(&output.png, |out| out.write_all(&png))?;
+    png.finish()?;
+    exr.finish()
 }
 
 /// How much of a picture that is not finished is there.

@@ -37,7 +37,7 @@ pub use meter::meter;
 pub use palette::{NOT_FINITE, viridis};
 pub use picture::Picture;
 pub use pixels::{Image, MAX_PIXELS};
-pub use png::{png_path_beside, write_picture, write_png};
+pub use png::{png_bytes, png_path_beside, write_picture, write_png};
 pub use scalar::{ScalarMap, contact_sheet, titled};
 pub use srgb::{decode as srgb_decode, encode as srgb_encode};
 pub use texture::{DecodedTexture, Encoding, decode_texture, read_texture};

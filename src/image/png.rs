@@ -1,6 +1,6 @@
 //! PNG files to look at.
 
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::{Image, Picture, View};
@@ -12,8 +12,21 @@ pub fn png_path_beside(exr: &Path) -> PathBuf {
     exr.with_extension("png")
 }
 
-/// Writes `image` as an opaque 8-bit RGB PNG marked as sRGB. Radiance is premultiplied, so what is
-/// partly covered stands before black.
+/// The bytes of a PNG at `path` of `image`: opaque 8-bit RGB marked as sRGB. Radiance is
+/// premultiplied, so what is partly covered stands before black.
+///
+/// # Errors
+/// Where the picture is larger than a PNG can be.
+pub fn png_bytes(path: &Path, image: &Image, view: &View) -> Result<Vec<u8>> {
+    let picture = Picture::developed(image, view);
+    let size = png_size(path, &picture)?;
+    let mut bytes = Vec::new();
+    encode(&mut bytes, size, &picture)
+        .map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
+    Ok(bytes)
+}
+
+/// Writes the [`png_bytes`] of `image`.
 ///
 /// # Errors
 /// As [`write_picture`].
@@ -26,16 +39,23 @@ pub fn write_png(path: &Path, image: &Image, view: &View) -> Result<()> {
 /// # Errors
 /// Where the file cannot be written; an earlier one is intact then.
 pub fn write_picture(path: &Path, picture: &Picture) -> Result<()> {
+    let size = png_size(path, picture)?;
+    file::write(path, |out| encode(out, size, picture))
+}
+
+fn png_size(path: &Path, picture: &Picture) -> Result<[u32; 2]> {
     let too_large = || Error::file(path, "is wider or higher than a PNG can be");
     let width = u32::try_from(picture.width()).map_err(|_| too_large())?;
     let height = u32::try_from(picture.height()).map_err(|_| too_large())?;
-    file::write(path, |out| {
-        let mut encoder = ::png::Encoder::new(out, width, height);
-        encoder.set_color(::png::ColorType::Rgb);
-        encoder.set_depth(::png::BitDepth::Eight);
-        encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header().map_err(io::Error::from)?;
-        writer.write_image_data(picture.bytes()).map_err(io::Error::from)?;
-        writer.finish().map_err(io::Error::from)
-    })
+    Ok([width, height])
+}
+
+fn encode(out: impl Write, [width, height]: [u32; 2], picture: &Picture) -> io::Result<()> {
+    let mut encoder = ::png::Encoder::new(out, width, height);
+    encoder.set_color(::png::ColorType::Rgb);
+    encoder.set_depth(::png::BitDepth::Eight);
+    encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header().map_err(io::Error::from)?;
+    writer.write_image_data(picture.bytes()).map_err(io::Error::from)?;
+    writer.finish().map_err(io::Error::from)
 }
