@@ -5,7 +5,7 @@ use bytesize::ByteSize;
 use super::header::Method;
 use super::memory;
 use crate::error::{Error, Result};
-use crate::render::{self, Memory};
+use crate::render::{self, Memory, MemoryParts};
 use crate::scene::{RenderSettings, Scene};
 
 /// Bytes of the program and its libraries where the system does not tell.
@@ -37,14 +37,12 @@ const TRIES: usize = 6;
 /// Of the photons of one try, at most this share is taken for the next.
 const FILLED: f64 = 0.9;
 
-/// One part in so many by which an estimate may be too low.
-const OFF: u64 = 8;
+/// One part in so many by which an estimate may be too low: where photons are thinned, they are
+/// thinned until so much is left over.
+const OFF: u64 = 16;
 
 /// Bytes a pixel that taking off noise needs beside the film.
 const DENOISING: u64 = 700;
-
-/// Bytes that may come on top of it: what the look at the photons leaves behind.
-const SPARE: u64 = 64 << 20;
 
 /// Bytes in memory before anything is loaded.
 pub(super) fn program() -> u64 {
@@ -54,7 +52,7 @@ pub(super) fn program() -> u64 {
 /// Sees to it that rendering `scene` takes at most `asked` bytes, and asks for fewer photons where
 /// it must; then a sentence says so. Where nothing is asked it must fit what the machine has free.
 /// Where that is close a few photons are shot to see: their work is not counted, so that a picture
-/// does not tell how much memory was free.
+/// does not tell how much memory was free. Refused is only what takes more by the estimate itself.
 /// The program took `program` bytes before the scene was loaded.
 ///
 /// # Errors
@@ -66,51 +64,42 @@ pub(super) fn fit(
     program: u64,
 ) -> Result<Option<String>> {
     let free = || memory::available().map(|free| free + memory::resident().unwrap_or(0));
-    let Some(limit) = asked.or_else(free) else { return Ok(None) };
+    let Some(bytes) = asked.or_else(free) else { return Ok(None) };
+    let limit = Limit { bytes, is_asked: asked.is_some() };
     let without = render::memory_without_photons(scene, &scene.render, program);
-    if !fits(&without, limit) {
-        return Err(refusal(&without, &without, limit, asked.is_some()));
-    }
+    limit.holds(&without.at_peak)?;
     if scene.render.denoise {
-        let denoising = denoising(scene, without);
-        if !fits(&denoising, limit) {
-            return Err(refusal(&denoising, &denoising, limit, asked.is_some()));
-        }
+        limit.holds(&denoising(scene, &without))?;
     }
     let lattices = LATTICES.saturating_mul(scene.media.len() as u64);
     let most = scene.render.photons.saturating_mul(PHOTON).saturating_add(lattices);
-    if method.reference || without.peak.saturating_add(most) <= limit {
+    if method.reference || without.peak.saturating_add(most) <= bytes {
         return Ok(None);
     }
-    let all = scene.render.photons;
     if asked.is_none() {
         let needed = render::memory_needed(scene, &scene.render, program)?;
-        return if fits(&needed, limit) {
-            Ok(None)
-        } else {
-            Err(refusal(&needed, &without, limit, false))
-        };
+        return limit.holds(&needed.at_peak).map(|()| None);
     }
+    let all = scene.render.photons;
     let (photons, peak) = most_photons(scene, limit, &without, program)?;
     scene.render.photons = photons;
     let thinned = format!(
         "{photons} photons instead of {all}, so that about {} of memory are enough",
-        show(peak)
+        both(peak)
     );
     Ok((photons < all).then_some(thinned))
 }
 
-/// About as many photons as fit into `limit` bytes, at most those asked for, and the bytes that are
-/// then needed.
+/// About as many photons as fit into `limit`, at most those asked for, and the bytes that are then
+/// needed.
 ///
 /// # Errors
 /// Where the fewest do not fit.
-fn most_photons(scene: &Scene, limit: u64, without: &Memory, program: u64) -> Result<(u64, u64)> {
+fn most_photons(scene: &Scene, limit: Limit, without: &Memory, program: u64) -> Result<(u64, u64)> {
     let all = scene.render.photons;
-    let room = limit.saturating_sub(SPARE + limit / OFF + without.peak) as f64;
+    let room = limit.bytes.saturating_sub(limit.bytes / (OFF + 1) + without.peak) as f64;
     let mut photons = all.min(FIRST);
     let mut fitting = None;
-    let mut refused = *without;
     for _ in 0..TRIES {
         let settings = RenderSettings { photons, ..scene.render };
         let needed = render::memory_needed(scene, &settings, program)?;
@@ -118,57 +107,128 @@ fn most_photons(scene: &Scene, limit: u64, without: &Memory, program: u64) -> Re
         // Lattices grow more slowly than photons do, so that more of these may be tried.
         let share = if share > 1.0 { share.powf(GROWTH) } else { share };
         let next = ((photons as f64 * share) as u64).clamp(FEWEST.min(all), all);
-        if fits(&needed, limit) {
+        if limit.leaves(needed.peak / OFF, needed.peak) {
             fitting = fitting.max(Some((photons, needed.peak)));
             if photons == all || next <= photons + photons / SLIGHT {
                 break;
             }
-        } else {
-            refused = needed;
-            if photons <= FEWEST {
-                break;
-            }
+        } else if photons <= FEWEST {
+            // Nothing is left to thin.
+            limit.holds(&needed.at_peak)?;
+            fitting = fitting.max(Some((photons, needed.peak)));
+            break;
         }
         photons = next;
     }
-    fitting.ok_or_else(|| refusal(&refused, without, limit, true))
+    match fitting {
+        Some(fitting) => Ok(fitting),
+        None => {
+            let photons = FEWEST.min(all);
+            let settings = RenderSettings { photons, ..scene.render };
+            let needed = render::memory_needed(scene, &settings, program)?;
+            limit.holds(&needed.at_peak).map(|()| (photons, needed.peak))
+        }
+    }
 }
 
 /// What `without` photons, which are gone by then, is needed while noise is taken off.
-fn denoising(scene: &Scene, without: Memory) -> Memory {
-    let film = without.film + DENOISING * scene.window().pixels();
-    let peak = without.program + without.grids + without.surfaces + film;
-    Memory { film, peak: peak.max(without.peak), ..without }
+fn denoising(scene: &Scene, without: &Memory) -> MemoryParts {
+    let Memory { program, grids, surfaces, film, .. } = *without;
+    let film = film + DENOISING * scene.window().pixels();
+    MemoryParts { program, grids, surfaces, film, ..MemoryParts::default() }
 }
 
-/// Whether so much is there, even if somewhat more is needed than was estimated.
-fn fits(needed: &Memory, limit: u64) -> bool {
-    needed.peak.saturating_add(needed.peak / OFF).saturating_add(SPARE) <= limit
+/// The bytes that a render may take.
+#[derive(Debug, Clone, Copy)]
+struct Limit {
+    bytes: u64,
+    /// Whether `--memory` says so, and not what the machine has free.
+    is_asked: bool,
 }
 
-/// What is needed, what takes most, what there is, and what would help.
-fn refusal(needed: &Memory, without: &Memory, limit: u64, is_asked: bool) -> Error {
-    let parts = [
-        ("photons", needed.peak - without.peak, "fewer --photons"),
-        ("the film", needed.film.max(needed.writing) + needed.maps, "a smaller --size or --crop"),
-        ("grids", needed.grids, "a coarser or cropped grid"),
-        ("surfaces", needed.surfaces, "simpler meshes"),
-        ("the program", needed.program, "a machine with more memory"),
-    ];
-    let (name, bytes, remedy) = parts.into_iter().max_by_key(|part| part.1).unwrap_or(parts[0]);
-    let (there, more) = if is_asked {
-        (format!("--memory allows {}", show(limit)), "a larger --memory")
-    } else {
-        (format!("{} are free", show(limit)), "more free memory")
-    };
-    Error::Failed(format!(
-        "the render needs about {} of memory, {} of them for {name}, and some to spare; {there}: \
-         give {remedy} or {more}",
-        show(needed.peak),
-        show(bytes),
-    ))
+impl Limit {
+    /// Whether `peak` fits and leaves `spare` bytes.
+    const fn leaves(self, spare: u64, peak: u64) -> bool {
+        peak.saturating_add(spare) <= self.bytes
+    }
+
+    /// Whether what is `needed` at one time fits.
+    ///
+    /// # Errors
+    /// Where it does not: what is needed by what, what there is, and what would help.
+    fn holds(self, needed: &MemoryParts) -> Result<()> {
+        if needed.sum() <= self.bytes {
+            return Ok(());
+        }
+        let parts = [
+            ("program", needed.program, "a machine with more memory"),
+            ("grids", needed.grids, "a coarser or cropped grid"),
+            ("surfaces", needed.surfaces, "simpler meshes"),
+            ("photons", needed.photons, "fewer --photons"),
+            ("film", needed.film, "a smaller --size or --crop"),
+            ("maps", needed.maps, "a lower --resolution of the director's maps"),
+        ];
+        let (_, _, remedy) = parts.into_iter().max_by_key(|part| part.1).unwrap_or(parts[0]);
+        // Tenths are rounded once, so that the parts add up to the sum.
+        let tenths = parts.map(|(_, bytes, _)| tenths(bytes));
+        let list: Vec<_> = parts
+            .iter()
+            .zip(tenths)
+            .filter(|(_, tenths)| *tenths > 0)
+            .map(|((name, ..), tenths)| format!("{name} {}", mebibytes(tenths)))
+            .collect();
+        let (there, more) = if self.is_asked {
+            (format!("--memory allows {}", both(self.bytes)), "a larger --memory")
+        } else {
+            (format!("{} are free", both(self.bytes)), "more free memory")
+        };
+        Err(Error::Failed(format!(
+            "the render needs about {} MiB of memory ({} MiB), and {there}: give {remedy} or {more}",
+            mebibytes(tenths.iter().sum()),
+            list.join(" + "),
+        )))
+    }
 }
 
-fn show(bytes: u64) -> String {
-    ByteSize(bytes).to_string()
+/// Tenths of a MiB, rounded up.
+fn tenths(bytes: u64) -> u64 {
+    (10 * u128::from(bytes)).div_ceil(1 << 20) as u64
+}
+
+fn mebibytes(tenths: u64) -> String {
+    format!("{}.{}", tenths / 10, tenths % 10)
+}
+
+/// A size in binary and in decimal units: whoever gives 130M finds it again.
+fn both(bytes: u64) -> String {
+    format!("{} ({})", ByteSize(bytes).display().iec(), ByteSize(bytes).display().si())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_adds_up() {
+        let needed = MemoryParts {
+            program: 44_100_001,
+            grids: 6_543_210,
+            photons: 70 << 20,
+            film: 12_345,
+            ..MemoryParts::default()
+        };
+        let limit = |bytes| Limit { bytes, is_asked: true };
+        assert!(limit(needed.sum()).holds(&needed).is_ok(), "it fits to the byte");
+        let message = limit(130_000_000 - 6_000_000).holds(&needed).unwrap_err().to_string();
+        let list = message.split_once('(').unwrap().1.split_once(" MiB)").unwrap().0;
+        let numbers: Vec<f64> = list
+            .split(" + ")
+            .map(|part| part.rsplit_once(' ').unwrap().1.parse().unwrap())
+            .collect();
+        assert_eq!(numbers.len(), 4, "{message}");
+        let sum = format!("about {:.1} MiB", numbers.iter().sum::<f64>());
+        assert!(message.contains(&sum), "{message}");
+        assert!(message.contains("118.3 MiB (124.0 MB)"), "{message}");
+        assert!(message.contains("fewer --photons"), "{message}");
+    }
 }

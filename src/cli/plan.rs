@@ -1,7 +1,6 @@
 //! `fogbow plan`.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use serde_json::{Value, json};
 
@@ -11,15 +10,21 @@ use super::load;
 use super::look::LookArgs;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
-use crate::render::{self, Costs};
+use crate::render::{self, Costs, StageSeconds};
 use crate::scene::plan::{Item, RenderPlan};
-use crate::scene::{self, LoadOptions, Scene};
+use crate::scene::{self, Director, LoadOptions, Scene};
 
-/// Photons that take longer are warned of.
-const LONG: Duration = Duration::from_secs(600);
+/// Seconds: photons that take longer are warned of.
+const LONG: f64 = 600.0;
 
 /// Arguments of `fogbow plan`.
 #[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Work, memory and seconds are estimates. Seconds are those of a clock, without loading \
+    and writing: a few photons are shot and a few pixels are exposed on this machine and this scene, \
+    and what they take is scaled to all of them; a director's maps are made, of fewer pixels where \
+    the film is large, and rays count as those maps hand them out."
+)]
 pub(super) struct Args {
     /// A scene (.toml), or a VDB file, which gets a camera and lights.
     #[arg(value_name = "SCENE|FILE.vdb")]
@@ -42,8 +47,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let (scene, pool, _) = load::scene(&args.scene, options, &args.run)?;
     let plan = RenderPlan::of(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
-    let slow = pool.install(|| slow(&scene))?;
-    let advice: Vec<_> = scene::advice(&scene).into_iter().chain(slow).collect();
+    let advice: Vec<_> = scene::advice(&scene).into_iter().chain(slow(&scene, &costs)).collect();
     console::warn(&advice);
     let warnings = [scene.warnings.as_slice(), &advice].concat();
     let text = if args.run.json {
@@ -55,29 +59,28 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "offers": plan.offers,
             "work": costs.work,
             "memory": costs.memory,
+            "seconds": seconds(&scene, &costs, pool.current_num_threads()),
             "warnings": warnings,
             "notes": scene.notes,
         });
         report.to_string()
     } else {
-        readable(&scene, &plan, &costs)
+        readable(&scene, &plan, &costs, pool.current_num_threads())
     };
     console::result(&text);
     Ok(())
 }
 
 /// A sentence where photons take long.
-fn slow(scene: &Scene) -> Result<Option<String>> {
-    let photons = scene.render.photons;
-    let time = render::photon_time(scene, &scene.render)?;
-    Ok((time > LONG).then(|| {
-        let fewer = photons as f64 * LONG.as_secs_f64() / time.as_secs_f64();
+fn slow(scene: &Scene, costs: &Costs) -> Option<String> {
+    let (photons, seconds) = (scene.render.photons, costs.seconds.photons);
+    (seconds > LONG).then(|| {
         format!(
             "{photons} photons take about {:.1} h on this machine; {:.0} would take ten minutes",
-            time.as_secs_f64() / 3600.0,
-            fewer
+            seconds / 3600.0,
+            photons as f64 * LONG / seconds
         )
-    }))
+    })
 }
 
 /// About how much of its work `item` takes.
@@ -93,7 +96,7 @@ fn with_work(item: &Item, costs: &Costs) -> Value {
 }
 
 /// A table of items, then work and memory.
-fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs) -> String {
+fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, threads: usize) -> String {
     let [width, height] = scene.film.size;
     let mut lines = vec![format!(
         "{}: {width} x {height} pixels, {} rays, {} photons",
@@ -111,6 +114,17 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs) -> String {
         lines.push(format!("{stage:9} {name:23} {verdict:9} {why}{work}"));
     }
     lines.push(format!("work, about:{}", list(costs.work.counts(), &amount)));
+    let StageSeconds { director, photons, march } = costs.seconds;
+    let stages = [("director", director), ("photons", photons), ("rays", march)];
+    let stages = stages.iter().filter(|(_, seconds)| *seconds > 0.0);
+    let stages: Vec<_> =
+        stages.map(|(name, seconds)| format!("{name} {}", digits(*seconds))).collect();
+    lines.push(format!(
+        "seconds, estimated from a short trial on {threads} threads: {}; {}{} in all",
+        stages.join(", "),
+        if is_bound(scene) { "at most " } else { "" },
+        digits(costs.seconds.total())
+    ));
     let memory = &costs.memory;
     let parts = [
         ("program", memory.program),
@@ -127,6 +141,30 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs) -> String {
     ));
     lines.extend(plan.offers.iter().map(|offer| format!("offered: {offer}")));
     lines.join("\n")
+}
+
+/// Whether rays are told at most: the director ends pixels that are good enough.
+fn is_bound(scene: &Scene) -> bool {
+    scene.render.director == Director::Variance
+}
+
+/// Seconds a stage, and what they hold for.
+fn seconds(scene: &Scene, costs: &Costs, threads: usize) -> Value {
+    let mut value = json!(costs.seconds);
+    value["total"] = json!(costs.seconds.total());
+    value["is_estimate"] = json!(true);
+    value["is_upper_bound"] = json!(is_bound(scene));
+    value["threads"] = json!(threads);
+    value
+}
+
+/// Two digits of a number of seconds.
+fn digits(seconds: f64) -> String {
+    match seconds {
+        s if s >= 9.95 => format!("{s:.0}"),
+        s if s >= 0.995 => format!("{s:.1}"),
+        s => format!("{s:.2}"),
+    }
 }
 
 /// What is not 0, with commas between.

@@ -1,10 +1,14 @@
 //! About how much work and memory a render will take, from a small look at the scene.
 
+use std::time::Instant;
+
 use serde::Serialize;
 
 use super::expose::{self, Direction, Sheet, State};
 use super::features::FeatureTracer;
 use super::march::Marcher;
+use super::pace::Pace;
+use super::seconds::{self, StageSeconds};
 use super::{Control, finest_step, guide, specialised};
 use crate::director::Budget;
 use crate::error::Result;
@@ -41,13 +45,15 @@ const RETAINED: u64 = 32 << 20;
 const WORKING: u64 = 4 << 20;
 
 /// About what a render takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Costs {
     /// Work, by the counters that the render itself will report; at most so much where a director
     /// hands out rays.
     pub work: Work,
     /// Memory.
     pub memory: Memory,
+    /// Time on this machine, on as many threads as the look had.
+    pub seconds: StageSeconds,
 }
 
 /// Memory in bytes.
@@ -69,6 +75,32 @@ pub struct Memory {
     pub writing: u64,
     /// The most that is in use at any time.
     pub peak: u64,
+    /// What it consists of.
+    pub at_peak: MemoryParts,
+}
+
+/// Bytes in use at one time.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct MemoryParts {
+    /// The program and its libraries.
+    pub program: u64,
+    /// Voxel grids, and what is read into them.
+    pub grids: u64,
+    /// Surfaces with their trees, and what is read into them.
+    pub surfaces: u64,
+    /// Photons and what they leave, with what building that takes.
+    pub photons: u64,
+    /// The film, or its copies while it is written.
+    pub film: u64,
+    /// The director's maps.
+    pub maps: u64,
+}
+
+impl MemoryParts {
+    /// All of it.
+    pub const fn sum(&self) -> u64 {
+        self.program + self.grids + self.surfaces + self.photons + self.film + self.maps
+    }
 }
 
 /// Estimates what rendering `scene` under `settings` takes, by a small part of it, in a program that
@@ -86,7 +118,9 @@ fn estimate<S: Spectrum, H: Heading>(
     program: u64,
 ) -> Result<Costs> {
     let needs = Needs::of(scene, settings);
+    let start = Instant::now();
     let (photons, mut work) = look::<S, H>(scene, settings)?;
+    let shooting = Pace::beside(scene, settings, start.elapsed())?;
 
     let [width, height] = scene.film.size.map(f64::from);
     let all = width * height * f64::from(settings.rays);
@@ -115,14 +149,26 @@ fn estimate<S: Spectrum, H: Heading>(
         let fixed = |_, _| Direction::fixed(budget);
         expose::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
     };
+    let timed = |seed: u64| {
+        let start = Instant::now();
+        (expose(seed), start.elapsed().as_secs_f64())
+    };
     // What lattices keep is computed once; the second look finds most of it.
-    let (first, again) = (expose(settings.seed), expose(settings.seed.wrapping_add(1)));
-    work += scaled(&again, width * height / (size[0] * size[1]));
+    let (first, begun) = timed(settings.seed);
+    let (again, each) = timed(settings.seed.wrapping_add(1));
+    let larger = width * height / (size[0] * size[1]);
+    work += scaled(&again, larger);
     work += first.less(&again);
+    let directed = seconds::directed(scene, settings, budget)?;
+    let seconds = StageSeconds {
+        director: directed.seconds,
+        photons: shooting.map_or(0.0, |pace| pace.time(settings.photons).as_secs_f64()),
+        march: directed.share * each * larger + (begun - each).max(0.0),
+    };
     work.rays = (width * height) as u64 * u64::from(settings.rays);
     work.map_pixels = if needs.maps { map_pixels(scene, settings) } else { 0 };
     let photons = photon::memory(&work, &photons);
-    Ok(Costs { memory: memory(scene, settings, photons, program + WORKING), work })
+    Ok(Costs { memory: memory(scene, settings, photons, program + WORKING), work, seconds })
 }
 
 /// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`], without a look
@@ -180,21 +226,24 @@ fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, progr
     let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
     let maps = if Needs::of(scene, settings).maps { maps } else { 0 };
     let writing = pixels * WRITING;
-    let scene = program + grids + surfaces;
     // Grids are read one after another, the last beside the others; its source and OpenVDB's own
     // copy come and go. So do the lists that a mesh is read into.
-    let reading = sizes.last().map_or(0, |bytes| 2 * *bytes as u64) + surfaces;
+    let read = sizes.last().map_or(0, |bytes| 2 * *bytes as u64);
+    let reading = read + surfaces;
     let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
     let building = photons.building + tables;
     let left = |freed: u64| freed.min(RETAINED);
     // What reading left is taken again for photons.
-    let freed = reading.max(building - photons.held);
-    let peak = [
-        scene + reading,
-        scene + maps + (building + left(photons.pieces)).max(left(reading)),
-        scene + maps + photons.held + film + left(freed),
-        scene + writing + left(freed),
+    let freed = left(reading.max(building - photons.held));
+    let built = (building + left(photons.pieces)).max(left(reading));
+    let scene = MemoryParts { program, grids, surfaces, ..MemoryParts::default() };
+    let at_peak = [
+        MemoryParts { grids: grids + read, surfaces: 2 * surfaces, ..scene },
+        MemoryParts { maps, photons: built, ..scene },
+        MemoryParts { maps, photons: photons.held + freed, film, ..scene },
+        MemoryParts { film: writing, photons: freed, ..scene },
     ];
-    let peak = peak.into_iter().fold(0, u64::max);
-    Memory { program, grids, surfaces, photons: photons.held, film, maps, writing, peak }
+    let at_peak = at_peak.into_iter().max_by_key(MemoryParts::sum).unwrap_or(scene);
+    let (photons, peak) = (photons.held, at_peak.sum());
+    Memory { program, grids, surfaces, photons, film, maps, writing, peak, at_peak }
 }

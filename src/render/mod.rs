@@ -27,6 +27,7 @@ mod progress;
 mod reckoning;
 mod reference;
 mod rendered;
+mod seconds;
 mod toward;
 
 /// Calls a function that is generic over the channels of light and the heading of photons in media
@@ -46,13 +47,14 @@ use specialised;
 pub use checkpoint::Checkpoints;
 pub use clock::{Clock, Deadline};
 pub use control::{Control, Stop};
-pub use costs::{Costs, Memory, costs, memory_needed, memory_without_photons};
+pub use costs::{Costs, Memory, MemoryParts, costs, memory_needed, memory_without_photons};
 pub use guide::{Extent, Maps, maps};
 pub use metering::exposure;
-pub use pace::{photon_time, photons_within};
+pub use pace::photons_within;
 pub use preview::preview;
 pub use progress::{Progress, Silent, Stages};
 pub use rendered::{Directed, Ended, Rendered};
+pub use seconds::StageSeconds;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;

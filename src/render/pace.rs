@@ -30,21 +30,9 @@ pub fn photons_within(scene: &Scene, settings: &RenderSettings, time: Duration) 
     Ok(((left * rate) as u64).clamp(FEWEST, asked))
 }
 
-/// About how long it takes to shoot the photons that `settings` ask for, judged by a look at a few
-/// of them.
-///
-/// # Errors
-/// As [`render`](super::render()).
-pub fn photon_time(scene: &Scene, settings: &RenderSettings) -> Result<Duration> {
-    let Some(Pace { fixed, rate }) = Pace::of(scene, settings)? else {
-        return Ok(Duration::ZERO);
-    };
-    let paths = Duration::try_from_secs_f64(settings.photons as f64 / rate);
-    Ok(fixed.saturating_add(paths.unwrap_or(Duration::MAX)))
-}
-
 /// How fast photons are shot.
-struct Pace {
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pace {
     /// Time before the first and after the last, the same for any number of them.
     fixed: Duration,
     /// Paths a second.
@@ -59,18 +47,36 @@ impl Pace {
             return Ok(None);
         }
         let (shooting, many) = guide::look(scene, settings);
-        let seconds = |paths: u64| {
-            let start = Instant::now();
-            let shooting = Shooting { traced: Some(paths), ..shooting };
-            specialised!(needs, shoot(scene, &shooting))?;
-            Ok(start.elapsed().as_secs_f64())
-        };
+        let start = Instant::now();
+        specialised!(needs, shoot(scene, &Shooting { traced: Some(many), ..shooting }))?;
+        Self::beside(scene, settings, start.elapsed())
+    }
+
+    /// As [`of`](Self::of), where a look at few has been taken already, in the time `long`.
+    pub(super) fn beside(
+        scene: &Scene,
+        settings: &RenderSettings,
+        long: Duration,
+    ) -> Result<Option<Self>> {
+        let needs = Needs::of(scene, settings);
+        if settings.photons <= FEWEST || !needs.photons() {
+            return Ok(None);
+        }
+        let (shooting, many) = guide::look(scene, settings);
         let few = many / FEWER;
-        let (short, long): (f64, f64) = (seconds(few)?, seconds(many)?);
+        let start = Instant::now();
+        specialised!(needs, shoot(scene, &Shooting { traced: Some(few), ..shooting }))?;
+        let (short, long) = (start.elapsed().as_secs_f64(), long.as_secs_f64());
         let each = (long - short) / (many - few) as f64;
         let each = each.max(LEAST * long / many as f64).max(f64::MIN_POSITIVE);
         let fixed = (long - each * many as f64).max(0.0);
         Ok(Some(Self { fixed: Duration::from_secs_f64(fixed), rate: 1.0 / each }))
+    }
+
+    /// About how long `photons` take.
+    pub(super) fn time(&self, photons: u64) -> Duration {
+        let paths = Duration::try_from_secs_f64(photons as f64 / self.rate);
+        self.fixed.saturating_add(paths.unwrap_or(Duration::MAX))
     }
 }
 
