@@ -97,7 +97,18 @@ fn misuse_exits_with_2() {
         (&["rendre"], "render"),
         (&["render", "s.toml"], "--output"),
         (&["render", "s.toml", "-o", "a.png"], ".exr"),
-        (&["make", "statue", "-o", "a.vdb"], "name a .ply file"),
+        (&["make", "statue", "-o", "a.vdb"], "statue is written as .ply; name a .ply file"),
+        (&["make", "smoke", "-o", "a.ply"], "smoke is written as .vdb; name a .vdb file"),
+        (&["make", "fire", "-o", "a"], "fire is written as .vdb"),
+        (&["render", "s.toml", "-o", "a.exr", "--time", "soon"], "without a unit seconds"),
+        (
+            &["render", "s.toml", "-o", "a.exr", "--checkpoint", "0"],
+            "without a unit seconds, or off",
+        ),
+        (&["render", "s.toml", "-o", "a.exr", "--memory", "much"], "without a unit bytes"),
+        (&["study", "s.toml", "-o", "a", "--time", "1 parsec"], "without a unit seconds"),
+        (&["help", "rendre"], "render"),
+        (&["completions", "tcsh"], "bash"),
         (&["render", "s.toml", "-o", "a.exr", "--size", "0x10"], "960x540"),
         (&["render", "s.toml", "-o", "a.exr", "--size", "0x4"], "960x540"),
         (&["render", "s.toml", "-o", "a.exr", "--size", "10"], "960x540"),
@@ -170,6 +181,8 @@ fn bad_input_exits_with_1_and_one_line() {
     ];
     for (args, says) in rows {
         refuses(folder.path(), args, says);
+        let (_, message) = fails(folder.path(), &[&["render"], *args].concat());
+        assert!(!message.contains(".fogbow-"), "a temporary name: {message}");
     }
 }
 

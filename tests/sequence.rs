@@ -210,6 +210,8 @@ fn a_pattern_wants_frames() {
     studio.refuses(&["render", "smoke_####.vdb", "-o", "a.exr"], 2, &says);
     studio.refuses(&["plan", "smoke_%04d.vdb"], 2, &["--frame N"]);
     studio.does(&["plan", "scene.toml", "--frame", "8", "--quiet"]);
+    studio.does(&["trial", "scene.toml", "-o", "trial", "--frame", "8", "--quiet"]);
+    studio.refuses(&["trial", "scene.toml", "-o", "trial", "--frame", "99"], 1, &["_0099.vdb"]);
     studio.refuses(
         &["render", "smoke_0007.vdb", "-o", "a.exr", "--frames", "1-3"],
         2,

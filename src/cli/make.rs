@@ -1,6 +1,8 @@
 //! `fogbow make`: procedural volumes and the statue.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+
+use clap::ValueEnum;
 
 use crate::error::{Error, Result};
 use crate::file::PendingFile;
@@ -15,7 +17,7 @@ pub(super) struct Args {
     #[arg(value_enum)]
     kind: KindName,
 
-    /// The VDB file to write, or the PLY file of the statue.
+    /// The file to write: .vdb, or .ply of the statue.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
@@ -34,7 +36,7 @@ pub(super) struct Args {
 }
 
 /// What can be made, by its name on the command line.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum KindName {
     /// A turbulent plume; grid "density".
     Smoke,
@@ -48,12 +50,23 @@ enum KindName {
     Statue,
 }
 
+impl KindName {
+    /// The ending of its files, without the dot: scenes go by it.
+    const fn ending(self) -> &'static str {
+        match self {
+            Self::Smoke | Self::Cloud | Self::Fog | Self::Fire => "vdb",
+            Self::Statue => "ply",
+        }
+    }
+}
+
 /// Makes the volume or the statue and writes it.
 ///
 /// # Errors
-/// Where a setting is out of range, the statue's file is no PLY, or the file cannot be written; the
-/// latter before any work.
+/// Where a setting is out of range, the file has another ending than the kind's, or cannot be
+/// written; the latter before any work.
 pub(super) fn run(args: &Args) -> Result<()> {
+    check_ending(args)?;
     drop(PendingFile::new(&args.output)?);
     let settings = Settings { seed: args.seed, resolution: args.resolution, voxel: args.voxel };
     let volume = |kind| vdb::write(&args.output, &make(kind, &settings)?);
@@ -62,14 +75,18 @@ pub(super) fn run(args: &Args) -> Result<()> {
         KindName::Cloud => volume(Kind::Cloud),
         KindName::Fog => volume(Kind::Fog),
         KindName::Fire => volume(Kind::Fire),
-        KindName::Statue => write_ply(as_ply(&args.output)?, &make_statue(&settings)?),
+        KindName::Statue => write_ply(&args.output, &make_statue(&settings)?),
     }
 }
 
-/// `path`, whose name says that it is a PLY file: scenes go by it.
-fn as_ply(path: &Path) -> Result<&Path> {
-    let is_ply = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ply"));
-    is_ply.then_some(path).ok_or_else(|| {
-        Error::Usage(format!("--output {}: a statue is a mesh; name a .ply file", path.display()))
-    })
+fn check_ending(args: &Args) -> Result<()> {
+    let right = args.kind.ending();
+    if args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(right)) {
+        return Ok(());
+    }
+    let kind = args.kind.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+    Err(Error::Usage(format!(
+        "-o {}: {kind} is written as .{right}; name a .{right} file",
+        args.output.display()
+    )))
 }

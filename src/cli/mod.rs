@@ -3,10 +3,12 @@
 //! Results go to stdout, progress and messages to stderr. The exit code is 0, 1 (it failed) or 2
 //! (misuse).
 
+mod completions;
 mod console;
 mod error;
 mod frames;
 mod header;
+mod help;
 mod holding;
 mod info;
 mod interrupt;
@@ -14,6 +16,7 @@ mod limit;
 mod load;
 mod look;
 mod make;
+mod man;
 mod maps;
 mod memory;
 mod output;
@@ -27,6 +30,7 @@ mod sequence;
 mod settings;
 mod study;
 mod trial;
+mod units;
 mod verify;
 
 use std::process::ExitCode;
@@ -38,7 +42,15 @@ use crate::shape::MESH_READER;
 
 /// Volumetric photon-mapping renderer for OpenVDB smoke, fog and fire.
 #[derive(Debug, Parser)]
-#[command(name = "fogbow", version, about, max_term_width = 100)]
+#[command(
+    name = "fogbow",
+    version,
+    about,
+    max_term_width = 100,
+    disable_help_subcommand = true,
+    after_help = "fogbow help scene lists every key of a scene file. Times without a unit are in seconds, \
+    sizes in bytes."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -65,6 +77,12 @@ enum Command {
     Make(make::Args),
     /// Hold fogbow's figures against closed forms, published values and extremes.
     Verify(verify::Args),
+    /// Print what a shell needs to complete commands and flags.
+    Completions(completions::Args),
+    /// Print the manual page, or write those of all commands.
+    Man(man::Args),
+    /// Print this, the help of a command, or with "scene" every key of a scene file.
+    Help(help::Args),
 }
 
 /// Runs the program with the process's arguments.
@@ -82,6 +100,15 @@ pub fn main() -> ExitCode {
         Command::Info(args) => info::run(args),
         Command::Make(args) => make::run(args),
         Command::Verify(args) => verify::run(args),
+        Command::Completions(args) => {
+            completions::run(args);
+            Ok(())
+        }
+        Command::Man(args) => man::run(args),
+        Command::Help(args) => {
+            help::run(args);
+            Ok(())
+        }
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::console;
 use super::pace::Pace;
+use super::units;
 use crate::render::{Clock, Progress};
 
 /// How often it is looked how far a stage is.
@@ -49,7 +50,7 @@ struct Shown {
     stage: Mutex<Option<Stage>>,
 }
 
-/// Shows the stages of a render on stderr.
+/// Shows the stages of a render on stderr, each in one line of at most the terminal's width.
 #[derive(Debug)]
 pub(super) struct Console {
     shown: Arc<Shown>,
@@ -105,8 +106,9 @@ impl Stage {
         let left = self.pace.left();
         if let Some(bar) = &self.bar {
             bar.set_position(done);
-            let left = left.map(|left| format!(" + {}", seconds(left))).unwrap_or_default();
-            bar.set_prefix(format!("{}{left}", seconds(worked)));
+            let shown = left
+                .map_or_else(|| units::brief(worked), |left| format!("ETA {}", units::brief(left)));
+            bar.set_prefix(shown);
             return;
         }
         let part = (self.pace.share() * LINES) as u64;
@@ -117,11 +119,11 @@ impl Stage {
         if (is_long || is_further) && part < LINES as u64 {
             self.told = Some(part);
             console::message(&format!(
-                "{}: {:.0} % after {:.1} s, about {:.1} s left",
+                "{}: {:.0} % after {:.1} s, ETA {}",
                 self.name,
                 100.0 * self.pace.share(),
                 worked.as_secs_f64(),
-                left.as_secs_f64()
+                units::brief(left)
             ));
         }
     }
@@ -131,7 +133,7 @@ impl Progress for Console {
     fn stage(&self, name: &str, total: u64) {
         self.finish();
         let style = || {
-            let template = "{msg:>10} [{bar:40}] {percent:>3} % {prefix}";
+            let template = "{msg:>10} [{wide_bar}] {percent:>3} % {prefix}";
             ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
         };
         let bar = || ProgressBar::new(total).with_message(name.to_owned()).with_style(style());
@@ -169,7 +171,7 @@ impl Progress for Console {
         self.shown.tell(&mut stage.pace);
         if let Some(bar) = stage.bar.take() {
             bar.set_position(done);
-            bar.set_prefix(seconds(stage.pace.worked()));
+            bar.set_prefix(units::brief(stage.pace.worked()));
             bar.abandon();
         } else {
             let took = stage.pace.worked().as_secs_f64();
@@ -180,8 +182,4 @@ impl Progress for Console {
     fn warn(&self, text: &str) {
         console::message(&format!("warning: {text}"));
     }
-}
-
-fn seconds(time: Duration) -> String {
-    humantime::format_duration(Duration::from_secs(time.as_secs_f64().round() as u64)).to_string()
 }

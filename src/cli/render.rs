@@ -55,6 +55,9 @@ pub(super) struct Args {
     pub(super) frames: FrameArgs,
     #[command(flatten)]
     pub(super) run: RunArgs,
+    /// Say first what the scene needs and what is left out.
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub(super) verbose: bool,
 }
 
 impl Args {
@@ -149,7 +152,7 @@ fn from_folder_of(scene: &Path, volume: &Path) -> String {
 
 /// One line on what rendering `scene` needs, where it is to be said.
 pub(super) fn plan(args: &Args, scene: &Scene) -> Option<String> {
-    let said = !args.reference && !args.run.quiet;
+    let said = args.verbose && !args.reference;
     said.then(|| RenderPlan::of(scene, &scene.render).line())
 }
 

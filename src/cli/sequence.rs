@@ -18,6 +18,7 @@ use super::memory;
 use super::output::Output;
 use super::picture::{Job, Told};
 use super::render::{self, Args};
+use super::units;
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
 use crate::image::{Denoiser, read_layers};
@@ -222,7 +223,10 @@ impl<'a> Run<'a> {
             return place;
         }
         let left = time.as_secs_f64() / f64::from(count) * (self.frames - self.done + 1) as f64;
-        format!("{place}, about {} left", duration(left))
+        format!(
+            "{place}, ETA {}",
+            units::brief(Duration::try_from_secs_f64(left).unwrap_or_default())
+        )
     }
 
     /// Prints what there is to say of `scene` and was not said of an earlier frame; all warnings.
@@ -265,13 +269,4 @@ fn merged(mut first: Value, second: Value) -> Value {
         first.extend(second);
     }
     first
-}
-
-/// Seconds for people.
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s >= 5400.0 => format!("{:.1} h", s / 3600.0),
-        s if s >= 90.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{s:.0} s"),
-    }
 }

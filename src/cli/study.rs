@@ -149,13 +149,7 @@ fn metric() -> impl TypedValueParser<Value = Metric> {
     })
 }
 
-/// Seconds of `90`, `90s`, `10m` or `2h`.
+/// Seconds of a time, as every command takes it.
 fn time(text: &str) -> Result<f64, String> {
-    let units = [("s", 1.0), ("m", 60.0), ("h", 3600.0)];
-    let (number, unit) = units
-        .iter()
-        .find_map(|(name, unit)| Some((text.strip_suffix(name)?, *unit)))
-        .unwrap_or((text, 1.0));
-    let seconds = number.parse().ok().map(|n: f64| n * unit).filter(|s| *s > 0.0 && s.is_finite());
-    seconds.ok_or_else(|| "give a time above 0 such as 90s, 10m or 2h".into())
+    super::units::time(text).map(|time| time.as_secs_f64())
 }

@@ -13,6 +13,7 @@ use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
 use crate::render::{Clock, Progress, Silent};
+use crate::scene::LoadOptions;
 use crate::study::forced_choice::{
     PAGE, Pair, Server, Tally, check_scenes, read_answers, tally, write_trial,
 };
@@ -56,6 +57,9 @@ pub(super) struct Args {
     /// Count the answers in these files instead: chi-square and p by scene and condition.
     #[arg(long, value_name = "ANSWERS.csv", num_args = 1.., visible_alias = "analyze")]
     analyse: Vec<PathBuf>,
+    /// The frame to show, where scenes name a sequence of files.
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    frame: Option<i64>,
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]
@@ -79,7 +83,8 @@ fn make(args: &Args, folder: &Path) -> Result<()> {
     let mut loaded = Vec::new();
     // All are read before the first is rendered, which may take long.
     for path in &args.scenes {
-        let options = load::options(&args.settings, &args.look);
+        let options =
+            LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
         loaded.push(load::scene_to_show(path, options, &args.run)?);
     }
     check_scenes(loaded.iter().map(|(scene, ..)| scene))?;
