@@ -426,7 +426,7 @@ fn seconds_are_estimated() {
     let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
     for (name, director) in [("smoke.toml", "fixed"), ("balls_a.toml", "xs")] {
         let options = LoadOptions::default().size([120, 90]).rays(16).photons(60_000);
-        let options = options.with("render.director", director);
+        let options = options.with("render.director", format!("{director:?}"));
         let scene = Scene::load(&volumes.join(name), &options).unwrap();
         let ratio = || {
             let planned = costs(&scene, &scene.render, 0).unwrap().seconds.total();
