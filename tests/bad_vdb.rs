@@ -1,7 +1,7 @@
 //! Damaged, hostile and unusable OpenVDB files: each becomes a picture or one clear message.
 //!
-//! `cargo test --release --test bad_vdb -- --ignored --nocapture` runs all of them and prints the
-//! table of the README; without `--ignored` a part of them is run.
+//! `cargo bench --bench results -- --only bad-files` runs all of them and makes a page of what became of
+//! them; without `--ignored` a part of them is run.
 
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
@@ -211,40 +211,32 @@ fn seeds() {
 }
 
 #[test]
-#[ignore = "all of the corpus, minutes; it prints the table"]
+#[ignore = "all of the corpus, minutes; it prints an object for the page of results"]
 fn table() {
-    let outcomes = run_all(corpus::cases(false));
+    let small = std::env::var_os("FOGBOW_QUICK").is_some();
+    let outcomes = run_all(corpus::cases(small));
     let mut counts = BTreeMap::<End, usize>::new();
     for outcome in &outcomes {
         *counts.entry(outcome.run.end).or_default() += 1;
     }
     let sound = outcomes.iter().find(|o| o.name == "sound").unwrap().run.peak;
-    let most = outcomes.iter().map(|o| o.run.peak).max().unwrap();
     let over = |o: &Outcome| o.run.peak.saturating_sub(sound) as f64 / o.size.max(1 << 16) as f64;
     let ratio = |end: End| {
         let ratios = outcomes.iter().filter(|o| o.run.end == end).map(over);
         ratios.fold(0.0, f64::max)
     };
     let count = |end| counts.get(&end).copied().unwrap_or(0);
-    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-    println!("| files tried | refused clearly | rendered | unclear | crashed | hung |");
-    println!("| --- | --- | --- | --- | --- | --- |");
-    println!(
-        "| {} | {} | {} | {} | {} | {} |",
-        outcomes.len(),
-        count(End::Refused),
-        count(End::Rendered),
-        count(End::Unclear),
-        count(End::Crashed),
-        count(End::Hung)
-    );
-    println!(
-        "peak memory: {:.0} MiB, of which {:.0} MiB a run takes on a tiny sound file; the rest is \
-         at most {:.1} times the file (or 64 KiB) where it is refused, {:.1} where it is rendered",
-        mib(most),
-        mib(sound),
-        ratio(End::Refused),
-        ratio(End::Rendered)
-    );
+    let told = serde_json::json!({
+        "tried": outcomes.len(),
+        "refused": count(End::Refused),
+        "rendered": count(End::Rendered),
+        "unclear": count(End::Unclear),
+        "crashed": count(End::Crashed),
+        "hung": count(End::Hung),
+        "memory_refused": ratio(End::Refused),
+        "memory_rendered": ratio(End::Rendered),
+        "sound_mib": sound as f64 / f64::from(1 << 20),
+    });
+    println!("{told}");
     assert_eq!(count(End::Refused) + count(End::Rendered), outcomes.len());
 }

@@ -1,6 +1,6 @@
 //! Sequences from outside: names, frames that are not there, order, what is kept, kill and resume.
 
-#![allow(clippy::print_stderr)] // measurements tell what they found
+#![allow(clippy::print_stdout, clippy::print_stderr)] // measurements tell what they found
 
 #[path = "common/skip.rs"]
 mod skip;
@@ -427,7 +427,7 @@ fn other_vector_units_make_the_same_picture() {
     assert!(worst < 1e-3, "{worst}");
 }
 
-/// The flicker of a sequence, by `cargo test --test sequence -- --ignored --nocapture flicker`: the
+/// The flicker of a sequence, an object a line for `cargo bench --bench results -- --only flicker`: the
 /// mean over pixels of |L[t-1] - 2 L[t] + L[t+1]|, which linear change leaves at 0, over the mean
 /// luminance; less that of pictures with little noise, which is what the smoke itself does.
 #[test]
@@ -461,15 +461,22 @@ fn flicker_of_seeds() {
         let middle: f64 = lights[1..lights.len() - 1].iter().flatten().sum();
         bends / middle
     };
-    let smoke = flicker(64, 2_000_000, &|_| 0);
-    eprintln!("with little noise: {smoke:.4}");
+    let quick = std::env::var_os("FOGBOW_QUICK").is_some();
+    let (many, seeds) = if quick { (400_000, 1) } else { (2_000_000, 4) };
+    let smoke = flicker(64, many, &|_| 0);
     for photons in [20_000, 200_000] {
         let mean = |vary: u64| {
             let of = |seed: u64| flicker(16, photons, &|t| 100 * seed + vary * t) - smoke;
-            (1..=4).map(of).sum::<f64>() / 4.0
+            (1..=seeds).map(of).sum::<f64>() / seeds as f64
         };
         let (same, other) = (mean(0), mean(1));
-        eprintln!("{photons} photons: {same:.4} with one seed, {other:.4} with one a frame");
+        let told = serde_json::json!({
+            "photons": photons,
+            "one_seed": same,
+            "seed_a_frame": other,
+            "smoke": smoke,
+        });
+        println!("{told}");
         assert!(same < other);
     }
 }

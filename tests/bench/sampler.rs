@@ -1,7 +1,8 @@
 //! Trilinear samples a second along random rays: fogbow beside OpenVDB and NanoVDB, in one process
 //! and on one thread.
 //!
-//! `cargo bench --bench sampler --features bench-peers`
+//! `cargo bench --bench sampler --features bench-peers` prints an object a line, which
+//! `cargo bench --bench results -- --only sampler` makes a page of.
 
 #![allow(clippy::print_stdout)]
 
@@ -39,9 +40,6 @@ fn main() -> Result<(), Box<dyn Error>> {
             std::ops::ControlFlow::Continue(())
         });
     }
-    println!("{}: {RAYS} rays, {all} steps of {STEP} voxels,", path.display());
-    println!("{seen} of them outside blocks of zeros, {cells} cells; {ROUNDS} rounds\n");
-
     let fogbow = || rays.iter().map(|(ray, span)| fogbow_sum(&grid, ray, *span)).sum();
     let integrate = || rays.iter().map(|(ray, span)| grid.integrate(ray, *span) / STEP).sum();
     // The rivals get the very points that fogbow evaluates, and need not find the empty blocks. On
@@ -54,17 +52,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         Row::new("NanoVDB f64, whole rays", all, || peers.nanovdb_f64(&steps, STEP)),
         Row::new("fogbow exact, cells", cells, integrate),
     ];
-    for _ in 0..ROUNDS {
+    let rounds = if std::env::var_os("FOGBOW_QUICK").is_some() { 1 } else { ROUNDS };
+    for _ in 0..rounds {
         rows.iter_mut().for_each(Row::time);
     }
     let fogbow = rows[0].median();
     let expected = rows[0].sum;
-    println!("{:24} {:>10} {:>9} {:>12} {:>12}", "", "M/s", "ns", "ms", "of fogbow's");
     for row in &rows {
         let (seconds, n) = (row.median(), row.count as f64);
-        let (rate, each) = (n / seconds * 1e-6, seconds / n * 1e9);
-        let (whole, times) = (seconds * 1e3, seconds / fogbow);
-        println!("{:24} {rate:10.1} {each:9.2} {whole:12.3} {times:11.2}x", row.name);
+        let told = serde_json::json!({
+            "sampler": row.name,
+            "times": seconds / fogbow,
+            "nanoseconds": 1e9 * seconds / n,
+        });
+        println!("{told}");
         let off = (row.sum / expected - 1.0).abs();
         // The exact integral is not the sum of the steps, only near it.
         let allowed = if row.name.ends_with("cells") { 1e-2 } else { 1e-5 };

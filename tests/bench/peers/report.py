@@ -19,9 +19,8 @@ FOREWORD = """\
 Seconds are CPU seconds over {threads} threads: of fogbow all that comes after loading and before
 writing, of a peer its render call (Cycles' holds reading the grid and building, told as "fixed";
 Mitsuba's kernels are compiled before). Wall seconds stand beside and depend on what else the
-machine does; CPU seconds do so less, but on shared cores the same render was seen to take 46 %
-more of them at another time, so that ratios near 1 mean little; what took few is rendered three
-times and told by its median. relMSE is the mean of (x - r)² / (r² + eps²), eps half the
+machine does; CPU seconds do so less, but on shared cores they drift as well, so that ratios near 1
+mean little; what took few is rendered three times and told by its median. relMSE is the mean of (x - r)² / (r² + eps²), eps half the
 reference's mean, less the reference's own noise but at least a tenth of it; trimmed (without the
 worst 0.1 % of the pixels), RMSE and FLIP (HDR) hold that noise; "mean" is the mean over the
 reference's. Times to equal error lie on straight lines on logarithmic axes between those budgets
