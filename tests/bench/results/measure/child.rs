@@ -26,6 +26,14 @@ pub fn cargo<R: DeserializeOwned>(arguments: &[&str], quick: bool) -> Result<Vec
     objects(&printed(&mut command)?)
 }
 
+/// Runs the ignored tests of a file whose names hold `filter`, optimised as users have it unless it is
+/// to be quick; the lines of their output that are JSON objects of this kind.
+pub fn cargo_test<R: DeserializeOwned>(file: &str, filter: &str, quick: bool) -> Result<Vec<R>> {
+    let profile: &[&str] = if quick { &[] } else { &["--release"] };
+    let (test, asked) = (["test", "--test", file], ["--", "--ignored", "--nocapture", filter]);
+    cargo(&[&test[..], profile, &asked].concat(), quick)
+}
+
 /// Every line of `text` that is a JSON object, as one of these.
 pub fn objects<R: DeserializeOwned>(text: &[u8]) -> Result<Vec<R>> {
     let text = String::from_utf8_lossy(text);

@@ -1,6 +1,6 @@
 //! Flicker of a sequence, by the test that measures it.
 
-use super::child::cargo;
+use super::child::cargo_test;
 use super::scenes::shared;
 use super::{Kept, LeftOut};
 use crate::pages::Result;
@@ -11,8 +11,5 @@ pub fn measure(kept: &mut Kept<Row>, quick: bool) -> Result<()> {
     if shared("gas_sequence/fluid_data_0007.vdb").is_none() {
         return Err(LeftOut("the gas sequence is not in ../shared/volumes".into()).into());
     }
-    kept.part("the gas sequence", || {
-        let test = ["test", "--release", "--test", "sequence", "--"];
-        cargo(&[&test[..], &["--ignored", "--nocapture", "flicker"]].concat(), quick)
-    })
+    kept.part("the gas sequence", || cargo_test("sequence", "flicker", quick))
 }

@@ -106,6 +106,9 @@ fn record<R: Serialize + DeserializeOwned>(
     let size = if quick { " --quick" } else { "" };
     let command = format!("`cargo bench --bench results -- --only {name}{size}`");
     let mut kept = Kept::open(kept, &command);
+    if quick {
+        kept.note("Tiny: these figures only show that the command works.");
+    }
     measure(&mut kept, quick)?;
     let text = serde_json::to_string_pretty(&kept.record(name))? + "\n";
     std::fs::write(record, text).map_err(|e| format!("{}: {e}", record.display()).into())

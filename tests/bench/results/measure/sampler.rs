@@ -17,6 +17,8 @@ pub fn measure(kept: &mut Kept<Row>, quick: bool) -> Result<()> {
         return Err(LeftOut(message).into());
     }
     kept.part("all samplers", || {
-        cargo(&["bench", "--bench", "sampler", "--features", "bench-peers"], quick)
+        let bench = ["bench", "--bench", "sampler", "--features", "bench-peers"];
+        let profile: &[&str] = if quick { &["--profile", "dev"] } else { &[] };
+        cargo(&[&bench[..], profile].concat(), quick)
     })
 }

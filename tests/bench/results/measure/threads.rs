@@ -166,7 +166,7 @@ impl Subject {
         let (ended, together) = Spent::on(|| {
             std::thread::scope(|threads| {
                 let both = pools.each_ref().map(|pool| threads.spawn(|| timed(&scene, pool)));
-                both.map(|thread| thread.join().map(|timed| timed.is_ok()).unwrap_or(false))
+                both.map(|thread| thread.join().is_ok_and(|timed| timed.is_ok()))
             })
         });
         if ended.contains(&false) {

@@ -134,5 +134,9 @@ fn legend(panel: &Area<'_>) -> Result<()> {
 /// A number as short as can be.
 fn figure(value: f64) -> String {
     let power = value.log10().floor() as i32;
-    if (-2..4).contains(&power) { format!("{value}") } else { format!("{value:e}") }
+    if (-2..4).contains(&power) {
+        format!("{}", (1e4 * value).round() / 1e4)
+    } else {
+        format!("{value:e}")
+    }
 }
