@@ -15,7 +15,7 @@ use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{Clock, Progress, Silent};
 use crate::scene::{LoadOptions, MAX_RAYS};
-use crate::study::{Answer, CANDIDATES, Effect, Metric, Request, Study, write_report};
+use crate::study::{Answer, CANDIDATES, Effect, MOST_SEEDS, Metric, Request, Study, write_report};
 
 /// Arguments of `fogbow study`.
 #[derive(Debug, clap::Args)]
@@ -35,8 +35,9 @@ pub(super) struct Args {
     /// Go on with the study that lies in the folder.
     #[arg(long)]
     resume: bool,
-    /// Time to keep within, such as 90s, 10m or 2h: fewer budgets, seeds and candidates where need
-    /// be.
+    /// Time to spend, such as 90s, 10m or 2h: on gold, the directed candidate and uniform sampling
+    /// with at least three seeds, then on other candidates and more seeds. With --resume, on more of
+    /// them.
     #[arg(long, value_name = "TIME", value_parser = time)]
     time: Option<f64>,
     /// Measure against an unbiased picture of this many rays a pixel as well.
@@ -51,10 +52,10 @@ pub(super) struct Args {
     #[arg(long, value_name = "RAYS", value_delimiter = ',',
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_RAYS)))]
     budgets: Vec<u32>,
-    /// Seeds of every candidate at every budget.
-    #[arg(long, value_name = "N", default_value_t = Request::default().seeds,
-        value_parser = clap::value_parser!(u32).range(1..=1000))]
-    seeds: u32,
+    /// Seeds of every candidate at every budget: 5 by default, and with --time as many as fit.
+    #[arg(long, value_name = "N",
+        value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SEEDS)))]
+    seeds: Option<u32>,
     /// The error that answers are about.
     #[arg(long, default_value = Metric::default().name(), value_parser = metric())]
     metric: Metric,
@@ -74,10 +75,11 @@ pub(super) struct Args {
 
 /// Runs the study and writes its report.
 pub(super) fn run(args: &Args) -> Result<()> {
+    let seeds = if args.time.is_some() { MOST_SEEDS } else { Request::default().seeds };
     let request = Request {
         candidates: args.candidates.clone(),
         budgets: args.budgets.clone(),
-        seeds: args.seeds,
+        seeds: args.seeds.unwrap_or(seeds),
         reference: args.reference,
         seconds: args.time,
         metric: args.metric,
@@ -98,6 +100,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if args.run.json {
         let told = json!({
             "verdict": results.verdict,
+            "headline": results.headline,
             "plan": results.plan,
             "ablation": results.ablation,
             "convergence": results.convergence,

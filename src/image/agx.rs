@@ -6,6 +6,7 @@
 //! 3.7e-6.
 
 use glam::DMat3;
+use serde::Serialize;
 
 use super::srgb;
 use crate::math::Rgb;
@@ -33,6 +34,9 @@ const OUTSET: DMat3 = DMat3::from_cols(
     Rgb::new(-0.016_493_938_717_834_573, -0.016_493_938_717_834_257, 1.251_936_406_595_040_5),
 );
 
+/// Coefficients of the sigmoid, that of the sixth power first.
+const SIGMOID: [f64; 7] = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
+
 /// From scene-linear Rec.709 to display-linear Rec.709, 0 to 1 before small excursions out of
 /// gamut, which the encoding clips.
 pub(super) fn display_linear(scene: Rgb) -> Rgb {
@@ -43,8 +47,43 @@ pub(super) fn display_linear(scene: Rgb) -> Rgb {
 }
 
 fn sigmoid(x: f64) -> f64 {
-    const COEFFICIENTS: [f64; 7] = [15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.002_32];
-    COEFFICIENTS.iter().fold(0.0, |sum, c| sum * x + c)
+    SIGMOID.iter().fold(0.0, |sum, c| sum * x + c)
+}
+
+/// The numbers of the transform, for others who show linear Rec.709 radiance as fogbow does. All
+/// matrices are by rows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AgxCurve {
+    /// From scene-linear Rec.709 to what the logarithm is taken of.
+    pub to_log: [[f64; 3]; 3],
+    /// The range of log2 that is taken to 0 to 1.
+    pub range: [f64; 2],
+    /// Coefficients of the polynomial that follows, that of the highest power first.
+    pub sigmoid: [f64; 7],
+    /// From its values to the 1/2.2th power of display-linear Rec.2020.
+    pub outset: [[f64; 3]; 3],
+    /// From that to display-linear Rec.709.
+    pub to_display: [[f64; 3]; 3],
+}
+
+impl AgxCurve {
+    /// The numbers that [`ViewTransform::Agx`](super::ViewTransform::Agx) works with.
+    pub fn new() -> Self {
+        let rows = |matrix: DMat3| matrix.transpose().to_cols_array_2d();
+        Self {
+            to_log: rows(INSET * REC709_TO_REC2020),
+            range: [MIN_EV, MAX_EV],
+            sigmoid: SIGMOID,
+            outset: rows(OUTSET),
+            to_display: rows(REC709_TO_REC2020.inverse()),
+        }
+    }
+}
+
+impl Default for AgxCurve {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// The scene-linear grey that is shown on a display level: an sRGB code value from 0 to 1.

@@ -27,6 +27,7 @@ mod view;
 mod window;
 
 pub use accumulator::{Accumulator, Sample};
+pub use agx::AgxCurve;
 pub use decoder::PICTURE_DECODER;
 pub use denoise::Denoiser;
 pub use exr_read::{Layers, read_attributes, read_exr, read_layers};

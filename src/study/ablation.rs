@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::answer::{Question, UNIFORM, over_rounds, scaled, too_inexact};
+use super::answer::{Question, UNIFORM, has_round, over_rounds, scaled, too_inexact};
 use super::curve::{Curve, Reach};
 use super::results::{Answer, PointResult, TrialResult};
 
@@ -88,6 +88,7 @@ fn gain(
     let mut rounds: Vec<u32> = results.iter().map(|result| result.trial.round).collect();
     rounds.sort_unstable();
     rounds.dedup();
+    rounds.retain(|round| has_round(points, without, *round));
     let reach = |round: &u32| {
         let curve = question.curve(points, without, *round);
         let of_round = results.iter().filter(|result| result.trial.round == *round);

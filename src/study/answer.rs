@@ -40,6 +40,22 @@ impl Question<'_> {
         Curve::new(results.filter_map(|r| Some((r.trial.seconds, self.error(r)?))))
     }
 
+    /// The error of a render itself: where it is a squared one, less that of what it was measured
+    /// against. Nothing where noise leaves nothing of it, or for gold by another metric.
+    pub(super) fn corrected(&self, result: &TrialResult) -> Option<f64> {
+        let error = self.error(result)?;
+        let is_part = result.trial.candidate == self.target.name;
+        if !self.metric.is_squared() {
+            return (!is_part && error > 0.0).then_some(error);
+        }
+        let own = if is_part {
+            self.target.own_of_other_half(self.own(), result.trial.round)
+        } else {
+            self.own()
+        };
+        Some(error - own).filter(|error| *error > 0.0)
+    }
+
     pub(super) fn is_trusted(&self, point: &PointResult) -> bool {
         point.errors.get(&self.target.name).is_some_and(|measured| measured.trusted)
     }
@@ -95,7 +111,14 @@ fn gain(
         let error = question.error(result).unwrap_or(f64::NAN);
         of(&curve, result.trial.seconds, error)
     };
-    over_rounds(&point.trials.iter().map(reach).collect::<Vec<_>>())
+    let paired = |r: &&TrialResult| has_round(points, UNIFORM, r.trial.round);
+    over_rounds(&point.trials.iter().filter(paired).map(reach).collect::<Vec<_>>())
+}
+
+/// Whether `candidate` was rendered in this round.
+pub(super) fn has_round(points: &[PointResult], candidate: &str, round: u32) -> bool {
+    let mut of = points.iter().filter(|point| point.candidate == candidate);
+    of.any(|point| point.trials.iter().any(|result| result.trial.round == round))
 }
 
 /// One answer out of what each round says: nothing is told where a round would have to be

@@ -8,6 +8,9 @@ use crate::scene::{Directed, Director, Importance, Operator, RenderSettings};
 /// step, the smallest radius.
 pub(super) const GOLD: &str = "gold";
 
+/// The candidate that is what `--director xs` makes unless a scene says otherwise.
+const DIRECTED: &str = "xs-scattering";
+
 /// The name of the candidate that shows how errors fall with photons.
 pub(super) const PHOTONS: &str = "photons";
 
@@ -77,6 +80,14 @@ impl Candidate {
             .filter(|candidate| !candidate.points.is_empty())
             .collect()
     }
+}
+
+/// The candidate out of `names` that is held against gold and uniform sampling: [`DIRECTED`], or
+/// the first that is directed.
+pub(super) fn subject(names: &[String]) -> Option<&str> {
+    let mut names = names.iter().map(String::as_str);
+    let is_directed = |name: &&str| !name.starts_with("fixed") && *name != PHOTONS;
+    names.clone().find(|name| *name == DIRECTED).or_else(|| names.find(is_directed))
 }
 
 fn points(gold: &RenderSettings, name: &str, budgets: &[u32]) -> Vec<Point> {

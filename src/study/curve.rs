@@ -41,6 +41,18 @@ impl Curve {
         Reach::At(between(a, b, time))
     }
 
+    /// The error at `time`, as [`error_at`](Self::error_at); beyond the measurements in favour of the
+    /// curve: as 1/time after the last one, as independent samples fall at best, and that of the
+    /// first one before it. Nothing where nothing was measured.
+    pub fn favoured_error_at(&self, time: f64) -> Option<f64> {
+        let (first, last) = (self.points.first()?, self.points.last()?);
+        match self.error_at(time) {
+            Reach::At(error) => Some(error),
+            Reach::Below => Some(first.1),
+            Reach::Never => Some(last.1 * last.0 / time),
+        }
+    }
+
     /// The shortest time from which the curve is at or under `error`, interpolated likewise.
     pub fn time_to(&self, error: f64) -> Reach {
         match self.points.first() {
@@ -91,6 +103,13 @@ mod tests {
         assert_eq!(inverse().time_to(0.06), Reach::Never);
         assert_eq!(Curve::new([]).error_at(1.0), Reach::Never);
         assert_eq!(Curve::new([(1.0, 0.0), (f64::NAN, 1.0)]).time_to(1.0), Reach::Never);
+    }
+
+    #[test]
+    fn beyond_the_measurements_the_curve_is_favoured() {
+        assert_eq!(inverse().favoured_error_at(32.0), Some(1.0 / 32.0));
+        assert_eq!(inverse().favoured_error_at(0.5), Some(1.0));
+        assert_eq!(Curve::new([]).favoured_error_at(1.0), None);
     }
 
     #[test]

@@ -48,13 +48,17 @@
 //! ```
 
 mod ablation;
+mod analysis;
 mod answer;
 pub mod axis;
 mod candidate;
+mod contrast;
 mod convergence;
 mod curve;
+mod deadline;
 mod figure;
 pub mod forced_choice;
+mod headline;
 mod html;
 mod machine;
 pub mod metric;
@@ -72,9 +76,11 @@ mod verdict;
 
 pub use ablation::Effect;
 pub use candidate::{CANDIDATES, Candidate, Point, Settings};
+pub use contrast::{EQUAL, MOST_SEEDS, Outcome, seeds_to_settle};
 pub use convergence::{Convergence, Estimator};
 pub use curve::{Curve, Reach};
 pub use figure::significant;
+pub use headline::{Contrast, Headline, Settling};
 pub use machine::Machine;
 pub use plan::Plan;
 pub use report::write_report;

@@ -1,8 +1,12 @@
 //! Which trials there are, and in which order.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
-use super::candidate::{CANDIDATES, Candidate, GOLD, at_finest_step};
+use super::answer::UNIFORM;
+use super::candidate::{CANDIDATES, Candidate, GOLD, at_finest_step, subject};
+use super::contrast::FEWEST_SEEDS;
 use super::request::Request;
 use crate::scene::RenderSettings;
 
@@ -15,6 +19,9 @@ const STEP_ROUNDS: u32 = 2;
 
 /// Budgets that are kept as long as can be: the uniform curve wants two below the ceiling.
 const LEAST_BUDGETS: usize = 3;
+
+/// Gold standards that tell how far they can be trusted.
+const LEAST_GOLDS: u32 = 2;
 
 /// Candidates in the order in which they are left out where time is short.
 const FIRST_LEFT_OUT: [&str; 12] = [
@@ -43,6 +50,9 @@ pub struct Plan {
     pub seeds: u32,
     /// How many of them are rendered with the finest march step as well, for the step error.
     pub step_seeds: u32,
+    /// Candidates with fewer seeds, and how many.
+    #[serde(default)]
+    pub fewer: BTreeMap<String, u32>,
 }
 
 /// What a plan is made for.
@@ -57,7 +67,7 @@ pub(super) struct Basis<'a> {
 }
 
 /// What single renders take, in seconds, as measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Costs {
     /// The gold standard.
     pub(super) gold: f64,
@@ -85,11 +95,13 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Whether a study that is out of time can do without.
-    pub(super) fn is_optional(&self) -> bool {
-        // Two gold standards tell how far they can be trusted.
-        let needed = if self.candidate == GOLD { 2 } else { 1 };
-        self.candidate != REFERENCE && self.round >= needed
+    /// Whether a study of `plan` that is out of time can do without.
+    pub(super) fn is_optional(&self, plan: &Plan) -> bool {
+        match self.candidate {
+            REFERENCE => false,
+            GOLD => self.round >= LEAST_GOLDS,
+            name => self.round > 0 || !plan.is_core(name),
+        }
     }
 }
 
@@ -110,7 +122,8 @@ impl Plan {
             candidates = CANDIDATES.map(|(name, _)| name.to_owned()).to_vec();
         }
         let step_seeds = if has_grids { STEP_ROUNDS } else { 0 };
-        Self { candidates, budgets, seeds: 0, step_seeds }.with_seeds(request.seeds)
+        Self { candidates, budgets, seeds: 0, step_seeds, fewer: BTreeMap::new() }
+            .with_seeds(request.seeds)
     }
 
     /// The same with other seeds.
@@ -120,77 +133,88 @@ impl Plan {
         Self { seeds, step_seeds, ..self.clone() }
     }
 
-    /// As many seeds as fit into `seconds`, with every second budget left out where fewer than
-    /// three would, and so on; where one seed at [`LEAST_BUDGETS`] is too much, fewer candidates,
-    /// at least two of them, and then the largest and the smallest budget alone.
+    /// What `seconds` are spent on: [`FEWEST_SEEDS`] of the gold standard, the directed candidate
+    /// and uniform sampling, the core of every answer, with fewer budgets, then fewer seeds where
+    /// that is too much; then as many other candidates with as many seeds as fit into half of what
+    /// is left, or into all of it where they are asked for by name. The rest is for more seeds of
+    /// the core, which [`Plan::with_seeds`] adds.
     pub(super) fn fitting(basis: Basis<'_>, costs: &Costs, seconds: f64) -> Self {
-        let most = basis.request.seeds;
-        let mut plan = Self::asked(basis);
-        loop {
-            let seeds = plan.most_seeds(basis, costs, seconds);
-            if plan.budgets.len() <= LEAST_BUDGETS || seeds >= most.min(3) {
-                return if seeds > 0 {
-                    plan.with_seeds(seeds)
-                } else {
-                    plan.with_seeds(1).fewer(basis, costs, seconds)
-                };
-            }
+        let mut plan = Self::asked(basis).with_seeds(basis.request.seeds.min(FEWEST_SEEDS));
+        let asked = plan.candidates.clone();
+        let core = [Some(UNIFORM), subject(&asked)];
+        plan.candidates.retain(|name| core.contains(&Some(name.as_str())));
+        if plan.candidates.is_empty() {
+            plan.candidates.extend(asked.first().cloned());
+        }
+        while plan.seconds(basis, costs) > seconds && plan.budgets.len() > LEAST_BUDGETS {
             plan.budgets = plan.budgets.iter().copied().step_by(2).collect();
         }
-    }
-
-    /// How many seeds fit, at most as many as asked for; 0 where one is too many.
-    fn most_seeds(&self, basis: Basis<'_>, costs: &Costs, seconds: f64) -> u32 {
-        let fits = |seeds| self.with_seeds(seeds).seconds(basis, costs) <= seconds;
-        let (mut fit, mut too_many) = (0, basis.request.seeds + 1);
-        while too_many - fit > 1 {
-            let middle = u32::midpoint(fit, too_many);
-            *(if fits(middle) { &mut fit } else { &mut too_many }) = middle;
+        if plan.seconds(basis, costs) > seconds && plan.budgets.len() > 2 {
+            plan.budgets.drain(1..plan.budgets.len() - 1);
         }
-        fit
-    }
-
-    /// What is left of the plan without the rounds of which a job is `missing`; nothing where the
-    /// first is, or the reference.
-    pub(super) fn without(&self, missing: &[&Job]) -> Option<Self> {
-        let whole_rounds = |job: &&Job| match job.candidate {
-            REFERENCE => 0,
-            // As many as have an even number of gold standards.
-            GOLD => job.round - job.round % 2,
-            _ => job.round,
-        };
-        let seeds = missing.iter().map(whole_rounds).min().unwrap_or(self.seeds);
-        (seeds > 0).then(|| self.with_seeds(seeds.min(self.seeds)))
-    }
-
-    /// With as many candidates left out as must be.
-    fn fewer(mut self, basis: Basis<'_>, costs: &Costs, seconds: f64) -> Self {
-        for name in FIRST_LEFT_OUT {
-            if self.candidates.len() <= 2 || self.seconds(basis, costs) <= seconds {
-                break;
+        while plan.seconds(basis, costs) > seconds && plan.seeds > 1 {
+            plan = plan.with_seeds(plan.seeds - 1);
+        }
+        let taken = plan.seconds(basis, costs);
+        let share = if basis.request.candidates.is_empty() { 0.5 } else { 1.0 };
+        let most = taken + share * (seconds - taken);
+        for name in by_importance(&asked).filter(|name| !core.contains(&Some(*name))) {
+            let mut more = plan.clone();
+            more.candidates.push(name.to_owned());
+            more.fewer.insert(name.to_owned(), plan.seeds);
+            if plan.seeds >= FEWEST_SEEDS.min(basis.request.seeds)
+                && more.seconds(basis, costs) <= most
+            {
+                plan = more;
             }
-            self.candidates.retain(|kept| kept != name);
         }
-        if self.seconds(basis, costs) > seconds && self.budgets.len() > 2 {
-            self.budgets.drain(1..self.budgets.len() - 1);
+        plan
+    }
+
+    /// Seeds of a candidate.
+    pub(super) fn seeds_of(&self, candidate: &str) -> u32 {
+        self.fewer.get(candidate).map_or(self.seeds, |fewer| self.seeds.min(*fewer))
+    }
+
+    /// Whether a candidate has as many seeds as there are.
+    pub(super) fn is_core(&self, candidate: &str) -> bool {
+        !self.fewer.contains_key(candidate)
+    }
+
+    /// What is left of the plan, of whose `jobs` some are done, without the seeds that are not
+    /// whole; nothing where gold standards, a reference, or the first round of the core are missing.
+    pub(super) fn completed(&self, jobs: &[Job], is_done: impl Fn(&Job) -> bool) -> Option<Self> {
+        let mut seeds: BTreeMap<&str, u32> =
+            self.candidates.iter().map(|name| (name.as_str(), self.seeds_of(name))).collect();
+        for job in jobs.iter().filter(|job| !is_done(job)) {
+            match job.candidate {
+                REFERENCE => return None,
+                GOLD if job.round < LEAST_GOLDS => return None,
+                GOLD => {}
+                name => {
+                    seeds.entry(name).and_modify(|n| *n = job.round.min(*n));
+                }
+            }
         }
-        self
+        let has_points = |name: &str| jobs.iter().any(|job| job.candidate == name);
+        let lost = |name: &&str| seeds[name] == 0 && self.is_core(name) && has_points(name);
+        if self.seeds == 0 || seeds.keys().any(|name| lost(name)) {
+            return None;
+        }
+        let most = seeds.iter().filter(|(name, _)| has_points(name)).map(|(_, n)| *n).max();
+        let mut plan = self.with_seeds(most.unwrap_or(self.seeds));
+        plan.candidates.retain(|name| seeds[name.as_str()] > 0);
+        let fewer = plan.candidates.iter().map(|name| (name.clone(), seeds[name.as_str()]));
+        plan.fewer = fewer.filter(|(_, n)| *n < plan.seeds).collect();
+        Some(plan)
     }
 
     /// What the study takes at most: a directed picture costs no more than a fixed one with its
     /// ceiling of rays.
     pub(super) fn seconds(&self, basis: Basis<'_>, costs: &Costs) -> f64 {
         let Basis { request, gold, .. } = basis;
-        let per_ray = (costs.gold - costs.least).max(0.0) / f64::from(gold.rays.max(2) - 1);
-        let render = |job: &Job| {
-            if job.candidate == REFERENCE {
-                costs.reference * f64::from(job.settings.rays)
-            } else {
-                costs.least + per_ray * f64::from(job.settings.rays - 1)
-            }
-        };
         let jobs = self.jobs(basis);
-        let rendering: f64 = jobs.iter().map(render).sum();
+        let rendering: f64 = jobs.iter().map(|job| estimated(job, gold, costs)).sum();
         let compared = jobs.iter().filter(|job| job.candidate != REFERENCE && !job.finest_step);
         let targets = if request.reference.is_some() { 2.0 } else { 1.0 };
         rendering + targets * costs.comparing * compared.count() as f64
@@ -201,34 +225,42 @@ impl Plan {
         Candidate::all(gold, &self.candidates, &self.budgets)
     }
 
-    /// All pictures. A round has every candidate at every budget once and the gold standard among
-    /// them; each begins elsewhere, so that nothing always comes first. The reference follows the
-    /// first round, so that a study that runs out of time has one.
+    /// All pictures. A round has the gold standard, then every candidate at every budget once, the
+    /// core first; each begins elsewhere, so that nothing always comes first. The reference follows
+    /// the first round, so that a study that runs out of time has one.
     pub(super) fn jobs(&self, basis: Basis<'_>) -> Vec<Job> {
         let gold = basis.gold;
-        let candidates = self.candidates(gold);
+        let (core, others): (Vec<Candidate>, Vec<Candidate>) =
+            self.candidates(gold).into_iter().partition(|candidate| self.is_core(candidate.name));
         let mut jobs = Vec::new();
-        for round in 0..gold_seeds(self.seeds) {
+        for round in 0..self.seeds.max(LEAST_GOLDS) {
             jobs.push(gold_job(gold, round));
-            if round < self.seeds {
-                let mut tour: Vec<Job> = candidates
-                    .iter()
-                    .flat_map(|candidate| {
-                        let points = candidate.points.iter().enumerate();
-                        points.flat_map(|(point, at)| {
-                            self.of_point(candidate.name, point, &at.settings, round)
-                        })
-                    })
-                    .collect();
-                let start = tour.len() * round as usize / self.seeds as usize;
-                tour.rotate_left(start);
-                jobs.extend(tour);
+            for candidates in [&core, &others] {
+                jobs.extend(self.tour(candidates, round));
             }
             if round == 0 {
                 jobs.extend(reference_jobs(basis));
             }
         }
         jobs
+    }
+
+    /// Every candidate that has this round at every budget.
+    fn tour(&self, candidates: &[Candidate], round: u32) -> Vec<Job> {
+        let in_round = candidates.iter().filter(|c| round < self.seeds_of(c.name));
+        let mut tour: Vec<Job> = in_round
+            .flat_map(|candidate| {
+                let points = candidate.points.iter().enumerate();
+                points.flat_map(|(point, at)| {
+                    self.of_point(candidate.name, point, &at.settings, round)
+                })
+            })
+            .collect();
+        if !tour.is_empty() {
+            let start = round as usize * (tour.len() / 2 + 1) % tour.len();
+            tour.rotate_left(start);
+        }
+        tour
     }
 
     /// A point in one round, and with the finest step where that is measured.
@@ -272,10 +304,23 @@ fn reference_jobs(basis: Basis<'_>) -> impl Iterator<Item = Job> {
     })
 }
 
-/// How often the gold standard is rendered: in every round, and an even number of times, so that
-/// its halves tell its own error.
-fn gold_seeds(seeds: u32) -> u32 {
-    seeds.next_multiple_of(2)
+/// Seconds that `job` takes at most: a directed picture costs no more than a fixed one with its
+/// ceiling of rays.
+pub(super) fn estimated(job: &Job, gold: &RenderSettings, costs: &Costs) -> f64 {
+    let rays = f64::from(job.settings.rays);
+    if job.candidate == REFERENCE {
+        return costs.reference * rays;
+    }
+    let per_ray = (costs.gold - costs.least).max(0.0) / f64::from(gold.rays.max(2) - 1);
+    costs.least + per_ray * (rays - 1.0)
+}
+
+/// Names, the one that is left out last first.
+fn by_importance(names: &[String]) -> impl Iterator<Item = &str> {
+    let rank = |name: &str| FIRST_LEFT_OUT.iter().position(|known| *known == name);
+    let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
+    names.sort_by_key(|name| std::cmp::Reverse(rank(name).unwrap_or(usize::MAX)));
+    names.into_iter()
 }
 
 /// Whose seeds; none are shared, so that errors are independent.
@@ -312,8 +357,8 @@ mod tests {
         let plan = Plan::asked(basis(&request, &gold));
         assert_eq!(plan.budgets, [16, 8, 4, 2, 1]);
         let jobs = plan.jobs(basis(&request, &gold));
-        // Gold six times, every point with five seeds and with two at the finest step, halves.
-        assert_eq!(jobs.len(), 6 + 5 * (4 + 5) + 2 * 5 + 2);
+        // Gold five times, every point with five seeds and with two at the finest step, halves.
+        assert_eq!(jobs.len(), 5 + 5 * (4 + 5) + 2 * 5 + 2);
         let mut seen: Vec<_> =
             jobs.iter().map(|j| (j.candidate, j.point, j.round, j.finest_step)).collect();
         seen.sort_unstable();
@@ -327,53 +372,46 @@ mod tests {
     #[test]
     fn a_study_fits_in_the_time_given() {
         let gold = RenderSettings::default();
-        let request = request();
+        let request = Request::default();
         let basis = basis(&request, &gold);
-        let full = Plan::asked(basis).seconds(basis, &COSTS);
-        let mut last = 0.0;
-        for seconds in [100.0, 150.0, full / 2.0, full] {
+        let mut last = 0;
+        for seconds in [150.0, 300.0, 600.0, 3000.0] {
             let plan = Plan::fitting(basis, &COSTS, seconds);
             let takes = plan.seconds(basis, &COSTS);
             assert!(takes <= seconds, "{plan:?} takes {takes} of {seconds}");
-            last = takes;
+            assert_eq!(plan.seeds, 3, "{seconds}");
+            assert!(plan.candidates.len() >= last.max(2), "{plan:?}");
+            assert!(["fixed", "xs-scattering"].iter().all(|name| plan.is_core(name)));
+            last = plan.candidates.len();
         }
-        assert_eq!(last, full);
+        assert!(last > 8, "there is time for others");
         let least = Plan::fitting(basis, &COSTS, 1e-3);
-        assert_eq!((least.seeds, least.candidates.len()), (1, 2));
-        assert!(least.budgets.len() <= 2 && least.budgets[0] == 16);
+        assert_eq!((least.seeds, least.candidates.len(), least.budgets.len()), (1, 2, 2));
     }
 
     #[test]
-    fn rounds_that_are_not_whole_are_left_out() {
+    fn candidates_asked_for_share_the_time() {
+        let gold = RenderSettings::default();
+        let candidates = ["s", "variance"].map(str::to_owned).to_vec();
+        let request = Request { candidates, ..Request::default() };
+        let plan = Plan::fitting(basis(&request, &gold), &COSTS, 1000.0);
+        assert_eq!(plan.candidates, ["s", "variance"]);
+        assert!(plan.is_core("s") && plan.seeds_of("variance") == 3);
+    }
+
+    #[test]
+    fn seeds_that_are_not_whole_are_left_out() {
         let gold = RenderSettings::default();
         let request = request();
         let basis = basis(&request, &gold);
         let plan = Plan::asked(basis);
         let jobs = plan.jobs(basis);
-        let missing = |of: &dyn Fn(&Job) -> bool| {
-            let missing: Vec<&Job> = jobs.iter().filter(|job| of(job)).collect();
-            plan.without(&missing).map(|left| left.seeds)
-        };
-        assert_eq!(missing(&|_| false), Some(5));
-        assert_eq!(missing(&|job| job.round == 3 && job.candidate == "fixed"), Some(3));
-        // Three seeds need four gold standards.
-        assert_eq!(missing(&|job| job.round == 3 && job.candidate == GOLD), Some(2));
-        assert_eq!(missing(&|job| job.round == 0), None);
-        for seeds in 2..=5 {
-            let fewer = plan.with_seeds(seeds).jobs(basis);
-            let is_kept = |job: &Job| fewer.contains(job);
-            let left: Vec<&Job> = jobs.iter().filter(|job| !is_kept(job)).collect();
-            assert_eq!(plan.without(&left).map(|left| left.seeds), Some(seeds));
-        }
-    }
-
-    #[test]
-    fn candidates_are_left_out_before_time_runs_out() {
-        let gold = RenderSettings::default();
-        let all = Request::default();
-        let plan = Plan::fitting(basis(&all, &gold), &COSTS, 1.0);
-        assert_eq!(plan.candidates, ["fixed", "xs-scattering"]);
-        let plan = Plan::fitting(basis(&all, &gold), &COSTS, 100.0);
-        assert!(plan.candidates.len() > 2 && plan.seconds(basis(&all, &gold), &COSTS) <= 100.0);
+        let without = |of: &dyn Fn(&Job) -> bool| plan.completed(&jobs, |job| !of(job));
+        assert_eq!(without(&|_| false), Some(plan.clone()));
+        let left = without(&|job| job.round == 3 && job.candidate == "fixed").unwrap();
+        assert_eq!((left.seeds, left.seeds_of("fixed"), left.seeds_of("xs-step")), (5, 3, 5));
+        assert_eq!(without(&|job| job.round >= 3).unwrap().seeds, 3);
+        assert_eq!(without(&|job| job.round == 0), None);
+        assert_eq!(without(&|job| job.candidate == GOLD && job.round == 1), None);
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::candidate::CANDIDATES;
+use super::contrast::MOST_SEEDS;
 use super::metric::Errors;
 use crate::error::{Error, Result};
 use crate::scene::MAX_RAYS;
@@ -18,7 +19,7 @@ pub struct Request {
     pub seeds: u32,
     /// Camera rays a pixel of the unbiased reference, both halves together.
     pub reference: Option<u32>,
-    /// Seconds that the study may take, by which budgets and seeds are chosen.
+    /// Seconds that the study takes, by which budgets, candidates and seeds are chosen.
     pub seconds: Option<f64>,
     /// The error that the answers are about.
     pub metric: Metric,
@@ -58,8 +59,9 @@ impl Request {
         if let Some(budget) = self.budgets.iter().find(|budget| !rays.contains(*budget)) {
             return Err(Error::Usage(format!("budget {budget}: give rays from 1 to {MAX_RAYS}")));
         }
-        if self.seeds == 0 || self.seeds > 1000 {
-            return Err(Error::Usage(format!("{} seeds: give from 1 to 1000", self.seeds)));
+        if self.seeds == 0 || self.seeds > MOST_SEEDS {
+            let seeds = self.seeds;
+            return Err(Error::Usage(format!("{seeds} seeds: give from 1 to {MOST_SEEDS}")));
         }
         if let Some(n) = self.reference.filter(|n| !(2..=MAX_RAYS).contains(n)) {
             return Err(Error::Usage(format!(
@@ -124,6 +126,11 @@ impl Metric {
         ("hdr-flip", Self::HdrFlip, "HDR-FLIP"),
         ("jod-lost", Self::JodLost, "JOD lost"),
     ];
+
+    /// Whether it is a mean of squares of radiance, so that independent errors add up.
+    pub fn is_squared(self) -> bool {
+        matches!(self, Self::Mse | Self::RelativeMse)
+    }
 
     /// Its name on the command line and in files.
     pub fn name(self) -> &'static str {

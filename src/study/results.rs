@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::ablation::Effect;
 use super::candidate::Settings;
 use super::convergence::Convergence;
+use super::headline::Headline;
 use super::machine::Machine;
 use super::metric::{Errors, Options};
 use super::plan::Plan;
@@ -19,9 +20,10 @@ use super::target::Target;
 use super::trial::Trial;
 use crate::error::{Error, Result};
 use crate::file;
+use crate::image::View;
 
 /// The version of the schema; it changes where a field changes its meaning or goes.
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// All that a study found, with all that it takes to find it again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,8 +50,8 @@ pub struct Results {
     pub request: Request,
     /// What was done: fewer seeds than planned where time ran out.
     pub plan: Plan,
-    /// Trials that were planned and left out because time ran out; `--resume` makes up for them.
-    pub left_out: usize,
+    /// How the scene's film shows pictures.
+    pub view: View,
     /// How errors were counted.
     pub metrics: Options,
     /// How intervals were made.
@@ -64,7 +66,10 @@ pub struct Results {
     pub ablation: Vec<Effect>,
     /// How errors fall with photons, beside theory; nothing where that was not measured.
     pub convergence: Option<Convergence>,
-    /// The findings in two sentences.
+    /// Gold against the directed candidate against uniform sampling; nothing where no candidate is
+    /// directed.
+    pub headline: Option<Headline>,
+    /// The findings in sentences, the answer first.
     pub verdict: Vec<String>,
 }
 

@@ -3,6 +3,7 @@
 //! `study.json` says what the study is of; [`TRIALS`] has one trial a line, added once its EXR is
 //! whole. Whatever moment a study is killed at, all but the trial under way is kept.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::candidate::Settings;
 use super::machine::Machine;
-use super::plan::{Job, Plan};
+use super::plan::{Costs, Job, Plan};
 use super::request::Request;
 use super::results::SCHEMA;
 use super::trial::Trial;
@@ -39,6 +40,8 @@ pub(super) struct Header {
     pub(super) request: Request,
     /// Nothing until it is chosen.
     pub(super) plan: Option<Plan>,
+    /// What renders take, where that was asked for.
+    pub(super) costs: Option<Costs>,
 }
 
 impl Header {
@@ -54,6 +57,7 @@ impl Header {
             machine: Machine::here(),
             request: request.clone(),
             plan: None,
+            costs: None,
         }
     }
 
@@ -70,7 +74,7 @@ impl Header {
             .or_else(|| told("seed", &stored.seed, &self.seed))
             .or_else(|| told("render settings", &stored.gold, &self.gold))
             .or_else(|| told("machine", &stored.machine, &self.machine))
-            .or_else(|| told("request", &stored.request, &self.request))
+            .or_else(|| told("request", &what_of(&stored.request), &what_of(&self.request)))
     }
 }
 
@@ -79,8 +83,15 @@ impl Header {
 pub(super) struct Store {
     folder: PathBuf,
     pub(super) header: Header,
-    trials: Vec<Trial>,
+    trials: BTreeMap<Key, Trial>,
     log: File,
+}
+
+/// Candidate, point, round, and whether the march step is the finest.
+type Key = (String, usize, u32, bool);
+
+fn key(trial: Trial) -> (Key, Trial) {
+    ((trial.candidate.clone(), trial.point, trial.round, trial.finest_step), trial)
 }
 
 impl Store {
@@ -109,7 +120,8 @@ impl Store {
             .map_err(|e| unwritable(&log_path, &e))?;
         // What a killed study left of its last line.
         log.set_len(sound).map_err(|e| unwritable(&log_path, &e))?;
-        let trials = trials.into_iter().filter(|t: &Trial| folder.join(&t.exr).is_file()).collect();
+        let trials =
+            trials.into_iter().filter(|t: &Trial| folder.join(&t.exr).is_file()).map(key).collect();
         let store = Self { folder: folder.to_path_buf(), header, trials, log };
         store.write_header()?;
         Ok(store)
@@ -117,7 +129,12 @@ impl Store {
 
     /// The trial that `job` asks for, where it is done.
     pub(super) fn find(&self, job: &Job) -> Option<&Trial> {
-        self.trials.iter().rev().find(|trial| trial.is_of(job))
+        self.trials.get(&(job.candidate.to_owned(), job.point, job.round, job.finest_step))
+    }
+
+    /// How many rounds are begun.
+    pub(super) fn rounds(&self) -> u32 {
+        self.trials.values().map(|trial| trial.round + 1).max().unwrap_or(0)
     }
 
     /// How many trials are done.
@@ -142,13 +159,14 @@ impl Store {
             .write_all(&line)
             .and_then(|()| self.log.sync_data())
             .map_err(|e| unwritable(&path, &e))?;
-        self.trials.push(trial);
+        self.trials.extend([key(trial)]);
         Ok(())
     }
 
-    /// Settles what is going to be rendered.
-    pub(super) fn settle(&mut self, plan: Plan) -> Result<()> {
+    /// Settles what is going to be rendered, and what that takes where it is known.
+    pub(super) fn settle(&mut self, plan: Plan, costs: Option<Costs>) -> Result<()> {
         self.header.plan = Some(plan);
+        self.header.costs = costs;
         self.write_header()
     }
 
@@ -163,12 +181,17 @@ impl Store {
     }
 }
 
+/// A request but for how much is rendered, of which there may be more.
+fn what_of(request: &Request) -> Request {
+    Request { seeds: 0, seconds: None, ..request.clone() }
+}
+
 /// The header on disk, if it is of the study that `asked` is of.
 fn stored(path: &Path, asked: &Header) -> Result<Header> {
     let text = fs::read_to_string(path).map_err(|e| unreadable(path, &e))?;
     let stored: Header = serde_json::from_str(&text).map_err(|e| unreadable(path, &e))?;
     match asked.differs_in(&stored) {
-        None => Ok(stored),
+        None => Ok(Header { request: asked.request.clone(), ..stored }),
         Some(difference) => Err(Error::file(
             path,
             format!("is of another study: {difference}; ask for the same, or name another folder"),

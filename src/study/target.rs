@@ -35,6 +35,20 @@ impl Target {
     pub fn is_trusted(own: f64, error: f64) -> bool {
         own <= TRUST * error
     }
+
+    /// By which factor more renders the `own` error would be trusted beside `error`, at least 1.
+    pub(super) fn renders_wanted(own: f64, error: f64) -> f64 {
+        (own / (TRUST * error)).max(1.0)
+    }
+
+    /// The squared error of the half that the render of `round` is measured against, where that of
+    /// the whole is `own`: both halves count alike in the whole, whatever number they are of.
+    pub(super) fn own_of_other_half(&self, own: f64, round: u32) -> f64 {
+        let even = self.renders.div_ceil(2) as f64;
+        let odd = (self.renders / 2) as f64;
+        let other = if round.is_multiple_of(2) { odd } else { even };
+        4.0 * own / (1.0 / even + 1.0 / odd) / other
+    }
 }
 
 /// A target with its pictures.
@@ -47,7 +61,7 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// The mean of an even number of `trials` in `folder`, and its own error.
+    /// The mean of two halves of `trials` in `folder`, and its own error.
     pub(super) fn of(
         folder: &Path,
         trials: &[&Trial],

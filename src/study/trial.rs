@@ -62,12 +62,6 @@ impl Trial {
         };
         Ok((trial, rendered.film))
     }
-
-    /// Whether this is the picture that `job` asks for.
-    pub(super) fn is_of(&self, job: &Job) -> bool {
-        self.candidate == job.candidate
-            && (self.point, self.round, self.finest_step) == (job.point, job.round, job.finest_step)
-    }
 }
 
 /// The picture of `scene` with these settings, or its unbiased reference: the one place where this

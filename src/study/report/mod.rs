@@ -10,20 +10,47 @@ use minijinja::value::{Serde, Value};
 use serde::Serialize;
 
 use super::ablation::Effect;
+use super::candidate::GOLD;
+use super::contrast::Outcome;
 use super::convergence::Convergence;
-use super::html::{json, unmade, write_page};
+use super::headline::Contrast;
+use super::html::{json, write_page};
 use super::request::Metric;
 use super::results::{Answer, PointResult, Results};
 use super::verdict::{figure, interval};
 use crate::error::Result;
-use crate::image::viridis;
+use crate::image::{AgxCurve, viridis};
 
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPT: &str =
+    concat!(include_str!("table.js"), include_str!("plot.js"), include_str!("viewer.js"));
 
-/// The errors that are drawn against run time, beside the one that answers are about.
-const PLOTTED: [Metric; 4] = [Metric::RelativeMse, Metric::Mse, Metric::CodeMse, Metric::Flip];
+/// The heads of the table of candidates but for the one of the error, in the order of its cells.
+const HEADS: [&str; 22] = [
+    "candidate",
+    "budget",
+    "seconds",
+    "median",
+    "",
+    "gold's time / its own",
+    "gain at equal error (time)",
+    "gain at equal time (error)",
+    "noise",
+    "step",
+    "bias",
+    "bias, %",
+    "mean ratio",
+    "MSE of codes, %",
+    "pixels in error, %",
+    "VDP, %",
+    "VDP > 0.75, %",
+    "localised VDP, %",
+    "localised VDP > 0.75, %",
+    "1 - SSIM",
+    "FLIP",
+    "JOD lost",
+];
 
 /// Writes `report.html` to the `folder` of the study that `results` are of.
 ///
@@ -31,34 +58,99 @@ const PLOTTED: [Metric; 4] = [Metric::RelativeMse, Metric::Mse, Metric::CodeMse,
 /// Where a picture of the study cannot be read or the page cannot be made or written.
 pub fn write_report(results: &Results, folder: &Path) -> Result<()> {
     let path = folder.join("report.html");
-    let mut metrics = vec![results.metric()];
-    metrics.extend(PLOTTED.into_iter().filter(|metric| *metric != results.metric()));
-    let mut plots = Vec::new();
-    for metric in metrics {
-        plots.extend(plot::error_against_time(results, metric).map_err(|e| unmade(&path, &e))?);
-    }
     let gallery = pictures::gallery(results, folder, &path)?;
     let rows: Vec<Vec<Cell>> = results.points.iter().map(|point| row(results, point)).collect();
     let palette: Vec<[u8; 3]> = (0..256).map(|i| viridis(f64::from(i) / 255.0)).collect();
+    let heads = HEADS.map(|head| if head.is_empty() { results.metric().title() } else { head });
+    let view = serde_json::json!({
+        "exposure": results.view.exposure,
+        "transform": results.view.transform,
+        "agx": AgxCurve::new(),
+    });
 
     let context = context! {
         style => STYLE,
         script => SCRIPT,
         results => Value::from(Serde(results)),
+        sentences => Value::from(Serde(&results.verdict.iter().map(|s| Sentence::new(s)).collect::<Vec<_>>())),
+        numbers => Value::from(Serde(&numbers(results))),
         machine => results.machine.to_string(),
         metric => results.metric().title(),
-        target => &results.target().name,
+        target => target_title(results),
         targets => target_rows(results),
-        plots => Value::from(Serde(&plots)),
+        plots => json(&path, &plot::plots(results))?,
+        heads => heads,
         rows => Value::from(Serde(&rows)),
         curves => curve_rows(results),
         effects => Value::from(Serde(&effect_rows(results))),
         convergence => convergence_rows(results),
         cards => Value::from(Serde(&gallery.cards)),
         views => json(&path, &gallery.views)?,
+        view => json(&path, &view)?,
+        seeds => seeds(results),
         palette => json(&path, &palette)?,
     };
     write_page(&path, PAGE, context)
+}
+
+/// A sentence of the verdict, and the command that it ends with.
+#[derive(Debug, Serialize)]
+struct Sentence<'a> {
+    text: &'a str,
+    command: Option<&'a str>,
+}
+
+impl<'a> Sentence<'a> {
+    fn new(sentence: &'a str) -> Self {
+        sentence.find(": fogbow ").map_or(Self { text: sentence, command: None }, |end| Self {
+            text: &sentence[..=end],
+            command: Some(&sentence[end + ": ".len()..]),
+        })
+    }
+}
+
+/// A number of the answer.
+#[derive(Debug, Serialize)]
+struct Number {
+    value: String,
+    what: String,
+    range: String,
+}
+
+/// The three ratios of the headline.
+fn numbers(results: &Results) -> Vec<Number> {
+    let Some(headline) = &results.headline else { return Vec::new() };
+    let number = |contrast: &Contrast, what: &str| {
+        let ratio = contrast.ratio.as_ref()?;
+        let told = match contrast.outcome {
+            Outcome::Equal => ": equal to within 10 %",
+            Outcome::Open => ": open",
+            Outcome::Above | Outcome::Below => "",
+        };
+        let range = ratio.range.map_or_else(
+            || "a single seed has no interval".into(),
+            |[low, high]| format!("{} to {}{told}", figure(low), figure(high)),
+        );
+        Some(Number { value: format!("{}×", figure(ratio.estimate)), what: what.into(), range })
+    };
+    let all = [
+        number(&headline.time_saved, "less run time than the gold standard"),
+        number(&headline.error_gain, "the error, by uniform sampling in the same time"),
+        number(&headline.error_cost, "the error of one gold standard"),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// The target in words.
+fn target_title(results: &Results) -> &str {
+    let name = results.target().name.as_str();
+    if name == GOLD { "gold standard" } else { name }
+}
+
+/// How many seeds there are, and of what there are fewer.
+fn seeds(results: &Results) -> String {
+    let fewer = results.plan.fewer.iter().map(|(name, seeds)| format!(", {seeds} of {name}"));
+    format!("{} of each{}", results.plan.seeds, fewer.collect::<String>())
 }
 
 /// A cell of the table: what is read and what is sorted by.

@@ -9,7 +9,7 @@ use super::super::html::data_uri;
 use super::super::metric::relative_map;
 use super::super::results::{PointResult, Results};
 use crate::error::{Error, Result};
-use crate::image::{Image, Layers, Picture, ScalarMap, View, ViewTransform, read_exr, read_layers};
+use crate::image::{Image, Layers, Picture, ScalarMap, read_exr, read_layers};
 
 /// The most pixels along a side of a picture in the page; larger ones are averaged down.
 const SIDE: usize = 512;
@@ -75,8 +75,7 @@ pub(super) fn gallery(results: &Results, folder: &Path, path: &Path) -> Result<G
     let mut cards = Vec::new();
     for ((point, layers, image), error) in shown.iter().zip(&errors) {
         views.push(viewed(format!("{}, {}", point.candidate, point.label), image, path)?);
-        let view = View { exposure: results.metrics.exposure, transform: ViewTransform::Agx };
-        let picture = Picture::developed(&reduced(image), &view);
+        let picture = Picture::developed(&reduced(image), &results.view);
         cards.push(card(point, layers, &picture, (error, worst), path)?);
     }
     Ok(Gallery { cards, views })

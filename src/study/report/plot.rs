@@ -1,147 +1,102 @@
-//! Error against run time, as SVG.
+//! Error against run time, for the page's script to draw.
 
-use plotters::prelude::*;
 use serde::Serialize;
 
-use super::super::axis::{Ends, around, color_of, ticks};
+use super::super::answer::UNIFORM;
 use super::super::candidate::GOLD;
 use super::super::request::Metric;
-use super::super::results::{PointResult, Results};
+use super::super::results::{PointResult, Results, TrialResult};
 use super::super::statistics::Interval;
+use super::super::target::Target;
 
-const SIZE: (u32, u32) = (880, 560);
+/// The errors that are drawn against run time, beside the one that answers are about.
+const PLOTTED: [Metric; 4] = [Metric::RelativeMse, Metric::Mse, Metric::CodeMse, Metric::Flip];
 
-/// The most places told on an axis, unless there are as many powers of ten.
-const MOST_TICKS: usize = 10;
-
-/// A drawing with its title.
+/// All drawings of a page.
 #[derive(Debug, Serialize)]
-pub(super) struct Plot {
-    title: String,
-    svg: String,
+pub(super) struct Plots<'a> {
+    /// The name of the target.
+    target: &'a str,
+    /// Names that are drawn in colour at first, the directed candidate first.
+    core: Vec<&'a str>,
+    /// A drawing for each error.
+    metrics: Vec<Plot<'a>>,
 }
 
-/// A point with its intervals.
-struct Place {
-    time: Interval,
-    error: Interval,
+#[derive(Debug, Serialize)]
+struct Plot<'a> {
+    title: &'static str,
+    /// The target's own error.
+    own: Option<f64>,
+    series: Vec<Series<'a>>,
 }
 
-/// Every candidate's error against its run time between logarithmic axes, both with intervals;
-/// nothing where no error is above 0.
-pub(super) fn error_against_time(
-    results: &Results,
-    metric: Metric,
-) -> Result<Option<Plot>, Box<dyn std::error::Error>> {
-    let mut series: Vec<(String, Vec<Place>)> = Vec::new();
+#[derive(Debug, Serialize)]
+struct Series<'a> {
+    name: &'a str,
+    about: &'a str,
+    points: Vec<Place<'a>>,
+}
+
+/// A point with its intervals: run time in seconds across, error up.
+#[derive(Debug, Serialize)]
+struct Place<'a> {
+    label: &'a str,
+    x: f64,
+    xr: Option<[f64; 2]>,
+    y: f64,
+    yr: Option<[f64; 2]>,
+}
+
+/// Every candidate's error against its run time, by the study's metric first; metrics by which no
+/// error is above 0 are left out.
+pub(super) fn plots(results: &Results) -> Plots<'_> {
+    let others = PLOTTED.into_iter().filter(|metric| *metric != results.metric());
+    let metrics = std::iter::once(results.metric()).chain(others);
+    let directed = results.headline.as_ref().map(|headline| headline.candidate.as_str());
+    Plots {
+        target: super::target_title(results),
+        core: directed.into_iter().chain([UNIFORM]).collect(),
+        metrics: metrics.filter_map(|metric| plot(results, metric)).collect(),
+    }
+}
+
+fn plot(results: &Results, metric: Metric) -> Option<Plot<'_>> {
+    let mut series: Vec<Series<'_>> = Vec::new();
     for point in &results.points {
         let Some(place) = place(results, point, metric) else { continue };
-        match series.last_mut().filter(|(name, _)| *name == point.candidate) {
-            Some((_, places)) => places.push(place),
-            None => series.push((point.candidate.clone(), vec![place])),
+        match series.last_mut().filter(|series| series.name == point.candidate) {
+            Some(series) => series.points.push(place),
+            None => series.push(Series {
+                name: &point.candidate,
+                about: &point.about,
+                points: vec![place],
+            }),
         }
     }
     let own = metric.of(&results.target().own).filter(|own| *own > 0.0);
-    let places = || series.iter().flat_map(|(_, places)| places);
-    let errors = places().map(|p| p.error.estimate).chain(own);
-    let times = around(places().map(|p| p.time.estimate), 1.5);
-    let (Some(times), Some(errors)) = (times, around(errors, 2.0)) else {
-        return Ok(None);
-    };
-    let mut svg = String::new();
-    draw(&mut svg, results, metric, &series, own, (times, errors))?;
-    let title = format!("{} against run time", metric.title());
-    Ok(Some(Plot { title, svg }))
+    (!series.is_empty()).then_some(Plot { title: metric.title(), own, series })
 }
 
-fn draw(
-    svg: &mut String,
-    results: &Results,
-    metric: Metric,
-    series: &[(String, Vec<Place>)],
-    own: Option<f64>,
-    (times, errors): (Ends, Ends),
-) -> Result<(), Box<dyn std::error::Error>> {
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&root)
-        .margin(12)
-        .x_label_area_size(44)
-        .y_label_area_size(84)
-        .build_cartesian_2d(
-            (times.0..times.1).log_scale().with_key_points(ticks(times, MOST_TICKS)),
-            (errors.0..errors.1).log_scale().with_key_points(ticks(errors, MOST_TICKS)),
-        )?;
-    let label = |v: &f64| super::figure(*v);
-    chart
-        .configure_mesh()
-        .light_line_style(BLACK.mix(0.04))
-        .bold_line_style(BLACK.mix(0.12))
-        .x_desc("run time in seconds, without loading and writing")
-        .y_desc(format!("{} against {}", metric.title(), results.target().name))
-        .x_label_formatter(&label)
-        .y_label_formatter(&label)
-        .x_labels(MOST_TICKS)
-        .y_labels(MOST_TICKS)
-        .label_style(("sans-serif", 14))
-        .draw()?;
-    for (index, (name, places)) in series.iter().enumerate() {
-        let color = if name == GOLD { BLACK.to_rgba() } else { color_of(index, series.len()) };
-        for Place { time, error } in places {
-            let (x, y) = (time.estimate, error.estimate);
-            let lines = [
-                time.range.map(|range| within(range, times)).map(|(a, b)| vec![(a, y), (b, y)]),
-                error.range.map(|range| within(range, errors)).map(|(a, b)| vec![(x, a), (x, b)]),
-            ];
-            let lines = lines.into_iter().flatten();
-            chart.draw_series(lines.map(|ends| PathElement::new(ends, color.mix(0.35))))?;
-        }
-        let dots: Vec<(f64, f64)> =
-            places.iter().map(|p| (p.time.estimate, p.error.estimate)).collect();
-        chart
-            .draw_series(LineSeries::new(dots.clone(), color.stroke_width(2)))?
-            .label(name)
-            .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 12, y + 5)], color.filled()));
-        let size = if name == GOLD { 8 } else { 4 };
-        chart.draw_series(dots.iter().map(|dot| Circle::new(*dot, size, color.filled())))?;
-    }
-    if let Some(own) = own {
-        let name = format!("own error of the {}", results.target().name);
-        let grey = BLACK.mix(0.5);
-        chart
-            .draw_series(DashedLineSeries::new(
-                [(times.0, own), (times.1, own)],
-                6,
-                4,
-                grey.into(),
-            ))?
-            .label(name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 12, y)], grey));
-    }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::LowerLeft)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.2))
-        .label_font(("sans-serif", 13))
-        .draw()?;
-    root.present()?;
-    Ok(())
-}
-
-fn place(results: &Results, point: &PointResult, metric: Metric) -> Option<Place> {
-    let target = results.target();
-    // Gold against itself shows its noise, not its error.
-    if point.candidate == target.name {
-        return None;
-    }
-    let errors = point.trials.iter().map(|t| metric.of(t.errors.get(&target.name)?));
+fn place<'a>(results: &Results, point: &'a PointResult, metric: Metric) -> Option<Place<'a>> {
+    let errors = point.trials.iter().map(|result| comparable(results.target(), result, metric));
     let error = Interval::of(&errors.collect::<Option<Vec<_>>>()?)?;
-    (error.estimate > 0.0).then(|| Place { time: point.seconds.clone(), error })
+    (error.estimate > 0.0).then(|| Place {
+        label: &point.label,
+        x: point.seconds.estimate,
+        xr: point.seconds.range,
+        y: error.estimate,
+        yr: error.range,
+    })
 }
 
-/// What of an interval lies between the `ends` of an axis.
-fn within(range: [f64; 2], ends: Ends) -> (f64, f64) {
-    let [low, high] = range.map(|v| v.clamp(ends.0, ends.1));
-    (low, high)
+/// The error of a render. Gold, where it is the target, was measured against half of it: squared
+/// errors are told as beside the whole, others are left out.
+fn comparable(target: &Target, result: &TrialResult, metric: Metric) -> Option<f64> {
+    let error = metric.of(result.errors.get(&target.name)?)?;
+    if result.trial.candidate != GOLD || target.name != GOLD {
+        return Some(error);
+    }
+    let own = metric.of(&target.own).filter(|_| metric.is_squared())?;
+    Some(error - target.own_of_other_half(own, result.trial.round) + own).filter(|e| *e > 0.0)
 }

@@ -1,31 +1,4 @@
-"use strict";
-
-// Sorting: numbers by data-sort, what has none last, text by its letters.
-for (const table of document.querySelectorAll("table.sortable")) {
-  table.querySelectorAll("th").forEach((head, column) => {
-    head.addEventListener("click", () => {
-      const rising = head.getAttribute("aria-sort") !== "ascending";
-      table.querySelectorAll("th").forEach((other) => other.removeAttribute("aria-sort"));
-      head.setAttribute("aria-sort", rising ? "ascending" : "descending");
-      const value = (row) => {
-        const cell = row.cells[column];
-        const text = cell.dataset.sort ?? cell.textContent;
-        const number = Number.parseFloat(text);
-        return Number.isNaN(number) ? text : number;
-      };
-      const compare = (a, b) => {
-        const [x, y] = [value(a), value(b)];
-        if (typeof x !== typeof y) return typeof x === "number" ? -1 : 1;
-        const order = typeof x === "number" ? x - y : x.localeCompare(y);
-        return rising ? order : -order;
-      };
-      table.tBodies[0].append(...[...table.tBodies[0].rows].sort(compare));
-    });
-  });
-}
-
-// The viewer: two pictures of linear radiance at the same place.
-const $ = (id) => document.getElementById(id);
+// The viewer: two pictures of linear radiance at the same place, developed as the scene's film is.
 const canvas = $("canvas");
 const context = canvas.getContext("2d");
 const state = { zoom: 1, x: 0, y: 0, edge: 0.5, second: false, shown: [null, null] };
@@ -59,17 +32,33 @@ async function radiance(index) {
   return decoded.get(index);
 }
 
+const encode = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
+
+/** The product of a matrix, by rows, and a vector. */
+const times = (m, [a, b, c]) => m.map((row) => row[0] * a + row[1] * b + row[2] * c);
+
+/** AgX as `fogbow render` shows it, from linear radiance to linear display light. */
+function agx(rgb) {
+  const { to_log, range, sigmoid, outset, to_display } = VIEW.agx;
+  const curved = times(to_log, rgb).map((v) => {
+    const log = (Math.log2(Math.max(v, 1e-10)) - range[0]) / (range[1] - range[0]);
+    const at = Math.min(1, Math.max(0, log));
+    return sigmoid.reduce((sum, coefficient) => sum * at + coefficient, 0);
+  });
+  return times(to_display, times(outset, curved).map((v) => Math.max(0, v) ** 2.2));
+}
+
 function developed(view, values) {
   const scale = 2 ** Number($("exposure").value);
   const colours = $("false").checked;
   const image = new ImageData(view.width, view.height);
-  const encode = (v) => (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055);
   for (let pixel = 0; pixel < view.width * view.height; pixel++) {
     const rgb = [0, 1, 2].map((c) => scale * values[3 * pixel + c]);
     const luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
     const shown = colours
       ? PALETTE[Math.round(255 * Math.min(1, luminance))]
-      : rgb.map((v) => 255 * encode(Math.min(1, v)));
+      : (VIEW.transform === "agx" ? agx(rgb) : rgb)
+        .map((v) => 255 * encode(Math.min(1, Math.max(0, v))));
     for (let c = 0; c < 3; c++) image.data[4 * pixel + c] = Math.round(shown[c]);
     image.data[4 * pixel + 3] = 255;
   }
@@ -83,7 +72,7 @@ const mode = () => document.querySelector("input[name=mode]:checked").value;
 function draw() {
   canvas.width = canvas.clientWidth;
   canvas.height = canvas.clientHeight;
-  context.imageSmoothingEnabled = false;
+  context.imageSmoothingEnabled = state.zoom < 1;
   const whole = (surface, left, right) => {
     if (!surface) return;
     context.save();
@@ -104,21 +93,23 @@ function draw() {
     context.fillStyle = "#fff";
     context.fillRect(edge, 0, 1, canvas.height);
   }
+  $("edge").value = String(state.edge);
+  $("edge").disabled = mode() === "flip";
   const names = ["a", "b"].map((id) => VIEWS[$(id).value].name);
-  context.font = "14px sans-serif";
-  const label = (text, x, align) => {
+  context.font = "600 14px system-ui, sans-serif";
+  const label = (text, x, y, align) => {
     context.textAlign = align;
     context.fillStyle = "#fff";
     context.strokeStyle = "#000";
     context.lineWidth = 3;
-    context.strokeText(text, x, 20);
-    context.fillText(text, x, 20);
+    context.strokeText(text, x, y);
+    context.fillText(text, x, y);
   };
   if (mode() === "flip") {
-    label(names[state.second ? 1 : 0], 10, "left");
+    label(`${state.second ? "B" : "A"}: ${names[state.second ? 1 : 0]}`, 12, 24, "left");
   } else {
-    label(`A: ${names[0]}`, 10, "left");
-    label(`B: ${names[1]}`, canvas.width - 10, "right");
+    label(`A: ${names[0]}`, 12, 24, "left");
+    label(`B: ${names[1]}`, canvas.width - 12, canvas.width < 500 ? canvas.height - 12 : 24, "right");
   }
 }
 
@@ -144,6 +135,14 @@ function flip() {
   draw();
 }
 
+/** Zooms by `factor` about a place of the canvas. */
+function zoom(factor, [x, y]) {
+  state.x = x - (x - state.x) * factor;
+  state.y = y - (y - state.y) * factor;
+  state.zoom *= factor;
+  draw();
+}
+
 async function readout(event) {
   const place = [(event.offsetX - state.x) / state.zoom, (event.offsetY - state.y) / state.zoom];
   const [x, y] = place.map(Math.floor);
@@ -161,10 +160,16 @@ for (const id of ["a", "b"]) {
   VIEWS.forEach((view, index) => $(id).add(new Option(view.name, index)));
   $(id).addEventListener("change", develop);
 }
-const first = VIEWS.findIndex((view) => view.name.startsWith("xs"));
-$("b").value = String(first < 0 ? VIEWS.length - 1 : first);
+const viewOf = (name) => VIEWS.findIndex((view) => view.name.startsWith(`${name}, `));
+$("a").value = String(Math.max(0, viewOf("gold")));
+const rival = viewOf(PLOTS.core[0]);
+$("b").value = String(rival < 0 ? VIEWS.length - 1 : rival);
 $("exposure").addEventListener("input", develop);
 $("false").addEventListener("change", develop);
+$("edge").addEventListener("input", () => {
+  state.edge = Number($("edge").value);
+  draw();
+});
 $("flip").addEventListener("click", () => {
   document.querySelector("input[value=flip]").checked = true;
   flip();
@@ -172,10 +177,17 @@ $("flip").addEventListener("click", () => {
 $("reset").addEventListener("click", reset);
 document.querySelectorAll("input[name=mode]").forEach((radio) => radio.addEventListener("change", draw));
 canvas.addEventListener("keydown", (event) => {
-  if (event.key === " ") {
-    event.preventDefault();
-    flip();
-  }
+  const middle = [canvas.clientWidth / 2, canvas.clientHeight / 2];
+  const keys = {
+    " ": () => (mode() === "flip" ? flip() : $("flip").click()),
+    ArrowLeft: () => { state.edge = Math.max(0, state.edge - 0.02); draw(); },
+    ArrowRight: () => { state.edge = Math.min(1, state.edge + 0.02); draw(); },
+    "+": () => zoom(1.25, middle),
+    "-": () => zoom(0.8, middle),
+  };
+  if (!keys[event.key] || event.ctrlKey || event.metaKey) return;
+  event.preventDefault();
+  keys[event.key]();
 });
 let grip = null;
 canvas.addEventListener("pointerdown", (event) => {
@@ -183,12 +195,12 @@ canvas.addEventListener("pointerdown", (event) => {
   canvas.setPointerCapture(event.pointerId);
 });
 canvas.addEventListener("pointermove", (event) => {
-  if (grip) {
+  if (grip && event.pointerType === "mouse") {
     state.x += event.offsetX - grip.x;
     state.y += event.offsetY - grip.y;
     grip = { x: event.offsetX, y: event.offsetY, moved: true };
   } else {
-    state.edge = event.offsetX / canvas.clientWidth;
+    state.edge = Math.min(1, Math.max(0, event.offsetX / canvas.clientWidth));
   }
   readout(event);
   draw();
@@ -198,12 +210,9 @@ canvas.addEventListener("pointerup", () => {
   grip = null;
 });
 canvas.addEventListener("wheel", (event) => {
+  if (!event.ctrlKey) return; // the page scrolls
   event.preventDefault();
-  const factor = 2 ** (-event.deltaY / 400);
-  state.x = event.offsetX - (event.offsetX - state.x) * factor;
-  state.y = event.offsetY - (event.offsetY - state.y) * factor;
-  state.zoom *= factor;
-  draw();
+  zoom(2 ** (-event.deltaY / 400), [event.offsetX, event.offsetY]);
 }, { passive: false });
-addEventListener("resize", draw);
+addEventListener("resize", reset);
 develop().then(reset);
