@@ -1,4 +1,5 @@
-//! The page of a run: the matrix as heat maps, the sweeps as plots, the cases as tables.
+//! The page of a run: every case on one axis with its bound, failures first; the matrix as heat maps,
+//! the sweeps as plots.
 
 mod plot;
 
@@ -7,10 +8,18 @@ use minijinja::{AutoEscape, Environment, context};
 use serde::Serialize;
 
 use super::case::{Group, Outcome};
-use crate::image::viridis;
 
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
+
+/// Where the axis of shares ends; what lies beyond is drawn there.
+const AXIS: f64 = 1.25;
+
+/// From exact to the bound: hues that colour-blind eyes tell apart, dark ones for marks.
+const MARKS: [[f64; 3]; 3] = [[0.0, 150.0, 110.0], [200.0, 160.0, 0.0], [213.0, 80.0, 0.0]];
+
+/// The same as backgrounds of dark text.
+const FILLS: [[f64; 3]; 3] = [[178.0, 226.0, 207.0], [243.0, 229.0, 158.0], [244.0, 176.0, 132.0]];
 
 /// A page that needs nothing but itself. `command` is what made it, and with `--case NAME` makes
 /// one case again.
@@ -20,8 +29,17 @@ const STYLE: &str = include_str!("page.css");
 pub fn page(outcomes: &[Outcome], command: &str) -> Result<String, Box<dyn std::error::Error>> {
     let curves = || outcomes.iter().flat_map(|outcome| &outcome.findings.curves);
     let plots: Vec<plot::Plot> = curves().map(plot::plot).collect::<Result<_, _>>()?;
-    let groups = Group::ALL.map(|group| group_of(outcomes, group, command));
-    let groups: Vec<_> = groups.into_iter().filter(|group| !group.cases.is_empty()).collect();
+    let rows = |which: &dyn Fn(&Outcome) -> bool| rows_of(outcomes, which, command);
+    let of_groups = Group::ALL.map(|group| GroupTable {
+        title: group.title(),
+        cases: rows(&|outcome| outcome.group == group),
+    });
+    let groups: Vec<_> = of_groups.into_iter().filter(|group| !group.cases.is_empty()).collect();
+    let lanes = Group::ALL.map(|group| Lane {
+        title: group.title(),
+        dots: dots(outcomes.iter().filter(|outcome| outcome.group == group)),
+    });
+    let lanes: Vec<_> = lanes.into_iter().filter(|lane| !lane.dots.is_empty()).collect();
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.add_template("page", PAGE)?;
@@ -30,7 +48,8 @@ pub fn page(outcomes: &[Outcome], command: &str) -> Result<String, Box<dyn std::
         version => env!("CARGO_PKG_VERSION"),
         command => command,
         count => outcomes.len(),
-        failed => outcomes.iter().filter(|outcome| !outcome.holds()).count(),
+        failures => Value::from(Serde(&rows(&|outcome| !outcome.holds()))),
+        lanes => Value::from(Serde(&lanes)),
         planes => Value::from(Serde(&planes(outcomes))),
         plots => Value::from(Serde(&plots)),
         groups => Value::from(Serde(&groups)),
@@ -58,7 +77,6 @@ struct HeatCell {
     strain: String,
     title: String,
     color: String,
-    ink: &'static str,
     fails: bool,
 }
 
@@ -95,16 +113,61 @@ fn position<T>(all: &mut Vec<T>, is: impl Fn(&T) -> bool, new: impl FnOnce() -> 
 impl HeatCell {
     fn of(outcome: &Outcome) -> Self {
         let strain = outcome.strain();
-        // From light, in the middle of the bounds, to dark at their ends.
-        let [r, g, b] = viridis(1.0 - strain.min(1.0));
         Self {
             strain: format!("{strain:.2}"),
             title: format!("{}: {}", outcome.name, outcome.worst_in_words()),
-            color: format!("#{r:02x}{g:02x}{b:02x}"),
-            ink: if strain > 0.5 { "#fff" } else { "#000" },
+            color: color(FILLS, strain),
             fails: !outcome.holds(),
         }
     }
+}
+
+/// The colour of a strain: the first of a ramp at 0, the last at the bound.
+fn color(ramp: [[f64; 3]; 3], strain: f64) -> String {
+    let at = 2.0 * strain.clamp(0.0, 1.0);
+    let below = (at as usize).min(1);
+    let share = at - below as f64;
+    let channel = |c: usize| ramp[below][c] + share * (ramp[below + 1][c] - ramp[below][c]);
+    let [r, g, b] = [0, 1, 2].map(|c| channel(c).round() as u8);
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+/// Where a strain lies on the axis, in percent of its length.
+fn place(strain: f64) -> f64 {
+    100.0 * strain.min(AXIS) / AXIS
+}
+
+/// The cases of a group on the axis of all.
+#[derive(Debug, Serialize)]
+struct Lane {
+    title: &'static str,
+    dots: Vec<Dot>,
+}
+
+#[derive(Debug, Serialize)]
+struct Dot {
+    /// Places in percent of the lane.
+    left: String,
+    top: String,
+    title: String,
+    color: String,
+    fails: bool,
+}
+
+/// Cases as dots, spread over the height of the lane by the golden ratio, so that neighbours are
+/// apart.
+fn dots<'a>(outcomes: impl Iterator<Item = &'a Outcome>) -> Vec<Dot> {
+    let dot = |(index, outcome): (usize, &Outcome)| {
+        let strain = outcome.strain();
+        Dot {
+            left: format!("{:.2}", place(strain)),
+            top: format!("{:.1}", 12.0 + 76.0 * (0.5 + index as f64 * 0.618_034).fract()),
+            title: format!("{}: {strain:.3}", outcome.name),
+            color: color(MARKS, strain),
+            fails: !outcome.holds(),
+        }
+    };
+    outcomes.enumerate().map(dot).collect()
 }
 
 /// The cases of a group.
@@ -121,20 +184,57 @@ struct CaseRow {
     reason: &'static str,
     worst: String,
     strain: String,
+    /// The length of its bar, in percent of the axis.
+    width: String,
+    color: String,
     fails: bool,
     again: String,
 }
 
-fn group_of(outcomes: &[Outcome], group: Group, command: &str) -> GroupTable {
-    let row = |outcome: &Outcome| CaseRow {
-        name: outcome.name.clone(),
-        source: outcome.source,
-        reason: outcome.reason,
-        worst: outcome.worst_in_words(),
-        strain: format!("{:.3}", outcome.strain()),
-        fails: !outcome.holds(),
-        again: format!("{command} --case '{}'", outcome.name),
+/// The cases for which `which` holds: failures first, then what is nearest to its bound.
+fn rows_of(outcomes: &[Outcome], which: impl Fn(&Outcome) -> bool, command: &str) -> Vec<CaseRow> {
+    let mut chosen: Vec<&Outcome> = outcomes.iter().filter(|outcome| which(outcome)).collect();
+    chosen.sort_by(|a, b| b.strain().total_cmp(&a.strain()));
+    let row = |outcome: &&Outcome| {
+        let strain = outcome.strain();
+        CaseRow {
+            name: outcome.name.clone(),
+            source: outcome.source,
+            reason: outcome.reason,
+            worst: outcome.worst_in_words(),
+            strain: if strain.is_finite() { format!("{strain:.3}") } else { "∞".into() },
+            width: format!("{:.2}", place(strain)),
+            color: color(MARKS, strain),
+            fails: !outcome.holds(),
+            again: format!("{command} --case '{}'", outcome.name),
+        }
     };
-    let cases = outcomes.iter().filter(|outcome| outcome.group == group).map(row).collect();
-    GroupTable { title: group.title(), cases }
+    chosen.iter().map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Case, Check, Parts, run};
+    use super::*;
+
+    #[test]
+    fn failures_come_first_and_lie_beyond_the_mark() {
+        let words = ["nothing", "nothing"];
+        let case = |name: &'static str, found: f64| {
+            Case::new(Group::Matrix, name, words, move |_: &Parts| {
+                Ok(vec![Check::at_most("number", found, 1.0)])
+            })
+        };
+        let cases = [case("exact", 0.0), case("wrong", 7.0), case("near", 0.9)];
+        let outcomes = run(&cases, &Parts::fogbow(), |_| ());
+        let rows = rows_of(&outcomes, |_| true, "fogbow verify");
+        let names: Vec<&str> = rows.iter().map(|row| row.name.as_str()).collect();
+        assert_eq!(names, ["wrong", "near", "exact"]);
+        assert_eq!((place(7.0), place(1.0), place(0.0)), (100.0, 80.0, 0.0));
+        assert_eq!(color(MARKS, 0.0), "#00966e");
+        assert_eq!(color(MARKS, f64::INFINITY), "#d55000");
+        let html = page(&outcomes, "fogbow verify").unwrap();
+        assert!(html.contains("1 failed of 3"), "{html}");
+        assert_eq!(html.matches("<details class=\"case bad\" open>").count(), 2);
+    }
 }
