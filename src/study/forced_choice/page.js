@@ -209,10 +209,14 @@ $("a").addEventListener("click", () => choose(0));
 $("b").addEventListener("click", () => choose(1));
 $("next").addEventListener("click", next);
 $("again").addEventListener("click", welcome);
+const CHOICES = { 1: 0, 2: 1, ArrowLeft: 0, ArrowRight: 1 };
 addEventListener("keydown", (event) => {
-  if (document.body.dataset.state === "question" && (event.key === "1" || event.key === "2")) {
-    choose(Number(event.key) - 1);
-  } else if (document.body.dataset.state === "pause" && event.key === " ") {
+  const { state } = document.body.dataset;
+  if (event.repeat || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (state === "question" && event.key in CHOICES) {
+    event.preventDefault();
+    choose(CHOICES[event.key]);
+  } else if (state === "pause" && (event.key === " " || event.key === "ArrowRight")) {
     event.preventDefault();
     next();
   }
