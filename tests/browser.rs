@@ -5,12 +5,19 @@
 
 #[path = "common/chromium.rs"]
 mod chromium;
+#[path = "common/page.rs"]
+mod page;
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use chromium::Browser;
+use fogbow::image::{View, ViewTransform};
+use fogbow::math::Rgb;
+use fogbow::verify::{
+    Case, Check, Effort, Group, Parts, cases, page as verify_page, run as run_cases,
+};
 use serde_json::{Value, json};
 
 /// Pictures of the pages, to be looked at.
@@ -63,7 +70,7 @@ fn shown(browser: &mut Browser) -> Value {
 
 #[test]
 fn the_report_of_a_study_works() {
-    let Some(mut browser) = Browser::start(1280, 900) else { return };
+    let Some(mut browser) = Browser::start(1400, 900) else { return };
     let folder = tempfile::tempdir().unwrap();
     let candidates = "fixed,photons,x-transmittance,xs-scattering";
     run(
@@ -76,8 +83,14 @@ fn the_report_of_a_study_works() {
         .concat(),
     );
     let page = address(&folder.path().join("out/report.html"));
+    let drawn = "state.shown.every(Boolean)";
+    page::check(&mut browser, &page, drawn, "report", shot);
+    browser.prefer("light");
+    browser.resize(1400, 900);
     browser.open(&page);
-    browser.wait_for("state.shown.every(Boolean)");
+    browser.wait_for(drawn);
+    assert_answered_at_once(&mut browser);
+    assert_shown_as_film(&mut browser);
 
     // Sorting: up by the first click on a heading, down by the second.
     for (heading, index) in [(3, 2), (5, 4)] {
@@ -102,6 +115,7 @@ fn the_report_of_a_study_works() {
 
     // Zooming: what is under the pointer stays there.
     let under = "[(420 - state.x) / state.zoom, (300 - state.y) / state.zoom]";
+    browser.place("#canvas");
     let corner = browser.evaluate("(r => [r.x, r.y])(canvas.getBoundingClientRect())");
     let at = [0, 1].map(|i| corner[i].as_f64().unwrap() + [420.0, 300.0][i]);
     let before = (browser.evaluate("state.zoom"), browser.evaluate(under));
@@ -142,9 +156,17 @@ fn the_report_of_a_study_works() {
     browser.click("#canvas");
     assert_eq!(shown(&mut browser), second, "a click on the picture flips");
 
-    browser.screenshot(&shot("report"), true);
+    // By keyboard: the edge by the arrows, pictures by the space bar.
+    browser.evaluate("document.querySelector('input[value=slide]').click(); canvas.focus(); 0");
+    let edge = browser.evaluate("state.edge").as_f64().unwrap();
+    browser.press("ArrowLeft");
+    let moved = browser.evaluate("state.edge").as_f64().unwrap();
+    assert!((edge - moved - 0.02).abs() < 1e-9, "{edge} {moved}");
+    browser.press(" ");
+    assert_eq!(browser.evaluate("mode()"), json!("flip"));
+
+    browser.click("#all");
     for (name, selector) in [
-        ("plot", "figure svg"),
         ("table", "#candidates tbody tr:nth-child(6)"),
         ("ablation", "#ablation"),
         ("cards", ".panels"),
@@ -153,6 +175,108 @@ fn the_report_of_a_study_works() {
         browser.screenshot(&shot(&format!("report-{name}")), false);
     }
     assert_content(&browser, &page);
+}
+
+/// The box of what `selector` finds: left, top, right, bottom.
+fn bounds(browser: &mut Browser, selector: &str) -> [f64; 4] {
+    let script = format!(
+        "(r => [r.left, r.top, r.right, r.bottom])(document.querySelector({selector:?}).getBoundingClientRect())"
+    );
+    let told = browser.evaluate(&script);
+    [0, 1, 2, 3].map(|i| told[i].as_f64().unwrap())
+}
+
+/// Sentence, numbers and plot are on the first screen, the legend is beside the plot, and no more
+/// than seven hues are drawn.
+fn assert_answered_at_once(browser: &mut Browser) {
+    for selector in ["#sentence", "#numbers", "#plot #data", "#plot svg", "#legend"] {
+        let [left, top, right, bottom] = bounds(browser, selector);
+        assert!(
+            left >= 0.0 && top >= 0.0 && right <= 1400.0 && bottom <= 900.0,
+            "{selector}: {bottom}"
+        );
+        assert!(right > left && bottom > top, "{selector} is not seen");
+    }
+    let sentence = browser.evaluate("$('sentence').textContent");
+    assert!(sentence.as_str().unwrap().contains("xs-scattering"), "{sentence}");
+    for (width, height) in page::SIZES {
+        browser.resize(width, height);
+        let [data, legend] = ["#plot #data", "#legend"].map(|selector| bounds(browser, selector));
+        let apart =
+            |low: usize, high: usize| data[high] <= legend[low] || legend[high] <= data[low];
+        assert!(apart(0, 2) || apart(1, 3), "the legend lies over the data at {width}");
+    }
+    browser.resize(1400, 900);
+    browser.evaluate(
+        "[...Array(12).keys()].forEach((i) => choose(`other ${i}`, true)); drawPlot(); 0",
+    );
+    let hues = "new Set([...hueOf.values()]).size";
+    assert_eq!(browser.evaluate(hues), json!(7));
+    let drawn = "new Set([...document.querySelectorAll('#plot .chosen')].map((g) => getComputedStyle(g).stroke)).size";
+    assert!(browser.evaluate(drawn).as_u64().unwrap() <= 8, "seven hues, and ink for gold");
+}
+
+/// The viewer's AgX is the one that `fogbow render` shows pictures with.
+fn assert_shown_as_film(browser: &mut Browser) {
+    assert_eq!(browser.evaluate("VIEW.transform"), json!("agx"));
+    let view = View { exposure: 0.0, transform: ViewTransform::Agx };
+    for radiance in [[0.18, 0.18, 0.18], [4.0, 0.1, 0.02], [0.001, 0.3, 2.0], [60.0, 50.0, 0.0]] {
+        let script =
+            format!("agx({radiance:?}).map((v) => 255 * encode(Math.min(1, Math.max(0, v))))");
+        let told = browser.evaluate(&script);
+        let expected = view.develop(Rgb::from_array(radiance));
+        for c in 0..3 {
+            let off = told[c].as_f64().unwrap() - f64::from(expected[c]);
+            assert!(off.abs() <= 0.51, "{radiance:?}: {told} of {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn the_page_of_verify_works() {
+    let Some(mut browser) = Browser::start(1400, 900) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    // Of every group, and two that fail.
+    let words = ["made for this test", "nothing"];
+    let wrong = |name: &str, found: f64| {
+        Case::new(Group::Matrix, name, words, move |_: &Parts| {
+            Ok(vec![Check::at_most("number", found, 1.0)])
+        })
+    };
+    let chosen = ["beer-lambert", "phase", "stiff", "matrix/lamps"];
+    let mut all = cases(Effort::Quick);
+    all.retain(|case| chosen.iter().any(|prefix| case.name.starts_with(prefix)));
+    all.push(wrong("made/off", 1.4));
+    all.push(wrong("made/far-off", f64::INFINITY).at("made", "row".into(), "column".into()));
+    let outcomes = run_cases(&all, &Parts::fogbow(), |_| ());
+    let path = folder.path().join("verify.html");
+    std::fs::write(&path, verify_page(&outcomes, "fogbow verify --quick").unwrap()).unwrap();
+    let url = address(&path);
+    page::check(&mut browser, &url, "true", "verify", shot);
+
+    browser.resize(1400, 900);
+    browser.open(&url);
+    let first = browser.evaluate(
+        "[...document.querySelectorAll('.case')].slice(0, 3).map((c) => c.className + c.open)",
+    );
+    assert_eq!(first, json!(["case badtrue", "case badtrue", "casefalse"]), "failures first");
+    // The pass mark: what holds ends before it, what fails beyond.
+    let beyond = browser.evaluate(
+        "[...document.querySelectorAll('.case')].every((c) => {
+           const track = c.querySelector('.track').getBoundingClientRect();
+           const bar = c.querySelector('.track i').getBoundingClientRect();
+           const share = (bar.right - track.left) / track.width;
+           return c.classList.contains('bad') ? share > 0.8 : share < 0.81; })",
+    );
+    assert_eq!(beyond, json!(true));
+    let mark =
+        browser.evaluate("getComputedStyle(document.querySelector('.track'), '::after').left");
+    assert_ne!(mark, json!("auto"), "the mark is drawn");
+    for selector in ["#sentence", "#strip"] {
+        let [_, top, _, bottom] = bounds(&mut browser, selector);
+        assert!(top >= 0.0 && bottom <= 900.0, "{selector}: {top} to {bottom}");
+    }
+    assert_content(&browser, &url);
 }
 
 /// A running `fogbow trial --serve`, ended with the test.
@@ -224,7 +348,13 @@ fn session(browser: &mut Browser, condition: &str, who: &str) {
         browser.pass(1500); // thinking
         let right = "CONDITIONS[session.condition].sides.indexOf(session.trial.gold)";
         let chosen = browser.evaluate(&format!("({right} + {scene}) % 2"));
-        browser.click(if chosen == json!(0) { "#a" } else { "#b" });
+        // The first by a click, the second by its key.
+        match (scene, chosen == json!(0)) {
+            (0, true) => browser.click("#a"),
+            (0, false) => browser.click("#b"),
+            (_, true) => browser.press("ArrowLeft"),
+            (_, false) => browser.press("2"),
+        }
         browser.pass(100);
         let next = if scene == 0 { "pause" } else { "done" };
         browser.wait_for(&format!("{STATE} === '{next}'"));
@@ -268,6 +398,28 @@ fn a_trial_runs_through_to_its_answers() {
     // As a file: the answers are offered for download.
     let page = address(&folder.path().join("out/trial.html"));
     let mut browser = Browser::start(1280, 900).unwrap();
+    page::check(&mut browser, &page, &format!("{STATE} === 'start'"), "trial", shot);
+    let grey = "getComputedStyle(document.documentElement).backgroundColor";
+    assert_eq!(
+        browser.evaluate(grey),
+        json!("rgb(128, 128, 128)"),
+        "neutral in the dark scheme too"
+    );
+    assert!(
+        browser.evaluate("document.body.innerText").as_str().unwrap().contains("Participant ID")
+    );
+    for state in ["question", "pause", "done"] {
+        browser.evaluate(&format!(
+            "session = {{ condition: 'successive', answers: [], trial: {{}} }}; ask(); turnTo('{state}'); 0"
+        ));
+        for (width, height) in page::SIZES {
+            browser.resize(width, height);
+            browser.screenshot(&shot(&format!("trial-{state}-{width}")), false);
+            page::assert_fits(&mut browser, state);
+            page::assert_legible(&mut browser, state);
+        }
+    }
+    browser.resize(1280, 900);
     browser.open(&page);
     session(&mut browser, "successive", "a, \"b\"");
     let text = browser.evaluate("fetch($('download').href).then(reply => reply.text())");

@@ -84,11 +84,39 @@ impl Browser {
         for domain in ["Page", "Runtime", "Log", "Network"] {
             browser.ask(&format!("{domain}.enable"), json!({}));
         }
+        browser.resize(width, height);
+        Some(browser)
+    }
+
+    /// Makes the window this large.
+    pub fn resize(&mut self, width: u32, height: u32) {
         let size = json!({
             "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false
         });
-        browser.ask("Emulation.setDeviceMetricsOverride", size);
-        Some(browser)
+        self.ask("Emulation.setDeviceMetricsOverride", size);
+    }
+
+    /// Prefers the `light` or the `dark` scheme of colours.
+    pub fn prefer(&mut self, scheme: &str) {
+        let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
+        self.ask("Emulation.setEmulatedMedia", json!({ "features": features }));
+    }
+
+    /// Presses and releases a key by its name in the DOM.
+    pub fn press(&mut self, key: &str) {
+        let code = match key {
+            "Tab" => 9,
+            "ArrowLeft" => 37,
+            "ArrowRight" => 39,
+            _ => u32::from(key.bytes().next().unwrap_or_default()),
+        };
+        let mut event = json!({ "type": "keyDown", "key": key, "windowsVirtualKeyCode": code });
+        if key.len() == 1 {
+            event["text"] = json!(key);
+        }
+        self.ask("Input.dispatchKeyEvent", event.clone());
+        event["type"] = json!("keyUp");
+        self.ask("Input.dispatchKeyEvent", event);
     }
 
     /// Loads `url` and waits until it is.
@@ -156,9 +184,11 @@ impl Browser {
         self.ask("Input.dispatchMouseEvent", event);
     }
 
-    /// Turns the wheel at a place of the window.
+    /// Turns the wheel at a place of the window, with the Ctrl key down.
     pub fn wheel(&mut self, [x, y]: [f64; 2], down: f64) {
-        let event = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down });
+        let event = json!({
+            "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": down, "modifiers": 2
+        });
         self.ask("Input.dispatchMouseEvent", event);
     }
 
