@@ -5,7 +5,7 @@
 
 use super::candidate::GOLD;
 use super::curve::{Curve, Reach};
-use super::plan::REFERENCE;
+use super::job::REFERENCE;
 use super::request::Metric;
 use super::results::{Answer, CurveResult, PointResult, TrialResult};
 use super::statistics::{Interval, slope};

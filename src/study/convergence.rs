@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::answer::Question;
 use super::candidate::{GOLD, PHOTONS};
-use super::plan::REFERENCE;
+use super::job::REFERENCE;
 use super::request::Metric;
 use super::results::{PointResult, TrialResult};
 use super::split::Split;

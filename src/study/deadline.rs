@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::plan::Job;
+use super::job::Job;
 
 /// The share of the time that is kept for what cannot be foreseen.
 const SLACK: f64 = 0.02;
@@ -70,7 +70,8 @@ fn kind(job: &Job) -> Kind {
 
 #[cfg(test)]
 mod tests {
-    use super::super::plan::{Basis, Costs, Plan, estimated};
+    use super::super::job::{Costs, estimated};
+    use super::super::plan::{Basis, Plan};
     use super::super::request::Request;
     use super::*;
     use crate::scene::RenderSettings;
@@ -91,7 +92,7 @@ mod tests {
         for job in &jobs {
             let estimate = deadline.expected(job, estimated(job, &gold, &costs));
             let left = deadline.left(elapsed, done.len());
-            if job.is_optional(&plan) && !deadline.admits(job, estimate, left) {
+            if plan.is_optional(job) && !deadline.admits(job, estimate, left) {
                 continue;
             }
             let takes = factor * estimated(job, &gold, &costs);

@@ -146,3 +146,113 @@ fn settling(
     let seconds = seeds.map(|seeds| OVERHEAD * round * f64::from(seeds.saturating_sub(now)));
     Some(Settling { seeds, seconds })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::super::candidate::Settings;
+    use super::super::job::REFERENCE;
+    use super::super::metric::{Errors, Options, compare};
+    use super::super::request::Metric;
+    use super::super::results::{Answer, Measured};
+    use super::super::trial::Trial;
+    use super::*;
+    use crate::image::Image;
+    use crate::scene::RenderSettings;
+
+    fn errors(relative_mse: f64) -> Errors {
+        let grey = Image::new(1, 1, vec![[0.5; 3]]);
+        let same = compare(&grey, &grey, &Options::default()).unwrap().errors;
+        Errors { relative_mse: Some(relative_mse), ..same }
+    }
+
+    /// A candidate with these run times and errors by round.
+    fn point(candidate: &str, rounds: &[(f64, f64)]) -> PointResult {
+        let trial = |(round, (seconds, error)): (u32, &(f64, f64))| TrialResult {
+            trial: Trial {
+                candidate: candidate.into(),
+                point: 0,
+                round,
+                finest_step: false,
+                seed: 0,
+                seconds: *seconds,
+                stages: Vec::new(),
+                radius: None,
+                work: serde_json::Map::new(),
+                exr: String::new(),
+            },
+            errors: BTreeMap::from([(REFERENCE.into(), errors(*error))]),
+        };
+        let of = |value: fn(&(f64, f64)) -> f64| {
+            Interval::of(&rounds.iter().map(value).collect::<Vec<_>>()).unwrap()
+        };
+        let measured = Measured { error: of(|round| round.1), trusted: true };
+        PointResult {
+            candidate: candidate.into(),
+            about: String::new(),
+            label: "8 rays".into(),
+            settings: Settings::from(&RenderSettings::default()),
+            trials: (0..).zip(rounds).map(trial).collect(),
+            finest_step: Vec::new(),
+            seconds: of(|round| round.0),
+            errors: BTreeMap::from([(REFERENCE.into(), measured)]),
+            speed_up: None,
+            gain_at_equal_error: Answer::None(String::new()),
+            gain_at_equal_time: Answer::None(String::new()),
+            mse_split: None,
+            relative_mse_split: None,
+        }
+    }
+
+    fn told(directed: &[(f64, f64)]) -> Headline {
+        let target = Target {
+            name: REFERENCE.into(),
+            renders: 2,
+            rays: 64,
+            seconds: 9.0,
+            own: errors(0.0),
+            exr: String::new(),
+        };
+        let question = Question { target: &target, metric: Metric::RelativeMse };
+        // Errors as 0.4 over time.
+        let points = [
+            point(GOLD, &[(4.0, 0.1), (4.1, 0.098), (3.9, 0.102)]),
+            point(UNIFORM, &[(1.0, 0.4), (1.02, 0.39), (0.98, 0.41)]),
+            point("xs-scattering", directed),
+        ];
+        headline(&points, question).unwrap()
+    }
+
+    #[test]
+    fn a_made_study_is_answered() {
+        let headline = told(&[(2.0, 0.1), (2.04, 0.098), (1.96, 0.102)]);
+        assert_eq!(headline.time_saved.outcome, Outcome::Above);
+        assert_eq!(headline.error_gain.outcome, Outcome::Above);
+        assert_eq!(headline.error_cost.outcome, Outcome::Equal);
+        let ratio = |contrast: &Contrast| contrast.ratio.as_ref().unwrap().estimate;
+        assert!((ratio(&headline.time_saved) - 2.0).abs() < 0.02);
+        assert!((ratio(&headline.error_gain) - 2.0).abs() < 0.02, "{headline:?}");
+        assert_eq!(headline.settling, None);
+    }
+
+    #[test]
+    fn what_is_open_says_what_would_settle_it() {
+        let headline = told(&[(2.0, 0.1), (2.04, 0.3), (1.96, 0.2)]);
+        assert_eq!(headline.error_gain.outcome, Outcome::Open);
+        let settling = headline.settling.unwrap();
+        let seeds = seeds_to_settle(headline.error_gain.ratio.as_ref().unwrap()).unwrap();
+        assert_eq!(settling.seeds, Some(seeds));
+        // A round takes 4, 1 and 2 seconds.
+        let seconds = OVERHEAD * 7.0 * f64::from(seeds - 3);
+        assert!((settling.seconds.unwrap() / seconds - 1.0).abs() < 0.01, "{settling:?}");
+    }
+
+    #[test]
+    fn slower_than_gold_uniform_sampling_is_favoured() {
+        // At twice gold's time uniform sampling would have half its error.
+        let headline = told(&[(8.0, 0.05), (8.2, 0.049), (7.8, 0.051)]);
+        assert_eq!(headline.time_saved.outcome, Outcome::Below);
+        assert_eq!(headline.error_gain.outcome, Outcome::Equal, "{:?}", headline.error_gain);
+    }
+}

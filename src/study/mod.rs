@@ -60,6 +60,7 @@ mod figure;
 pub mod forced_choice;
 mod headline;
 mod html;
+mod job;
 mod machine;
 pub mod metric;
 mod plan;

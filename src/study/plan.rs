@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::answer::UNIFORM;
 use super::candidate::{CANDIDATES, Candidate, GOLD, at_finest_step, subject};
 use super::contrast::FEWEST_SEEDS;
+use super::job::{
+    Costs, Job, LEAST_GOLDS, REFERENCE, Role, estimated, gold_job, reference_jobs, seeded,
+};
 use super::request::Request;
 use crate::scene::RenderSettings;
-
-/// The name of the unbiased reference among trials.
-pub(super) const REFERENCE: &str = "reference";
 
 /// Rounds in which the step error is measured. The difference of two pictures from the same seed
 /// has little noise, so that few tell.
@@ -19,9 +19,6 @@ const STEP_ROUNDS: u32 = 2;
 
 /// Budgets that are kept as long as can be: the uniform curve wants two below the ceiling.
 const LEAST_BUDGETS: usize = 3;
-
-/// Gold standards that tell how far they can be trusted.
-const LEAST_GOLDS: u32 = 2;
 
 /// Candidates in the order in which they are left out where time is short.
 const FIRST_LEFT_OUT: [&str; 12] = [
@@ -64,45 +61,6 @@ pub(super) struct Basis<'a> {
     pub(super) gold: &'a RenderSettings,
     /// Whether there is any grid: without one a march step makes no error.
     pub(super) has_grids: bool,
-}
-
-/// What single renders take, in seconds, as measured.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Costs {
-    /// The gold standard.
-    pub(super) gold: f64,
-    /// The same with one ray a pixel.
-    pub(super) least: f64,
-    /// The reference with one ray a pixel.
-    pub(super) reference: f64,
-    /// Comparing two pictures.
-    pub(super) comparing: f64,
-}
-
-/// One picture to be rendered.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Job {
-    /// The candidate's name, [`GOLD`] or [`REFERENCE`].
-    pub(super) candidate: &'static str,
-    /// Which of its points.
-    pub(super) point: usize,
-    /// Which of the seeds.
-    pub(super) round: u32,
-    /// Whether it is the point with the finest march step instead of its own.
-    pub(super) finest_step: bool,
-    /// How it is rendered, with the seed.
-    pub(super) settings: RenderSettings,
-}
-
-impl Job {
-    /// Whether a study of `plan` that is out of time can do without.
-    pub(super) fn is_optional(&self, plan: &Plan) -> bool {
-        match self.candidate {
-            REFERENCE => false,
-            GOLD => self.round >= LEAST_GOLDS,
-            name => self.round > 0 || !plan.is_core(name),
-        }
-    }
 }
 
 impl Plan {
@@ -181,6 +139,15 @@ impl Plan {
         !self.fewer.contains_key(candidate)
     }
 
+    /// Whether a study that is out of time can do without `job`.
+    pub(super) fn is_optional(&self, job: &Job) -> bool {
+        match job.candidate {
+            REFERENCE => false,
+            GOLD => job.round >= LEAST_GOLDS,
+            name => job.round > 0 || !self.is_core(name),
+        }
+    }
+
     /// What is left of the plan, of whose `jobs` some are done, without the seeds that are not
     /// whole; nothing where gold standards, a reference, or the first round of the core are missing.
     pub(super) fn completed(&self, jobs: &[Job], is_done: impl Fn(&Job) -> bool) -> Option<Self> {
@@ -198,7 +165,7 @@ impl Plan {
         }
         let has_points = |name: &str| jobs.iter().any(|job| job.candidate == name);
         let lost = |name: &&str| seeds[name] == 0 && self.is_core(name) && has_points(name);
-        if self.seeds == 0 || seeds.keys().any(|name| lost(name)) {
+        if self.seeds == 0 || seeds.keys().any(lost) {
             return None;
         }
         let most = seeds.iter().filter(|(name, _)| has_points(name)).map(|(_, n)| *n).max();
@@ -284,56 +251,12 @@ impl Plan {
     }
 }
 
-/// The gold standard of a round.
-pub(super) fn gold_job(gold: &RenderSettings, round: u32) -> Job {
-    let settings = Candidate::gold(gold).points[0].settings;
-    let settings = seeded(&settings, Role::Gold, round);
-    Job { candidate: GOLD, point: 0, round, finest_step: false, settings }
-}
-
-/// The two halves of the reference.
-fn reference_jobs(basis: Basis<'_>) -> impl Iterator<Item = Job> {
-    let Basis { request, gold, .. } = basis;
-    let halves = request.reference.map(|rays| [rays.div_ceil(2); 2]);
-    (0..).zip(halves.into_iter().flatten()).map(|(round, rays)| Job {
-        candidate: REFERENCE,
-        point: 0,
-        round,
-        finest_step: false,
-        settings: seeded(&RenderSettings { rays, ..*gold }, Role::Reference, round),
-    })
-}
-
-/// Seconds that `job` takes at most: a directed picture costs no more than a fixed one with its
-/// ceiling of rays.
-pub(super) fn estimated(job: &Job, gold: &RenderSettings, costs: &Costs) -> f64 {
-    let rays = f64::from(job.settings.rays);
-    if job.candidate == REFERENCE {
-        return costs.reference * rays;
-    }
-    let per_ray = (costs.gold - costs.least).max(0.0) / f64::from(gold.rays.max(2) - 1);
-    costs.least + per_ray * (rays - 1.0)
-}
-
 /// Names, the one that is left out last first.
 fn by_importance(names: &[String]) -> impl Iterator<Item = &str> {
     let rank = |name: &str| FIRST_LEFT_OUT.iter().position(|known| *known == name);
     let mut names: Vec<&str> = names.iter().map(String::as_str).collect();
     names.sort_by_key(|name| std::cmp::Reverse(rank(name).unwrap_or(usize::MAX)));
     names.into_iter()
-}
-
-/// Whose seeds; none are shared, so that errors are independent.
-#[derive(Clone, Copy)]
-enum Role {
-    Candidate = 1,
-    Gold = 2,
-    Reference = 3,
-}
-
-fn seeded(settings: &RenderSettings, role: Role, round: u32) -> RenderSettings {
-    let offset = (role as u64) << 32 | u64::from(round);
-    RenderSettings { seed: settings.seed.wrapping_add(offset), ..*settings }
 }
 
 #[cfg(test)]

@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, GOLD};
 use super::deadline::{Deadline, PLANNED};
+use super::job::{Costs, Job, estimated, gold_job};
 use super::metric::{Options, compare};
-use super::plan::{Basis, Costs, Job, Plan, estimated, gold_job};
+use super::plan::{Basis, Plan};
 use super::request::Request;
 use super::results::Results;
 use super::store::{Header, Store};
@@ -171,7 +172,7 @@ impl<'a> Study<'a> {
             };
             let expected = deadline.expected(job, estimated(job, basis.gold, &costs));
             let left = deadline.left(elapsed(), self.store.len()) - first;
-            if job.is_optional(plan) && !deadline.admits(job, expected, left) {
+            if plan.is_optional(job) && !deadline.admits(job, expected, left) {
                 continue;
             }
             let begun = elapsed();

@@ -11,8 +11,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::candidate::Settings;
+use super::job::{Costs, Job};
 use super::machine::Machine;
-use super::plan::{Costs, Job, Plan};
+use super::plan::Plan;
 use super::request::Request;
 use super::results::SCHEMA;
 use super::trial::Trial;

@@ -67,11 +67,15 @@ impl Pictures {
         trials: &[&Trial],
         options: &Options,
     ) -> Result<(Self, Errors)> {
-        let images: Vec<Image> =
-            trials.iter().map(|t| read_exr(&folder.join(&t.exr))).collect::<Result<_>>()?;
         let half = |parity: usize| {
-            let images: Vec<&Image> = images.iter().skip(parity).step_by(2).collect();
-            mean(&images).ok_or_else(|| Error::file(folder, "has too few pictures for a target"))
+            // One after the other: there can be many, and large ones.
+            let mut sum = Sum::default();
+            for trial in trials.iter().skip(parity).step_by(2) {
+                sum.add(&read_exr(&folder.join(&trial.exr))?);
+            }
+            sum.mean().ok_or_else(|| {
+                Error::file(folder, "has too few pictures for a target, or of several sizes")
+            })
         };
         let halves = [half(0)?, half(1)?];
         let whole = mean(&[&halves[0], &halves[1]])
@@ -87,19 +91,41 @@ impl Pictures {
     }
 }
 
-/// The mean of pictures of one size.
+/// The mean of pictures of one size, nothing where there are none or of several sizes.
 pub(super) fn mean(images: &[&Image]) -> Option<Image> {
-    let first = images.first()?;
-    let size = (first.width(), first.height());
-    if images.iter().any(|image| (image.width(), image.height()) != size) {
-        return None;
+    let mut sum = Sum::default();
+    images.iter().for_each(|image| sum.add(image));
+    sum.mean()
+}
+
+/// A sum of pictures.
+#[derive(Debug, Default)]
+struct Sum {
+    /// Width and height of all of them.
+    size: Option<[usize; 2]>,
+    pixels: Vec<[f64; 3]>,
+    count: u32,
+    has_several_sizes: bool,
+}
+
+impl Sum {
+    fn add(&mut self, image: &Image) {
+        let size = [image.width(), image.height()];
+        if *self.size.get_or_insert(size) != size {
+            self.has_several_sizes = true;
+            return;
+        }
+        self.pixels.resize(image.pixels().len(), [0.0; 3]);
+        for (sum, pixel) in self.pixels.iter_mut().zip(image.pixels()) {
+            *sum = [0, 1, 2].map(|c| sum[c] + f64::from(pixel[c]));
+        }
+        self.count += 1;
     }
-    let n = images.len() as f64;
-    let at = |i: usize| {
-        [0, 1, 2].map(|c| {
-            let sum: f64 = images.iter().map(|image| f64::from(image.pixels()[i][c])).sum();
-            (sum / n) as f32
-        })
-    };
-    Some(Image::new(size.0, size.1, (0..first.pixels().len()).map(at).collect()))
+
+    fn mean(&self) -> Option<Image> {
+        let [width, height] = self.size.filter(|_| !self.has_several_sizes)?;
+        let n = f64::from(self.count);
+        let pixels = self.pixels.iter().map(|sum| sum.map(|v| (v / n) as f32)).collect();
+        Some(Image::new(width, height, pixels))
+    }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::plan::{Job, REFERENCE};
+use super::job::{Job, REFERENCE};
 use crate::error::Result;
 use crate::image::Film;
 use crate::render::{Rendered, Silent, render, render_reference};

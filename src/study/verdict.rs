@@ -41,8 +41,7 @@ fn saved(results: &Results, headline: &Headline) -> String {
              time{range}."
         ),
         Outcome::Open => format!(
-            "Whether {name} takes less time than the gold standard is open{error}: {times} times \
-             less{range}."
+            "{name} takes {times} times less time than the gold standard{error}{range}: still open."
         ),
     }
 }
@@ -73,8 +72,7 @@ fn gained(results: &Results, headline: &Headline) -> String {
              large{range}."
         ),
         Outcome::Open => format!(
-            "Whether uniform sampling makes a larger error in that time is open: {times} times as \
-             large{range}."
+            "In that time uniform sampling makes an error {times} times as large{range}: still open."
         ),
     }
 }
