@@ -7,14 +7,14 @@
 mod chromium;
 #[path = "common/page.rs"]
 mod page;
+#[path = "common/report_page.rs"]
+mod report_page;
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use chromium::Browser;
-use fogbow::image::{View, ViewTransform};
-use fogbow::math::Rgb;
 use fogbow::verify::{
     Case, Check, Effort, Group, Parts, cases, page as verify_page, run as run_cases,
 };
@@ -89,8 +89,8 @@ fn the_report_of_a_study_works() {
     browser.resize(1400, 900);
     browser.open(&page);
     browser.wait_for(drawn);
-    assert_answered_at_once(&mut browser);
-    assert_shown_as_film(&mut browser);
+    report_page::assert_answered_at_once(&mut browser);
+    report_page::assert_shown_as_film(&mut browser);
 
     // Sorting: up by the first click on a heading, down by the second.
     for (heading, index) in [(3, 2), (5, 4)] {
@@ -177,61 +177,6 @@ fn the_report_of_a_study_works() {
     assert_content(&browser, &page);
 }
 
-/// The box of what `selector` finds: left, top, right, bottom.
-fn bounds(browser: &mut Browser, selector: &str) -> [f64; 4] {
-    let script = format!(
-        "(r => [r.left, r.top, r.right, r.bottom])(document.querySelector({selector:?}).getBoundingClientRect())"
-    );
-    let told = browser.evaluate(&script);
-    [0, 1, 2, 3].map(|i| told[i].as_f64().unwrap())
-}
-
-/// Sentence, numbers and plot are on the first screen, the legend is beside the plot, and no more
-/// than seven hues are drawn.
-fn assert_answered_at_once(browser: &mut Browser) {
-    for selector in ["#sentence", "#numbers", "#plot #data", "#plot svg", "#legend"] {
-        let [left, top, right, bottom] = bounds(browser, selector);
-        assert!(
-            left >= 0.0 && top >= 0.0 && right <= 1400.0 && bottom <= 900.0,
-            "{selector}: {bottom}"
-        );
-        assert!(right > left && bottom > top, "{selector} is not seen");
-    }
-    let sentence = browser.evaluate("$('sentence').textContent");
-    assert!(sentence.as_str().unwrap().contains("xs-scattering"), "{sentence}");
-    for (width, height) in page::SIZES {
-        browser.resize(width, height);
-        let [data, legend] = ["#plot #data", "#legend"].map(|selector| bounds(browser, selector));
-        let apart =
-            |low: usize, high: usize| data[high] <= legend[low] || legend[high] <= data[low];
-        assert!(apart(0, 2) || apart(1, 3), "the legend lies over the data at {width}");
-    }
-    browser.resize(1400, 900);
-    browser.evaluate(
-        "[...Array(12).keys()].forEach((i) => choose(`other ${i}`, true)); drawPlot(); 0",
-    );
-    let hues = "new Set([...hueOf.values()]).size";
-    assert_eq!(browser.evaluate(hues), json!(7));
-    let drawn = "new Set([...document.querySelectorAll('#plot .chosen')].map((g) => getComputedStyle(g).stroke)).size";
-    assert!(browser.evaluate(drawn).as_u64().unwrap() <= 8, "seven hues, and ink for gold");
-}
-
-/// The viewer's AgX is the one that `fogbow render` shows pictures with.
-fn assert_shown_as_film(browser: &mut Browser) {
-    assert_eq!(browser.evaluate("VIEW.transform"), json!("agx"));
-    let view = View { exposure: 0.0, transform: ViewTransform::Agx };
-    for radiance in [[0.18, 0.18, 0.18], [4.0, 0.1, 0.02], [0.001, 0.3, 2.0], [60.0, 50.0, 0.0]] {
-        let script =
-            format!("agx({radiance:?}).map((v) => 255 * encode(Math.min(1, Math.max(0, v))))");
-        let told = browser.evaluate(&script);
-        let expected = view.develop(Rgb::from_array(radiance));
-        for c in 0..3 {
-            let off = told[c].as_f64().unwrap() - f64::from(expected[c]);
-            assert!(off.abs() <= 0.51, "{radiance:?}: {told} of {expected:?}");
-        }
-    }
-}
-
 #[test]
 fn the_page_of_verify_works() {
     let Some(mut browser) = Browser::start(1400, 900) else { return };
@@ -260,6 +205,7 @@ fn the_page_of_verify_works() {
         "[...document.querySelectorAll('.case')].slice(0, 3).map((c) => c.className + c.open)",
     );
     assert_eq!(first, json!(["case badtrue", "case badtrue", "casefalse"]), "failures first");
+    browser.evaluate("document.querySelectorAll('details').forEach((d) => { d.open = true; }); 0");
     // The pass mark: what holds ends before it, what fails beyond.
     let beyond = browser.evaluate(
         "[...document.querySelectorAll('.case')].every((c) => {
@@ -273,7 +219,7 @@ fn the_page_of_verify_works() {
         browser.evaluate("getComputedStyle(document.querySelector('.track'), '::after').left");
     assert_ne!(mark, json!("auto"), "the mark is drawn");
     for selector in ["#sentence", "#strip"] {
-        let [_, top, _, bottom] = bounds(&mut browser, selector);
+        let [_, top, _, bottom] = page::bounds(&mut browser, selector);
         assert!(top >= 0.0 && bottom <= 900.0, "{selector}: {top} to {bottom}");
     }
     assert_content(&browser, &url);

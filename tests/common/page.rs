@@ -102,3 +102,12 @@ pub fn assert_reached(browser: &mut Browser, name: &str) {
     ));
     assert_eq!(missed, json!([]), "{name}");
 }
+
+/// The box of what `selector` finds: left, top, right, bottom.
+pub fn bounds(browser: &mut Browser, selector: &str) -> [f64; 4] {
+    let script = format!(
+        "(r => [r.left, r.top, r.right, r.bottom])(document.querySelector({selector:?}).getBoundingClientRect())"
+    );
+    let told = browser.evaluate(&script);
+    [0, 1, 2, 3].map(|i| told[i].as_f64().unwrap())
+}

@@ -59,6 +59,7 @@ function figure(value) {
 function drawPlot() {
   const plot = PLOTS.metrics[Number($("metric").value)];
   const width = $("plot").clientWidth;
+  if (width === 0) return; // not laid out yet
   const height = width < 600 ? Math.round(width * 0.95) : Math.min(440, Math.round(width * 0.5));
   const box = { left: 62, top: 30, right: width - (width < 600 ? 12 : 96), bottom: height - 42 };
   const all = plot.series.flatMap((series) => series.points);
@@ -175,7 +176,7 @@ if (PLOTS.metrics.length > 0) {
   drawLegend();
   drawPlot();
   $("metric").addEventListener("change", drawPlot);
-  addEventListener("resize", drawPlot);
+  onWidth($("plot"), drawPlot);
 } else {
   document.querySelector(".chart").hidden = true;
 }

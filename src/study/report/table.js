@@ -2,6 +2,16 @@
 
 const $ = (id) => document.getElementById(id);
 
+/** Calls `then` whenever the element has another width. */
+function onWidth(element, then) {
+  let width = element.clientWidth;
+  new ResizeObserver(() => {
+    if (element.clientWidth === width) return;
+    width = element.clientWidth;
+    then();
+  }).observe(element);
+}
+
 // Sorting: numbers by data-sort, what has none last, text by its letters.
 for (const table of document.querySelectorAll("table.sortable")) {
   const heads = [...table.querySelectorAll("th")];

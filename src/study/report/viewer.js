@@ -214,5 +214,5 @@ canvas.addEventListener("wheel", (event) => {
   event.preventDefault();
   zoom(2 ** (-event.deltaY / 400), [event.offsetX, event.offsetY]);
 }, { passive: false });
-addEventListener("resize", reset);
+onWidth(canvas, reset);
 develop().then(reset);
