@@ -1,7 +1,9 @@
-//! Finds OpenVDB and builds the bridge to it.
+//! Finds OpenVDB, builds the bridge to it, and makes the guide's pages for rustdoc.
 
 #[path = "cpp/find.rs"]
 mod find;
+#[path = "src/guide/rustdoc.rs"]
+mod guide;
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -11,10 +13,14 @@ use std::process::exit;
 const USUAL: [&str; 3] = ["/usr/local", "/usr", "/opt/homebrew"];
 
 fn main() {
-    for file in ["build.rs", "cpp", "src/vdb/ffi.rs"] {
+    for file in ["build.rs", "cpp", "src/guide", "src/vdb/ffi.rs"] {
         println!("cargo::rerun-if-changed={file}");
     }
     println!("cargo::rerun-if-env-changed=OPENVDB_DIR");
+
+    let pages = PathBuf::from(env::var_os("OUT_DIR").expect("set by cargo")).join("guide");
+    guide::write_pages(Path::new("src/guide"), &pages)
+        .unwrap_or_else(|error| fail(&format!("src/guide: {error}")));
 
     let prefixes = find::prefixes(env::var_os("OPENVDB_DIR").map(PathBuf::from), &USUAL);
     let arch = env::var("CARGO_CFG_TARGET_ARCH").unwrap_or_default();

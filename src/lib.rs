@@ -1,12 +1,13 @@
 //! fogbow renders smoke, fog and fire stored as OpenVDB grids with a two-pass volume photon map.
 //!
 //! Data flows one way: a scene file becomes a [`scene::Scene`], photons are shot into it, rays are
-//! marched through it, and a film is written out.
+//! marched through it, and a film is written out. The [`guide`] is for those who use the program.
 
 pub mod cli;
 pub mod director;
 pub mod error;
 pub mod file;
+pub mod guide;
 pub mod image;
 pub mod light;
 pub mod make;

@@ -46,7 +46,7 @@ fn help_is_that_of_the_flag() {
 #[test]
 fn help_of_the_scene_has_every_table_and_key() {
     let text = told(&["help", "scene"]);
-    for (name, table) in fogbow::scene::TABLES {
+    for (name, _, table) in fogbow::scene::TABLES {
         assert!(text.contains(name), "{name}");
         for key in table.keys {
             let at = format!("    {}", key.name);

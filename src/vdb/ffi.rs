@@ -1,4 +1,4 @@
-//! The bridge to OpenVDB, and the only place with unsafe code: what `cxx` generates.
+//! The bridge to OpenVDB: unsafe code that `cxx` generates.
 //!
 //! Every function that can throw in C++ returns a `Result`; nothing unwinds across. All numbers are
 //! copied over once: a grid is read, turned into plain arrays and let go.

@@ -3,8 +3,8 @@
 //! Each [`Case`] holds numbers of the renderer against bounds that come from elsewhere: a closed
 //! form, a published value, an independent method, or a conservation law. Cases are run on
 //! [`Parts`], the pieces of the renderer, so that faults can be planted to show that they are found.
-
-#![doc = include_str!("README.md")]
+//!
+//! The [guide](crate::guide::verification) tells what is held against what.
 
 mod adding_doubling;
 mod case;

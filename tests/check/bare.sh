@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Runs both commands of the README in a bare Debian with Rust alone, in a clone of what is committed,
-# and lists the tests that were skipped there.
+# Runs both commands of the README, and the one that installs fogbow, in a bare Debian with Rust alone,
+# in a clone of what is committed, and lists the tests that were skipped there.
 #
 #     apt-get install debootstrap
-#     tests/check/bare.sh [FOLDER [render|test ...]]
+#     tests/check/bare.sh [FOLDER [render|install|test ...]]
 #
 # As root. A FOLDER is kept and taken up again, so that the second run downloads and compiles less;
 # without one the root is a temporary folder. MIRROR names another mirror of Debian.
@@ -17,7 +17,7 @@ done
 root=${1:-}
 shift $(($# > 0 ? 1 : 0))
 wanted=("$@")
-[ ${#wanted[@]} -gt 0 ] || wanted=(render test)
+[ ${#wanted[@]} -gt 0 ] || wanted=(render install test)
 
 is_kept=${root:+yes}
 root=$(realpath -m "${root:-$(mktemp -d)}")
@@ -66,7 +66,10 @@ rm -f "$clone/target/tmp/skipped"
 ends=()
 status=0
 for name in "${wanted[@]}"; do
-    command=$(readme "$name")
+    case $name in
+        install) command='cargo install --path . && "$HOME/.cargo/bin/fogbow" --version' ;;
+        *) command=$(readme "$name") ;;
+    esac
     [ -n "$command" ] || { echo "bare.sh: the README has no block behind <!-- $name -->" >&2; exit 2; }
     title "$name"
     code=0

@@ -165,8 +165,8 @@ fn comment(key: &Key) -> String {
 
 /// The key of this name that tables called `table` have.
 fn known(table: &str, key: &str) -> Option<&'static Key> {
-    let of_table = TABLES.iter().filter(|(name, _)| name.trim_matches(['[', ']']) == table);
-    of_table.flat_map(|(_, table)| table.keys).copied().find(|known| known.name == key)
+    let of_table = TABLES.iter().filter(|(name, ..)| name.trim_matches(['[', ']']) == table);
+    of_table.flat_map(|(.., table)| table.keys).copied().find(|known| known.name == key)
 }
 
 /// `x` with five significant digits: more than a chosen number means.

@@ -24,9 +24,7 @@
 //! gradient = [[-90, 0.02], [0, [0.3, 0.32, 0.35]], [90, 0.05]]
 //! ```
 //!
-//! # Keys
-//!
-#![doc = include_str!("keys.md")]
+//! The [guide](crate::guide::keys) lists every key.
 
 mod camera;
 mod director;

@@ -4,30 +4,34 @@ use std::fmt::Write as _;
 
 use super::{Key, TABLES, Without};
 
+/// What stands above the tables.
+const HEAD: &str = "\
+# Every key of a scene
+
+A scene is a TOML file; [Writing a scene](scene.md) shows how one is built. `fogbow help scene` prints the same. A flag
+in brackets stands over its key for one render, and `--set film.size=[640,360]` or `--set medium.0.albedo=0.8` over any
+key. Lengths are in metres, y is up, and a path is relative to the scene file. A colour is a number (grey) or three
+numbers, linear Rec.709.
+";
+
 /// Every key of a scene file, table by table, in Markdown.
 pub fn reference() -> String {
-    let mut out = String::new();
+    let mut out = String::from(HEAD);
     let mut last = "";
-    for (name, table) in TABLES {
+    for (name, variant, table) in TABLES {
         if *name != last {
-            let _ = writeln!(out, "### `{name}`");
+            let _ = write!(out, "\n## `{name}`\n");
             last = name;
         }
-        let titled = !table.what.starts_with('[');
-        let _ = writeln!(
-            out,
-            "{}",
-            if titled { format!("\n{}:\n", capital(table.what)) } else { String::new() }
-        );
-        let _ = writeln!(out, "| key | takes | unit | without it | meaning |");
+        if !variant.is_empty() {
+            let _ = write!(out, "\n{variant}:\n");
+        }
+        let _ = writeln!(out, "\n| key | takes | unit | without it | meaning |");
         let _ = writeln!(out, "| --- | --- | --- | --- | --- |");
         for key in table.keys {
             let _ = writeln!(out, "{}", row(key));
         }
-        out.push('\n');
     }
-    out.truncate(out.trim_end().len());
-    out.push('\n');
     out
 }
 
@@ -52,11 +56,6 @@ fn escaped(text: &str) -> String {
     text.replace('|', "\\|").replace('[', "\\[").replace(']', "\\]")
 }
 
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
-}
-
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
@@ -68,7 +67,7 @@ mod tests {
     /// `RENEW_KEYS=1 cargo test --lib the_reference_is_that_of_the_keys` writes it anew.
     #[test]
     fn the_reference_is_that_of_the_keys() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/scene/file/keys.md");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/keys.md");
         if std::env::var_os("RENEW_KEYS").is_some() {
             std::fs::write(path, reference()).unwrap();
         }
@@ -79,7 +78,7 @@ mod tests {
 
     #[test]
     fn every_key_has_a_sentence_and_a_default_in_its_range() {
-        for (name, table) in TABLES {
+        for (name, _, table) in TABLES {
             let names: BTreeSet<_> = table.keys.iter().map(|key| key.name).collect();
             assert_eq!(names.len(), table.keys.len(), "{name}: a key stands twice");
             for key in table.keys {

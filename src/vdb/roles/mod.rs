@@ -3,7 +3,7 @@
 //! Names decide first, by one table ([`NAMES`], below); [`Contents`] then looks at the values, since
 //! programs also write empty flames and constant temperatures.
 //!
-#![doc = include_str!("names.md")]
+#![doc = include_str!("../../guide/names.md")]
 
 mod contents;
 mod find;

@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn the_documented_table_is_the_one_in_use() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/vdb/roles/names.md");
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/guide/names.md");
         if std::env::var_os(RENEW).is_some() {
             std::fs::write(path, table()).expect("written");
         }
