@@ -53,6 +53,20 @@ fn quoted_figures_are_those_measured() {
 }
 
 #[test]
+fn no_figure_of_speed_or_error_stands_in_prose_unmarked() {
+    for path in documents() {
+        let text = MarkedText::new(&fs::read_to_string(&path).unwrap()).unwrap();
+        let found = text.unmarked();
+        assert!(
+            found.is_empty(),
+            "{}: mark as a figure of readme.json, or as given:\n{}",
+            path.display(),
+            found.join("\n")
+        );
+    }
+}
+
+#[test]
 fn a_quoted_figure_that_differs_or_is_unknown_is_told() {
     let measured = BTreeMap::from([("a.b".to_owned(), "2.3".to_owned())]);
     let differing = |text: &str| MarkedText::new(text).unwrap().differing(&measured);
