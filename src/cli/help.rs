@@ -92,8 +92,7 @@ mod tests {
             assert!(text.contains(name), "{name}");
             for key in table.keys {
                 let told = text.lines().any(|line| {
-                    line.trim().split_whitespace().next() == Some(key.name)
-                        && line.starts_with("    ")
+                    line.split_whitespace().next() == Some(key.name) && line.starts_with("    ")
                 });
                 assert!(told, "{name} {}", key.name);
             }

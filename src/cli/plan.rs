@@ -120,7 +120,7 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, threads: usize) -> 
     let stages: Vec<_> =
         stages.map(|(name, seconds)| format!("{name} {}", digits(*seconds))).collect();
     lines.push(format!(
-        "seconds, estimated from a short trial on {threads} threads: {}; {}{} in all",
+        "seconds, estimated from a short trial (--threads {threads}): {}; {}{} in all",
         stages.join(", "),
         if is_bound(scene) { "at most " } else { "" },
         digits(costs.seconds.total())
