@@ -1,7 +1,8 @@
 //! `--denoise`: with Open Image Denoise less noise, the noisy picture kept and the same bytes each
 //! time; without it one line that says what was looked for.
 
-#![allow(clippy::print_stderr)] // which tests are skipped
+#[path = "common/skip.rs"]
+mod skip;
 
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -21,11 +22,11 @@ fn folder() -> TempDir {
     tempfile::tempdir().unwrap()
 }
 
-/// The library, or nothing and a message that `test` is skipped.
-fn library(test: &str) -> Option<Denoiser> {
+/// The library, or nothing, and the test is skipped.
+fn library() -> Option<Denoiser> {
     let found = Denoiser::find();
-    if let Err(problem) = &found {
-        eprintln!("skipped: {test}: {problem}");
+    if found.is_err() {
+        skip::skip("Open Image Denoise");
     }
     found.ok()
 }
@@ -49,11 +50,11 @@ fn alone(folder: &Path) -> Command {
     command
 }
 
-/// Whether `command` renders, with a message that `test` is skipped: the loader has the library.
-fn loader_has_it(command: &mut Command, test: &str) -> bool {
+/// Whether `command` renders, for the loader has the library; the test is skipped then.
+fn loader_has_it(command: &mut Command) -> bool {
     let renders = command.output().unwrap().status.success();
     if renders {
-        eprintln!("skipped: {test}: the library is on the loader's path");
+        skip::skip("loader without the library on its path");
     }
     renders
 }
@@ -102,8 +103,7 @@ fn squared_distance(a: &Layers, b: &Layers) -> f64 {
 #[test]
 fn without_the_library_it_says_what_was_looked_for_before_anything_is_rendered() {
     let folder = folder();
-    let name = "without_the_library_it_says_what_was_looked_for_before_anything_is_rendered";
-    if loader_has_it(&mut alone(folder.path()), name) {
+    if loader_has_it(&mut alone(folder.path())) {
         return;
     }
     let message = refusal(alone(folder.path()));
@@ -162,7 +162,7 @@ fn another_major_version_is_refused() {
     let compiled =
         Command::new("cc").args(["-shared", "-fPIC", "-o"]).arg(&library).arg(&code).status();
     if !compiled.is_ok_and(|status| status.success()) {
-        eprintln!("skipped: another_major_version_is_refused: no C compiler");
+        skip::skip("C compiler");
         return;
     }
     let mut command = alone(folder.path());
@@ -177,7 +177,7 @@ fn a_damaged_library_in_an_environment_is_told_of() {
     let file = damaged_package(&folder.path().join("venv"));
     let mut command = alone(folder.path());
     command.env("VIRTUAL_ENV", folder.path().join("venv"));
-    if loader_has_it(&mut command, "a_damaged_library_in_an_environment_is_told_of") {
+    if loader_has_it(&mut command) {
         return;
     }
     let (message, file) = (refusal(command), file.display().to_string());
@@ -186,8 +186,7 @@ fn a_damaged_library_in_an_environment_is_told_of() {
 
 #[test]
 fn an_environment_behind_a_damaged_one_is_used_and_told_of() {
-    let name = "an_environment_behind_a_damaged_one_is_used_and_told_of";
-    let Some(library) = library(name) else { return };
+    let Some(library) = library() else { return };
     let folder = folder();
     damaged_package(&folder.path().join("venv"));
     let working = damaged_package(&folder.path().join("conda"));
@@ -214,8 +213,7 @@ fn an_environment_behind_a_damaged_one_is_used_and_told_of() {
 
 #[test]
 fn it_comes_nearer_to_the_truth_and_keeps_what_was_there() {
-    let name = "it_comes_nearer_to_the_truth_and_keeps_what_was_there";
-    let Some(library) = library(name) else { return };
+    let Some(library) = library() else { return };
     let folder = folder();
     for (name, most) in [("smoke.toml", 0.2), ("balls_a.toml", 0.4)] {
         let traced = |output, more: &[&str]| {
@@ -236,7 +234,7 @@ fn it_comes_nearer_to_the_truth_and_keeps_what_was_there() {
 
 #[test]
 fn bytes_are_the_same_on_one_thread_and_on_two() {
-    if library("bytes_are_the_same_on_one_thread_and_on_two").is_none() {
+    if library().is_none() {
         return;
     }
     let folder = folder();
@@ -252,7 +250,7 @@ fn bytes_are_the_same_on_one_thread_and_on_two() {
 
 #[test]
 fn a_render_that_was_killed_goes_on_to_the_same_bytes() {
-    if library("a_render_that_was_killed_goes_on_to_the_same_bytes").is_none() {
+    if library().is_none() {
         return;
     }
     let folder = folder();
@@ -278,7 +276,7 @@ fn a_render_that_was_killed_goes_on_to_the_same_bytes() {
 
 #[test]
 fn a_part_of_a_picture_is_denoised_alone() {
-    if library("a_part_of_a_picture_is_denoised_alone").is_none() {
+    if library().is_none() {
         return;
     }
     let folder = folder();
@@ -290,7 +288,7 @@ fn a_part_of_a_picture_is_denoised_alone() {
 
 #[test]
 fn what_does_not_fit_the_memory_is_refused() {
-    if library("what_does_not_fit_the_memory_is_refused").is_none() {
+    if library().is_none() {
         return;
     }
     let folder = folder();
