@@ -18,6 +18,7 @@ mod scenes;
 mod spent;
 mod stages;
 mod threads;
+mod verify;
 
 use std::fmt;
 use std::path::Path;
@@ -50,7 +51,7 @@ impl fmt::Display for LeftOut {
 impl std::error::Error for LeftOut {}
 
 /// All of them, the quickest first.
-pub fn measurements() -> [Measurement; 13] {
+pub fn measurements() -> [Measurement; 14] {
     [
         Measurement { name: "plan", measure: |k, r, q| record(k, r, q, "plan", plan::measure) },
         Measurement { name: "rates", measure: |k, r, q| record(k, r, q, "rates", rates::measure) },
@@ -73,6 +74,10 @@ pub fn measurements() -> [Measurement; 13] {
         Measurement {
             name: "denoise",
             measure: |k, r, q| record(k, r, q, "denoise", denoise::measure),
+        },
+        Measurement {
+            name: "verify",
+            measure: |k, r, q| record(k, r, q, "verify", verify::measure),
         },
         Measurement {
             name: "threads",

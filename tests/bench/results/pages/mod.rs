@@ -23,6 +23,7 @@ pub mod sampler;
 pub mod scaling;
 mod scaling_plot;
 pub mod threads;
+pub mod verify;
 
 use std::error::Error;
 use std::fs;
@@ -44,7 +45,7 @@ pub struct Page {
 }
 
 /// All of them, in the order of the index.
-pub const PAGES: [Page; 13] = [
+pub const PAGES: [Page; 14] = [
     Page {
         name: "director",
         tells: "what directed rendering saves, at what error, and what the director itself takes",
@@ -109,6 +110,11 @@ pub const PAGES: [Page; 13] = [
         name: "convergence",
         tells: "how the error falls with time, and the bias that is left",
         write: |json| page(json, "How the error falls", convergence::tables),
+    },
+    Page {
+        name: "verify",
+        tells: "how near the closed forms and extremes of `fogbow verify` come to their bounds",
+        write: |json| page(json, "What is verified", verify::tables),
     },
 ];
 
