@@ -270,7 +270,7 @@ fn every_frame_says_what_was_done() {
         "1 of 4 frames have no file: 8",
         "frame 8: smoke_0008.vdb: no such file",
         "frame 7 is rendered again",
-        "frame 9: 3 of 4, about",
+        "frame 9: 3 of 4, ETA",
         "frame 10: 4 of 4",
     ] {
         assert!(message.contains(words), "{words}: {message}");
