@@ -72,7 +72,7 @@ pub fn tables(rows: &[Row]) -> String {
         .collect()
     });
     format!(
-        "Means of four seeds, intervals at 95 %; errors against the gold standard, which has 16 rays in \
+        "Means over seeds, intervals at 95 %; errors against the gold standard, which has 16 rays in \
          every pixel. [volumes/PAPER.md](../../../volumes/PAPER.md) has them beside the paper's.\n\n{}",
         table(
             &[

@@ -4,7 +4,7 @@
 use super::Result;
 use super::markdown::{NONE, figure, table};
 use super::paper::Row;
-use super::record::{about, rows, source};
+use super::record::{About, about, rows, source};
 
 /// What the paper reports of a scene.
 struct Published {
@@ -49,8 +49,6 @@ const FIGURE_5: &str = "5.2 to 10.3 over its four scenes";
 
 const WAYS: [&str; 2] = ["xs-paper", "xs-scattering"];
 
-const ABSENT: &str = "not measured yet";
-
 /// The page.
 pub fn beside(json: &str) -> Result<String> {
     let rows: Vec<Row> = rows(json)?;
@@ -60,7 +58,7 @@ pub fn beside(json: &str) -> Result<String> {
          Participating Media\", scene by scene. `xs-paper` directs as they do: X from transmittance, X \
          and S in equal parts, rays alone. `xs-scattering` is fogbow's own: X from scattered light, with \
          gather radius and march step directed as well. The gold standard has 16 rays in every pixel, \
-         the longer side 512 pixels, as in the paper; figures are means of four seeds, intervals at \
+         the longer side 512 pixels, as in the paper; figures are means over seeds, intervals at \
          95 %.\n\n\
          Ratios of run times, errors in 8-bit codes and counts of answers are of the same kind in both \
          and can be compared in their order of magnitude. Single values cannot: the scenes follow the \
@@ -70,8 +68,8 @@ pub fn beside(json: &str) -> Result<String> {
          ## Table 1: average error\n\
          In percent. By MSE, of 8-bit sRGB codes against the largest (which mean the paper took is not \
          said). By VDP, the average chance of seeing a difference in a pixel: by the model of Daly 1993 \
-         (VDP), and counted only where the pictures differ, as the public program of 2004 to 2008 does \
-         (localised).\n\n{}\n\
+         (VDP), and counted only where the pictures differ, as the public program HDR VDP does since its \
+         version 1.5 of 2006 (localised).\n\n{}\n\
          ## Table 2: pixels in error\n\
          In percent. By MSE, pixels in which an 8-bit code differs; by VDP, pixels with a chance above \
          75 %.\n\n{}\n\
@@ -97,8 +95,14 @@ pub fn beside(json: &str) -> Result<String> {
             |paper| paper.pixels
         ),
         people(),
-        source(&about(json)?)
+        with_note(&about(json)?)
     ))
+}
+
+/// Where the figures come from, and what else holds for them.
+fn with_note(about: &About) -> String {
+    let note = if about.note.is_empty() { String::new() } else { format!("\n{}\n", about.note) };
+    source(about) + &note
 }
 
 fn find<'a>(rows: &'a [Row], scene: &str, way: &str) -> Option<&'a Row> {
@@ -141,7 +145,7 @@ fn errors(
     let lines = PAPER.iter().map(|paper| {
         let of = |way, which: usize| {
             let value = find(rows, paper.scene, way).and_then(|row| own(row)[which]);
-            value.map_or_else(|| ABSENT.into(), |value| figure(value, 3))
+            value.map_or_else(|| NONE.into(), |value| figure(value, 3))
         };
         let [mse, vdp] = papers(paper);
         let [a, b] = WAYS;
