@@ -33,9 +33,9 @@ pub(super) fn run(args: &Args) {
 /// Every key of a scene file, table by table, to be read in a terminal.
 fn scene() -> String {
     let mut lines = vec![
-        "A scene file is TOML. These are its tables with their keys; the flag in brackets stands"
+        "A scene file is TOML. These are its tables with their keys; the flag in brackets"
             .to_owned(),
-        "over the key, and --set TABLE.KEY=VALUE, as --set medium.0.albedo=0.8, over any."
+        "overrides the key, and --set TABLE.KEY=VALUE, as --set medium.0.albedo=0.8, any."
             .to_owned(),
     ];
     let mut last = "";

@@ -9,8 +9,7 @@ const HEAD: &str = "\
 # Every key of a scene
 
 A scene is a TOML file; [Writing a scene](scene.md) shows how one is built. `fogbow help scene` prints the same. A flag
-in brackets stands over its key for one render, and `--set film.size=[640,360]` or `--set medium.0.albedo=0.8` over any
-key. Lengths are in metres, y is up, and a path is relative to the scene file. A colour is a number (grey) or three
+in brackets overrides its key for one render, and `--set film.size=[640,360]` or `--set medium.0.albedo=0.8` any key. Lengths are in metres, y is up, and a path is relative to the scene file. A colour is a number (grey) or three
 numbers, linear Rec.709.
 ";
 
