@@ -294,5 +294,5 @@ fn what_does_not_fit_the_memory_is_refused() {
     let folder = folder();
     let big = ["--denoise", "--quiet", "--size", "2048x2048", "--memory", "1500M"];
     let message = refusal(scene(folder.path(), "smoke.toml", "out.exr", &big));
-    assert!(message.contains("for the film") && message.contains("--memory"), "{message}");
+    assert!(message.contains("film ") && message.contains("--memory allows"), "{message}");
 }
