@@ -284,14 +284,14 @@ fn photons_hold_no_more_than_is_asked_of_them() {
         assert!(volume > 1000 && surface > 100, "{:?}", planned.work);
         let of_surfaces = if left_out.contains(&"colours") { 8 * surface } else { 0 };
         let expected = spared * volume + of_surfaces;
-        assert_eq!(all.memory.photons - planned.memory.photons, expected, "{fog}");
+        assert_eq!(all.memory.kept.photons - planned.memory.kept.photons, expected, "{fog}");
     }
 }
 
 /// Lattices of grey light have a third of the numbers.
 #[test]
 fn grey_lattices_take_a_third() {
-    let [planned, all] = both_costs(&scene(&[POINT, FOG])).map(|c| c.memory.photons as f64);
+    let [planned, all] = both_costs(&scene(&[POINT, FOG])).map(|c| c.memory.kept.photons as f64);
     assert!(planned > 1e5 && (planned / all - 1.0 / 3.0).abs() < 0.01, "{planned} of {all}");
 }
 

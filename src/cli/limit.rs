@@ -133,9 +133,8 @@ fn most_photons(scene: &Scene, limit: Limit, without: &Memory, program: u64) -> 
 
 /// What `without` photons, which are gone by then, is needed while noise is taken off.
 fn denoising(scene: &Scene, without: &Memory) -> MemoryParts {
-    let Memory { program, grids, surfaces, film, .. } = *without;
-    let film = film + DENOISING * scene.window().pixels();
-    MemoryParts { program, grids, surfaces, film, ..MemoryParts::default() }
+    let film = without.kept.film + DENOISING * scene.window().pixels();
+    MemoryParts { film, photons: 0, maps: 0, ..without.kept }
 }
 
 /// The bytes that a render may take.

@@ -127,12 +127,12 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, threads: usize) -> 
     ));
     let memory = &costs.memory;
     let parts = [
-        ("program", memory.program),
-        ("grids", memory.grids),
-        ("surfaces", memory.surfaces),
-        ("photons", memory.photons),
-        ("film", memory.film),
-        ("maps", memory.maps),
+        ("program", memory.kept.program),
+        ("grids", memory.kept.grids),
+        ("surfaces", memory.kept.surfaces),
+        ("photons", memory.kept.photons),
+        ("film", memory.kept.film),
+        ("maps", memory.kept.maps),
     ];
     lines.push(format!(
         "memory, about:{}; {} at most",

@@ -59,18 +59,10 @@ pub struct Costs {
 /// Memory in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Memory {
-    /// The program and its libraries.
-    pub program: u64,
-    /// Voxel grids.
-    pub grids: u64,
-    /// Surfaces with their trees.
-    pub surfaces: u64,
-    /// Photon maps once they are built.
-    pub photons: u64,
-    /// The film and what is gathered for it.
-    pub film: u64,
-    /// The director's maps.
-    pub maps: u64,
+    /// What stays once it is there: grids, trees, photon maps and maps as they are used, the film with
+    /// what is gathered for it.
+    #[serde(flatten)]
+    pub kept: MemoryParts,
     /// The film while it is written, with its copies.
     pub writing: u64,
     /// The most that is in use at any time.
@@ -244,6 +236,6 @@ fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, progr
         MemoryParts { film: writing, photons: freed, ..scene },
     ];
     let at_peak = at_peak.into_iter().max_by_key(MemoryParts::sum).unwrap_or(scene);
-    let (photons, peak) = (photons.held, at_peak.sum());
-    Memory { program, grids, surfaces, photons, film, maps, writing, peak, at_peak }
+    let kept = MemoryParts { photons: photons.held, film, maps, ..scene };
+    Memory { kept, writing, peak: at_peak.sum(), at_peak }
 }
