@@ -1,10 +1,13 @@
-//! Where pictures go, checked before any work is done.
+//! The files of a picture: checked before any work is done, and written whole or not at all.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::file::PendingFile;
-use crate::image::png_path_beside;
+use crate::file::{self, PendingFile};
+use crate::image::{exr_bytes, png_bytes, png_path_beside};
+use crate::render::Rendered;
+use crate::scene::Scene;
 
 /// The files of one picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +36,31 @@ impl Output {
             drop(PendingFile::new(target)?);
         }
         Ok(output)
+    }
+
+    /// Writes the EXR with `attributes` and the PNG, and then gives both their names, the EXR last:
+    /// once that is there, the picture is.
+    ///
+    /// # Errors
+    /// Where either cannot be written; then neither is.
+    pub(super) fn write(
+        &self,
+        scene: &Scene,
+        rendered: &Rendered,
+        attributes: &[(String, String)],
+    ) -> Result<()> {
+        let attributes: Vec<(&str, String)> =
+            attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+        let view = scene.film.shown();
+        let (png, exr) = rayon::join(
+            || png_bytes(&self.png, &rendered.film.image(), &view),
+            || exr_bytes(&self.exr, &rendered.film, &attributes),
+        );
+        let (png, exr) = (png?, exr?);
+        let exr = file::pending(&self.exr, |out| out.write_all(&exr))?;
+        let png = file::pending(&self.png, |out| out.write_all(&png))?;
+        png.finish()?;
+        exr.finish()
     }
 
     /// The names of the files.

@@ -1,6 +1,5 @@
 //! One picture: rendered, held, written.
 
-use std::io::Write;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -19,8 +18,7 @@ use super::partial;
 use super::progress::Console;
 use crate::director::KeptSight;
 use crate::error::{Error, Result};
-use crate::file;
-use crate::image::{Denoiser, exr_bytes, png_bytes};
+use crate::image::Denoiser;
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Ended, Progress, Rendered, Silent,
 };
@@ -296,7 +294,7 @@ impl Job<'_> {
         let mut named = header::attributes(&settings, &preview);
         named.push((partial::PREVIEW.into(), "true".into()));
         let exr = output.exr.display();
-        self.interrupt.end(&match write_files(&output, scene, &preview, &named) {
+        self.interrupt.end(&match output.write(scene, &preview, &named) {
             Ok(()) => format!("{early}: {exr} is a first look without photons"),
             Err(error) => format!("{early}: {error}"),
         });
@@ -330,7 +328,7 @@ impl Job<'_> {
             let recipe = header::recipe(scene, self.method);
             named.push((header::RECIPE.into(), recipe));
         }
-        write_files(&output, scene, rendered, &named)?;
+        output.write(scene, rendered, &named)?;
         if rendered.is_complete() {
             partial::clear(self.output);
             checkpoints.map_or(Ok(()), Checkpoints::remove)?;
@@ -347,28 +345,6 @@ fn writing(scene: &Scene) -> Duration {
 /// What takes so many seconds `a_pixel` takes for the picture of `scene`.
 fn seconds_of(scene: &Scene, a_pixel: f64) -> Duration {
     Duration::from_secs_f64(scene.window().pixels() as f64 * a_pixel)
-}
-
-/// Writes the EXR with `attributes` and the PNG, and then gives both their names, the EXR last: once
-/// that is there, the picture is. Where either cannot be written, neither is.
-fn write_files(
-    output: &Output,
-    scene: &Scene,
-    rendered: &Rendered,
-    attributes: &[(String, String)],
-) -> Result<()> {
-    let attributes: Vec<(&str, String)> =
-        attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-    let view = scene.film.shown();
-    let (png, exr) = rayon::join(
-        || png_bytes(&output.png, &rendered.film.image(), &view),
-        || exr_bytes(&output.exr, &rendered.film, &attributes),
-    );
-    let (png, exr) = (png?, exr?);
-    let exr = file::pending(&output.exr, |out| out.write_all(&exr))?;
-    let png = file::pending(&output.png, |out| out.write_all(&png))?;
-    png.finish()?;
-    exr.finish()
 }
 
 /// How much of a picture that is not finished is there.
