@@ -50,53 +50,33 @@ impl fmt::Display for LeftOut {
 
 impl std::error::Error for LeftOut {}
 
+/// The measurements of these names, each made by `measure` of a module.
+macro_rules! measured {
+    ($($name:literal by $module:ident),* $(,)?) => {
+        [$(Measurement {
+            name: $name,
+            measure: |kept, to, quick| record(kept, to, quick, $name, $module::measure),
+        }),*]
+    };
+}
+
 /// All of them, the quickest first.
 pub fn measurements() -> [Measurement; 14] {
-    [
-        Measurement { name: "plan", measure: |k, r, q| record(k, r, q, "plan", plan::measure) },
-        Measurement { name: "rates", measure: |k, r, q| record(k, r, q, "rates", rates::measure) },
-        Measurement {
-            name: "sampler",
-            measure: |k, r, q| record(k, r, q, "sampler", sampler::measure),
-        },
-        Measurement {
-            name: "flicker",
-            measure: |k, r, q| record(k, r, q, "flicker", flicker::measure),
-        },
-        Measurement {
-            name: "bad-files",
-            measure: |k, r, q| record(k, r, q, "bad-files", bad_files::measure),
-        },
-        Measurement {
-            name: "director",
-            measure: |k, r, q| record(k, r, q, "director", director::measure),
-        },
-        Measurement {
-            name: "denoise",
-            measure: |k, r, q| record(k, r, q, "denoise", denoise::measure),
-        },
-        Measurement {
-            name: "verify",
-            measure: |k, r, q| record(k, r, q, "verify", verify::measure),
-        },
-        Measurement {
-            name: "threads",
-            measure: |k, r, q| record(k, r, q, "threads", threads::measure),
-        },
-        Measurement {
-            name: "equal-time",
-            measure: |k, r, q| record(k, r, q, "equal-time", equal_time::measure),
-        },
-        Measurement {
-            name: "convergence",
-            measure: |k, r, q| record(k, r, q, "convergence", convergence::measure),
-        },
-        Measurement {
-            name: "scaling",
-            measure: |k, r, q| record(k, r, q, "scaling", scaling::measure),
-        },
-        Measurement { name: "paper", measure: |k, r, q| record(k, r, q, "paper", paper::measure) },
-        Measurement { name: "peers", measure: |k, r, q| record(k, r, q, "peers", peers::measure) },
+    measured![
+        "plan" by plan,
+        "rates" by rates,
+        "sampler" by sampler,
+        "flicker" by flicker,
+        "bad-files" by bad_files,
+        "director" by director,
+        "denoise" by denoise,
+        "verify" by verify,
+        "threads" by threads,
+        "equal-time" by equal_time,
+        "convergence" by convergence,
+        "scaling" by scaling,
+        "paper" by paper,
+        "peers" by peers,
     ]
 }
 
