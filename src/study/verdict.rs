@@ -1,6 +1,6 @@
 //! The findings of a study in sentences, the answer first.
 
-use super::contrast::{MOST_SEEDS, Outcome};
+use super::contrast::{EQUAL, MOST_SEEDS, Outcome};
 use super::figure::significant;
 use super::headline::{Headline, Settling};
 use super::results::Results;
@@ -27,6 +27,7 @@ fn saved(results: &Results, headline: &Headline) -> String {
     };
     let times = figure(ratio.estimate);
     let range = between(ratio);
+    let equal = 100.0 * EQUAL;
     match headline.time_saved.outcome {
         Outcome::Above => {
             format!("{name} takes {times} times less time than the gold standard{error}{range}.")
@@ -37,7 +38,7 @@ fn saved(results: &Results, headline: &Headline) -> String {
             format!("{name} takes {times} times as long as the gold standard{error}{range}.")
         }
         Outcome::Equal => format!(
-            "{name} takes as long as the gold standard, to within 10 %{error}: {times} times less \
+            "{name} takes as long as the gold standard, to within {equal} %{error}: {times} times less \
              time{range}."
         ),
         Outcome::Open => format!(
@@ -59,7 +60,7 @@ fn gained(results: &Results, headline: &Headline) -> String {
             "Uniform sampling was not measured: add fixed to the candidates.".into()
         };
     };
-    let (times, range) = (figure(ratio.estimate), between(ratio));
+    let (times, range, equal) = (figure(ratio.estimate), between(ratio), 100.0 * EQUAL);
     match headline.error_gain.outcome {
         Outcome::Above => {
             format!("In that time uniform sampling makes an error {times} times as large{range}.")
@@ -68,7 +69,7 @@ fn gained(results: &Results, headline: &Headline) -> String {
             "In that time uniform sampling makes a smaller error, {times} times as large{range}."
         ),
         Outcome::Equal => format!(
-            "In that time uniform sampling makes the same error, to within 10 %: {times} times as \
+            "In that time uniform sampling makes the same error, to within {equal} %: {times} times as \
              large{range}."
         ),
         Outcome::Open => format!(
