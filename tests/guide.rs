@@ -4,11 +4,15 @@
 //! the names that the pages use. `fogbow` is there a script that makes pictures small and short, and
 //! leaves everything else alone. A block behind `<!-- checked by FILE -->` is run by that file instead.
 
+#[path = "common/documents.rs"]
+mod documents;
+
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
+use documents::documents;
 use fogbow::scene::{LoadOptions, Scene};
 use tempfile::TempDir;
 
@@ -55,18 +59,6 @@ struct Block {
     text: String,
     /// What the comment before it says.
     comment: Option<String>,
-}
-
-fn pages() -> Vec<PathBuf> {
-    let folder = Path::new(ROOT).join("src/guide");
-    let mut pages: Vec<PathBuf> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|e| e == "md"))
-        .collect();
-    pages.push(Path::new(ROOT).join("README.md"));
-    pages.sort();
-    pages
 }
 
 fn blocks(text: &str) -> Vec<Block> {
@@ -123,7 +115,7 @@ fn folder() -> TempDir {
 #[test]
 fn the_commands_of_every_page_run() {
     let mut ran = 0;
-    for page in pages() {
+    for page in documents() {
         let text = fs::read_to_string(&page).unwrap();
         let folder = folder();
         let path = std::env::var("PATH").unwrap();
@@ -199,7 +191,7 @@ fn what_pages_name_in_passing_is_there() {
     assert!(names.contains(&"render"), "{top}");
     let helps: Vec<(&str, String)> =
         names.into_iter().map(|name| (name, help(&[name, "--help"]))).collect();
-    for page in pages() {
+    for page in documents() {
         let text = fs::read_to_string(&page).unwrap();
         for code in prose(&text).split('`').skip(1).step_by(2) {
             let mut words = code.split_whitespace().peekable();
@@ -230,7 +222,7 @@ fn what_pages_name_in_passing_is_there() {
 /// Links of the pages lead somewhere.
 #[test]
 fn links_lead_to_files() {
-    for page in pages() {
+    for page in documents() {
         let text = fs::read_to_string(&page).unwrap();
         for link in text.split("](").skip(1) {
             let target = link.split([')', '#']).next().unwrap();

@@ -1,5 +1,7 @@
 //! Pages, plots and quoted figures are those that the records of measurements give.
 
+#[path = "common/documents.rs"]
+mod documents;
 #[path = "common/marked.rs"]
 mod marked;
 #[path = "bench/results/pages/mod.rs"]
@@ -7,20 +9,11 @@ mod pages;
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
 
+use documents::documents;
 use marked::MarkedText;
 use pages::equal_error::{front, time_to};
 use pages::{PAGES, Places, quoted};
-
-/// The README and the pages of the guide.
-fn documents() -> Vec<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let guide = fs::read_dir(root.join("src/guide")).into_iter().flatten();
-    let pages = guide.map(|entry| entry.unwrap().path());
-    let pages = pages.filter(|path| path.extension().is_some_and(|e| e == "md"));
-    [root.join("README.md")].into_iter().chain(pages).collect()
-}
 
 #[test]
 fn every_measurement_has_a_record() {

@@ -295,3 +295,46 @@ fn a_study_in_a_given_time_answers() {
     let (_, more) = study(&["--resume"]);
     assert!(more.plan.seeds > first.plan.seeds, "{:?} after {:?}", more.plan, first.plan);
 }
+
+/// A study of uniform rays alone in `folder`.
+fn fixed(folder: &Path, resume: bool) -> Results {
+    let request = Request {
+        candidates: vec!["fixed".into()],
+        budgets: vec![2],
+        seeds: 2,
+        ..Request::default()
+    };
+    let scene = scene_in(folder);
+    let study = Study::new(&scene, &folder.join("out"), &request, resume).unwrap();
+    study.run("a test", &Silent).unwrap()
+}
+
+/// A trial on disk holds no figure of any metric: all are counted anew from the pictures.
+#[test]
+fn metrics_are_counted_from_the_stored_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = fixed(folder.path(), false);
+    let out = folder.path().join("out");
+    let trials = std::fs::read_to_string(out.join(TRIALS)).unwrap();
+    assert!(!trials.contains("vdp") && !trials.contains("mse"), "{trials}");
+    for file in ["results.json", "results.csv"] {
+        std::fs::remove_file(out.join(file)).unwrap();
+    }
+    assert!(fixed(folder.path(), true) == whole, "every figure is the same");
+    assert_eq!(std::fs::read_to_string(out.join(TRIALS)).unwrap(), trials, "nothing is rendered");
+    let csv = std::fs::read_to_string(out.join("results.csv")).unwrap();
+    assert!(csv.contains(",vdp-localized-mean,vdp-localized-visible,"), "{csv}");
+}
+
+/// Results without a figure are refused by its name: 0 would say that no difference is seen.
+#[test]
+fn results_without_a_figure_are_refused_by_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    fixed(folder.path(), false);
+    let text = std::fs::read_to_string(folder.path().join("out/results.json")).unwrap();
+    let mut json: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let own = json["targets"][0]["own"].as_object_mut().unwrap();
+    assert!(own.remove("vdp_localized_mean_percent").is_some_and(|v| v.is_number()));
+    let message = serde_json::from_value::<Results>(json).unwrap_err().to_string();
+    assert!(message.contains("vdp_localized_mean_percent"), "{message}");
+}
