@@ -20,7 +20,7 @@ pub(super) fn verdict(results: &Results) -> Vec<String> {
 fn saved(results: &Results, headline: &Headline) -> String {
     let name = format!("{} with {}", headline.candidate, headline.label);
     let error = headline.error.as_ref().map_or_else(String::new, |error| {
-        format!(" at an error of {} ({})", figure(error.estimate), results.metric().title())
+        format!(", at an error of {} ({})", figure(error.estimate), results.metric().title())
     });
     let Some(ratio) = &headline.time_saved.ratio else {
         return format!("{name} was not timed beside the gold standard.");
@@ -30,19 +30,19 @@ fn saved(results: &Results, headline: &Headline) -> String {
     let equal = 100.0 * EQUAL;
     match headline.time_saved.outcome {
         Outcome::Above => {
-            format!("{name} takes {times} times less time than the gold standard{error}{range}.")
+            format!("{name} is {times} times as fast as the gold standard{range}{error}.")
         }
         Outcome::Below => {
             let longer = inverse(ratio);
             let (times, range) = (figure(longer.estimate), between(&longer));
-            format!("{name} takes {times} times as long as the gold standard{error}{range}.")
+            format!("{name} takes {times} times as long as the gold standard{range}{error}.")
         }
         Outcome::Equal => format!(
-            "{name} takes as long as the gold standard, to within {equal} %{error}: {times} times less \
-             time{range}."
+            "{name} takes as long as the gold standard, to within {equal} %: it is {times} times as \
+             fast{range}{error}."
         ),
         Outcome::Open => format!(
-            "{name} takes {times} times less time than the gold standard{error}{range}: still open."
+            "{name} is {times} times as fast as the gold standard{range}{error}: still open."
         ),
     }
 }

@@ -134,7 +134,7 @@ fn numbers(results: &Results) -> Vec<Number> {
         Some(Number { value: format!("{}×", figure(ratio.estimate)), what: what.into(), range })
     };
     let all = [
-        number(&headline.time_saved, "less run time than the gold standard"),
+        number(&headline.time_saved, "as fast as the gold standard"),
         number(&headline.error_gain, "the error, by uniform sampling in the same time"),
         number(&headline.error_cost, "the error of one gold standard"),
     ];
