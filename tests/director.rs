@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use assert_cmd::Command;
-use fogbow::director::{Sight, x_map};
+use fogbow::director::{Snapshot, x_map};
 use fogbow::image::{Film, read_exr, read_layers};
 use fogbow::math::{Ray, Rgb, Span, World, luminance};
 use fogbow::medium::{Density, Medium};
@@ -138,7 +138,7 @@ fn x_is_the_exact_transmittance() {
         let level_set_as_fog = path.ends_with("sphere.vdb");
         let options = LoadOptions { level_set_as_fog, ..LoadOptions::default().size([SIDE; 2]) };
         let scene = Scene::load(&path, &options).unwrap();
-        let (sight, _) = Sight::look(&scene, scene.film.size, 0, Needs::EVERYTHING);
+        let (sight, _) = Snapshot::look(&scene, scene.film.size, 0, Needs::EVERYTHING);
         let (x, _) = x_map(&scene, &sight, Needs::EVERYTHING);
         let mut crossed = 0;
         for (index, found) in x.iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use fogbow::light::{Environment, Light, Reach};
+use fogbow::light::{EmissionTarget, Environment, Light};
 use fogbow::math::{Rgb, WorldPoint};
 use glam::DVec3;
 
@@ -42,7 +42,7 @@ fn integrals_of_environments_are_those_of_what_is_seen() {
     ] {
         let environment = environment.unwrap();
         let [all, up] = by_midpoints(&environment);
-        let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 1.0).unwrap();
+        let reach = EmissionTarget::new(WorldPoint::new(0.0, 0.0, 0.0), 1.0).unwrap();
         let found = Light::Environment(environment.clone()).power(&reach) / PI;
         assert!(((found - all) / all).abs().max_element() < slack, "{name}: {found} not {all}");
         let found = environment.irradiance_up();

@@ -2,10 +2,10 @@
 //! threads.
 
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, WorldPoint, warp};
-use fogbow::photon::{PhotonMaps, Shooting, shoot};
-use fogbow::scene::lighting::{self, Draws};
+use fogbow::photon::{PhotonMaps, PhotonSettings, shoot};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{FinalGather, LoadOptions, Scene};
+use fogbow::transport::{PathContext, direct_light};
 use glam::DVec3;
 
 /// A box of thin haze before the camera, lit from the side and from all around.
@@ -44,7 +44,7 @@ const FORWARD: &str = "{ type = 'henyey-greenstein', g = 0.5 }";
 
 fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> PhotonMaps {
     let needs = Needs::EVERYTHING;
-    let shooting = Shooting {
+    let shooting = PhotonSettings {
         photons,
         seed: 3,
         max_scatter,
@@ -101,16 +101,17 @@ fn direct_light_is_that_found_at_the_place() {
     let maps = kept(&scene, 1000, None, 0);
     let [direct] = &maps.direct[..] else { panic!("the sun's light is kept") };
     assert!(direct.keeps(0));
-    let mut draws = Draws::new(Stream::new(1, Stage::Test, 0, 0), Needs::EVERYTHING);
+    let mut ctx = PathContext::new(Stream::new(1, Stage::Test, 0, 0), Needs::EVERYTHING);
     let mut mean = Rgb::ZERO;
     for p in places(200) {
-        let light: Rgb = (0..DRAWS).map(|_| direct.near(&scene, p, &mut draws)).sum();
+        let light: Rgb = (0..DRAWS).map(|_| direct.near(&scene, p, &mut ctx)).sum();
         let light = light / f64::from(DRAWS);
         let phase = &scene.media.get(0).phase;
         let toward = scene.camera.toward(p);
         let scatterers = [(phase, Rgb::ONE)];
         let sun = scene.lights.lights[0].sample(p, [0.5, 0.5]).unwrap();
-        let right = lighting::scattered(&scene, p, toward, &scatterers, &sun, &mut draws) / sun.pdf;
+        let right =
+            direct_light::scattered(&scene, p, toward, &scatterers, &sun, &mut ctx) / sun.pdf;
         // The sun is nearly a point, so that only the cells' width is between both; it shows most
         // where the light of two faces of the box meets.
         let off = (light - right) / right;

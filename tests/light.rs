@@ -9,8 +9,8 @@ use std::f64::consts::PI;
 
 use chi2::Chi2;
 use fogbow::light::{
-    EmitterHit, Environment, Falloff, Focus, Light, Lights, MeshLight, PointLight, QuadLight,
-    Reach, SpotLight, Sun,
+    EmissionTarget, EmitterHit, Environment, Falloff, Light, Lights, MeshLight, PointLight,
+    QuadLight, SpotLight, Sun, TargetSphere,
 };
 use fogbow::math::{Frame, Rgb, Stage, Stream, WorldPoint, warp};
 use glam::DVec3;
@@ -126,7 +126,7 @@ fn irradiance_is_that_of_the_closed_form() {
 }
 
 /// Flux of red light through the disk at the origin, from above, by sampling and by photons.
-fn compare(name: &str, light: &Light, reach: &Reach, disk: f64, middle: DVec3) {
+fn compare(name: &str, light: &Light, reach: &EmissionTarget, disk: f64, middle: DVec3) {
     const COUNT: u32 = 100_000;
     let normal = DVec3::new(0.2, 1.0, -0.1).normalize();
     let frame = Frame::around(normal);
@@ -157,14 +157,15 @@ fn compare(name: &str, light: &Light, reach: &Reach, disk: f64, middle: DVec3) {
 
 #[test]
 fn photons_carry_what_samples_say() {
-    let reach = |radius, outer| Reach::with_ring(WorldPoint::new(0.0, 0.0, 0.0), radius, outer);
+    let reach =
+        |radius, outer| EmissionTarget::with_ring(WorldPoint::new(0.0, 0.0, 0.0), radius, outer);
     for row in all(1.0) {
         for (radius, outer) in [(0.5, 0.5), (0.5, 2.0), (0.5, 20.0), (8.0, 8.0), (8.0, 30.0)] {
             let name = format!("{}, reach {radius} to {outer}", row.name);
             compare(&name, &row.light, &reach(radius, outer).unwrap(), 0.45, DVec3::ZERO);
         }
         // Foci: over the disk, beside it, round the light of some rows, and one without weight.
-        let focus = |x: f64, radius: f64, weight: f64| Focus {
+        let focus = |x: f64, radius: f64, weight: f64| TargetSphere {
             center: WorldPoint::new(x, 0.1, -0.1),
             radius,
             weight,
@@ -207,14 +208,14 @@ fn photons_carry_what_samples_say() {
 fn any_scale_works() {
     for scale in [1e-6, 1e-3, 1e3, 1e7] {
         for row in all(scale) {
-            let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 0.3 * scale).unwrap();
+            let reach = EmissionTarget::new(WorldPoint::new(0.0, 0.0, 0.0), 0.3 * scale).unwrap();
             let name = format!("{} at {scale} m", row.name);
             compare(&name, &row.light, &reach, 0.25 * scale, DVec3::ZERO);
         }
     }
     // A target of a micrometre, lit from 1e7 m.
     for row in all(1e7) {
-        let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 1e-6).unwrap();
+        let reach = EmissionTarget::new(WorldPoint::new(0.0, 0.0, 0.0), 1e-6).unwrap();
         compare(row.name, &row.light, &reach, 0.8e-6, DVec3::ZERO);
     }
 }
@@ -271,7 +272,7 @@ fn dark_lights_give_nothing() {
         Light::Environment(Environment::gradient(&[(-9.0, black), (9.0, black)]).unwrap()),
         Light::Environment(Environment::picture(2, 1, vec![[0.0; 3]; 2], WHITE, 0.0).unwrap()),
     ];
-    let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 1.0).unwrap();
+    let reach = EmissionTarget::new(WorldPoint::new(0.0, 0.0, 0.0), 1.0).unwrap();
     for light in &lights {
         assert!(light.sample(WorldPoint::new(0.1, 0.2, 0.3), [0.3, 0.6]).is_none(), "{light:?}");
         assert!(light.emit(&reach, [0.3, 0.6, 0.2, 0.8]).is_none(), "{light:?}");
@@ -312,7 +313,7 @@ fn power_of_a_spot_is_what_it_was_made_with() {
     for falloff in [Falloff::Smooth { start: 5.0 }, Falloff::Cosine { exponent: 30.0 }] {
         let spot = SpotLight::new(at, DVec3::X, WHITE, 60.0, falloff).unwrap();
         let light = Light::Spot(spot.with_power(Rgb::new(5.0, 0.0, 2.0)).unwrap());
-        let reach = Reach::new(at, 1.0).unwrap();
+        let reach = EmissionTarget::new(at, 1.0).unwrap();
         let mut stream = Stream::new(11, Stage::Test, 0, 0);
         let (power, sigma) = mean((0..100_000).map(|_| {
             let [a, b] = stream.uniform2();
@@ -347,7 +348,7 @@ fn values_out_of_range_are_refused_by_name() {
         (Environment::constant(nan).map(|_| ()), "radiance"),
         (Environment::picture(2, 2, vec![[1.0; 3]; 3], WHITE, 0.0).map(|_| ()), "2 x 2"),
         (Environment::picture(1, 1, vec![[f32::NAN; 3]], WHITE, 0.0).map(|_| ()), "texel 0"),
-        (Reach::new(at, 0.0).map(|_| ()), "radii"),
+        (EmissionTarget::new(at, 0.0).map(|_| ()), "radii"),
     ] {
         let message = found.unwrap_err();
         assert!(message.contains(word) && message.contains("must"), "{message}");

@@ -1,7 +1,7 @@
 //! The photon maps against brute force, and their order on one and two threads.
 
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint, warp};
-use fogbow::photon::{BeamMap, Beside, Photon, PhotonMap, Placed};
+use fogbow::photon::{BeamHit, BeamMap, Photon, PhotonAt, PhotonMap};
 use glam::DVec3;
 
 fn stream(index: u64) -> Stream {
@@ -9,10 +9,10 @@ fn stream(index: u64) -> Stream {
 }
 
 /// Photons at `places`, each with its number as power.
-fn numbered(places: impl IntoIterator<Item = [f32; 3]>) -> Vec<Placed> {
+fn numbered(places: impl IntoIterator<Item = [f32; 3]>) -> Vec<PhotonAt> {
     let photon = |(i, place)| {
         let power = Rgb::new(f64::from(i), 1.0, 1.0);
-        Placed { place, photon: Photon::new(power, DVec3::Z) }
+        PhotonAt { place, photon: Photon::new(power, DVec3::Z) }
     };
     (0u32..).zip(places).map(photon).collect()
 }
@@ -27,7 +27,7 @@ fn random_places(n: usize, index: u64) -> Vec<[f32; 3]> {
 }
 
 /// What maps are tried on; coordinates up to 1 m from the origin.
-fn clouds() -> Vec<(&'static str, Vec<Placed>)> {
+fn clouds() -> Vec<(&'static str, Vec<PhotonAt>)> {
     let random = random_places(3000, 0);
     let plane = random.iter().map(|&[x, y, _]| [x, y, 0.25]);
     let line = random.iter().take(500).map(|&[x, _, _]| [x, -0.5, 0.25]);
@@ -52,7 +52,7 @@ fn origins() -> [WorldPoint; 2] {
     [WorldPoint::new(0.0, 0.0, 0.0), WorldPoint::new(1e7, -1e7, 3e6)]
 }
 
-fn place(origin: WorldPoint, photon: &Placed) -> WorldPoint {
+fn place(origin: WorldPoint, photon: &PhotonAt) -> WorldPoint {
     origin + DVec3::from(photon.place.map(f64::from))
 }
 
@@ -113,7 +113,7 @@ fn the_distance_to_the_nearest_is_that_of_brute_force() {
 }
 
 /// Random rays through the cloud, rays along the axes through photons, rays that miss.
-fn rays(origin: WorldPoint, photons: &[Placed], from: f64) -> Vec<Ray<World>> {
+fn rays(origin: WorldPoint, photons: &[PhotonAt], from: f64) -> Vec<Ray<World>> {
     let mut rng = stream(3);
     let mut rays = Vec::new();
     for _ in 0..40 {
@@ -177,7 +177,7 @@ fn gathers_along_rays_work_at_any_scale() {
 }
 
 /// Radii of the photons: every third is half as wide as the widest.
-fn radii(photons: &[Placed], widest: f64) -> Vec<f32> {
+fn radii(photons: &[PhotonAt], widest: f64) -> Vec<f32> {
     let share = |i: usize| if i % 3 == 2 { 0.5 } else { 1.0 };
     (0..photons.len()).map(|i| (share(i) * widest) as f32).collect()
 }
@@ -187,20 +187,20 @@ fn along_like_brute_force(
     name: &str,
     map: &BeamMap,
     origin: WorldPoint,
-    photons: &[Placed],
+    photons: &[PhotonAt],
     widest: f64,
     ray: &Ray<World>,
     span: Span,
     tolerance: f64,
 ) {
-    let beside = |photon: &Placed| {
+    let beside = |photon: &PhotonAt| {
         // Relative to the map, where coordinates are small.
         let from_ray = (origin - ray.origin) + DVec3::from(photon.place.map(f64::from));
         let t = from_ray.dot(ray.direction);
         (t, (from_ray - ray.direction * t).length())
     };
     let mut found = vec![0; photons.len()];
-    map.along(ray, span, 1.0, |b: Beside<'_>| {
+    map.along(ray, span, 1.0, |b: BeamHit<'_>| {
         let (t, distance) = beside(&photons[number(b.photon)]);
         assert!((b.t - t).abs() < tolerance, "{name}: {} for {t}", b.t);
         assert!((b.distance2.sqrt() - distance).abs() < 1e-4 * widest, "{name}: {distance}");
@@ -222,7 +222,7 @@ fn along_like_brute_force(
 }
 
 /// Photon numbers in the order of many gathers.
-fn order(photons: &[Placed], threads: usize) -> (Vec<usize>, Vec<usize>) {
+fn order(photons: &[PhotonAt], threads: usize) -> (Vec<usize>, Vec<usize>) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let origin = WorldPoint::new(0.0, 0.0, 0.0);

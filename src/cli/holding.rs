@@ -8,7 +8,7 @@ use crate::image::Window;
 
 /// How a render is cut short and taken up again, and what it may take.
 #[derive(Debug, clap::Args)]
-pub(super) struct HoldArgs {
+pub(super) struct LimitArgs {
     /// Go on from the checkpoint that a render of the same picture left beside the output; start
     /// from the beginning where there is none.
     #[arg(long)]

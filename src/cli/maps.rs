@@ -8,7 +8,7 @@ use super::console;
 use super::load;
 use super::look::LookArgs;
 use super::settings::{RunArgs, SettingArgs};
-use crate::director::KeptSight;
+use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
 use crate::image::{
     Image, Picture, ScalarMap, View, ViewTransform, contact_sheet, titled, write_exr_image,
@@ -65,8 +65,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .map_err(|e| Error::file(&args.output, format!("cannot be made: {e}; give a folder")))?;
     let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
     let (scene, pool, _) = load::scene_to_show(&args.scene, options, &args.run)?;
-    let kept =
-        args.z.as_ref().map(|path| KeptSight::read(path, &scene, &scene.render)).transpose()?;
+    let kept = args
+        .z
+        .as_ref()
+        .map(|path| CachedSnapshot::read(path, &scene, &scene.render))
+        .transpose()?;
     let mut stages = Stages::default();
     let maps =
         pool.install(|| render::maps(&scene, &scene.render, kept, Extent::All, &mut stages))?;

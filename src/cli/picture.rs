@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use super::console;
 use super::header::{self, Method};
-use super::holding::{HoldArgs, Pause, checkpoint_path};
+use super::holding::{LimitArgs, Pause, checkpoint_path};
 use super::interrupt::Interrupt;
 use super::limit;
 use super::load::Preparation;
@@ -16,7 +16,7 @@ use super::memory;
 use super::output::Output;
 use super::partial;
 use super::progress::Console;
-use crate::director::KeptSight;
+use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
 use crate::image::Denoiser;
 use crate::render::{
@@ -46,7 +46,7 @@ pub(super) struct Job<'a> {
     /// Where it goes.
     pub(super) output: &'a Output,
     /// What holds it.
-    pub(super) hold: &'a HoldArgs,
+    pub(super) hold: &'a LimitArgs,
     /// Ends it on Ctrl-C.
     pub(super) interrupt: &'a Interrupt,
     /// How it is made.
@@ -67,7 +67,7 @@ pub(super) struct Job<'a> {
 
 /// What is told of a picture that is written.
 #[derive(Debug)]
-pub(super) struct Told {
+pub(super) struct PictureReport {
     /// Settings, seconds, work, memory and paths.
     pub(super) report: Value,
     /// The files.
@@ -75,10 +75,10 @@ pub(super) struct Told {
     /// What is kept, and how to go on, where the picture was interrupted.
     pub(super) interrupted: Option<String>,
     /// What the director saw first.
-    pub(super) sight: Option<KeptSight>,
+    pub(super) sight: Option<CachedSnapshot>,
 }
 
-impl Told {
+impl PictureReport {
     /// The end of a run whose last picture this is.
     ///
     /// # Errors
@@ -102,8 +102,8 @@ impl Job<'_> {
         scene: &mut Scene,
         pool: &ThreadPool,
         mut warnings: Vec<String>,
-        kept: Option<KeptSight>,
-    ) -> Result<Told> {
+        kept: Option<CachedSnapshot>,
+    ) -> Result<PictureReport> {
         let asked = scene.render.photons;
         self.crop(scene)?;
         let start = Instant::now();
@@ -151,7 +151,7 @@ impl Job<'_> {
                 going_on(checkpoints.as_ref(), &rendered)
             )
         });
-        Ok(Told { report, output, interrupted, sight: rendered.sight.take() })
+        Ok(PictureReport { report, output, interrupted, sight: rendered.sight.take() })
     }
 
     fn crop(&self, scene: &mut Scene) -> Result<()> {
@@ -244,7 +244,7 @@ impl Job<'_> {
         &self,
         scene: &Scene,
         pool: &ThreadPool,
-        kept: Option<KeptSight>,
+        kept: Option<CachedSnapshot>,
         checkpoints: Option<&Checkpoints>,
     ) -> Result<Rendered> {
         let console = Console::new(self.clock.clone());
@@ -362,7 +362,7 @@ fn share(rendered: &Rendered) -> String {
 
 /// How to go on with a picture that is not finished.
 fn going_on(checkpoints: Option<&Checkpoints>, rendered: &Rendered) -> String {
-    match checkpoints.filter(|_| rendered.unkept.is_none()) {
+    match checkpoints.filter(|_| rendered.checkpoint_error.is_none()) {
         Some(kept) => {
             format!("; {} holds its state: add --resume to go on", kept.path().display())
         }

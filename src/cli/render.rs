@@ -9,13 +9,13 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use super::console;
 use super::frames::FrameArgs;
 use super::header::Method;
-use super::holding::HoldArgs;
+use super::holding::LimitArgs;
 use super::interrupt::Interrupt;
 use super::limit;
 use super::load;
 use super::look::LookArgs;
 use super::output::Output;
-use super::picture::{Job, Told};
+use super::picture::{Job, PictureReport};
 use super::sequence;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
 use crate::error::{Error, Result};
@@ -50,7 +50,7 @@ pub(super) struct Args {
         value_parser = PossibleValuesParser::new(["needed", "everything"]).map(planning))]
     pub(super) plan: Planning,
     #[command(flatten)]
-    pub(super) hold: HoldArgs,
+    pub(super) hold: LimitArgs,
     #[command(flatten)]
     pub(super) frames: FrameArgs,
     #[command(flatten)]
@@ -187,7 +187,7 @@ pub(super) fn advice(args: &Args, scene: &Scene) -> Vec<String> {
 }
 
 /// Prints what is told of a picture.
-pub(super) fn tell(args: &Args, told: &Told) {
+pub(super) fn tell(args: &Args, told: &PictureReport) {
     if args.run.json {
         console::result(&told.report.to_string());
     } else {

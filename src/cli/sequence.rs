@@ -16,10 +16,10 @@ use super::limit;
 use super::load::{self, Preparation};
 use super::memory;
 use super::output::Output;
-use super::picture::{Job, Told};
+use super::picture::{Job, PictureReport};
 use super::render::{self, Args};
 use super::units;
-use crate::director::KeptSight;
+use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
 use crate::image::{Denoiser, read_layers};
 use crate::render::Clock;
@@ -106,7 +106,7 @@ struct Run<'a> {
     /// Pictures rendered, and the time for them.
     rendered: (u32, Duration),
     /// The director's first look at the picture before.
-    sight: Option<KeptSight>,
+    sight: Option<CachedSnapshot>,
     /// What has been said, which need not be said of each frame.
     said: BTreeSet<String>,
     /// Takes the noise off, once a frame has asked for it.
@@ -167,7 +167,7 @@ impl<'a> Run<'a> {
         let state = if held.is_some() { "held" } else { "rendered" };
         let of_frame = json!({ "frame": number, "state": state, "held": held, "problem": problem });
         let report = merged(of_frame, told.report);
-        let told = Told { report, ..told };
+        let told = PictureReport { report, ..told };
         render::tell(self.args, &told);
         told.end(self.interrupt)
     }
@@ -180,7 +180,7 @@ impl<'a> Run<'a> {
         pool: &rayon::ThreadPool,
         warnings: Vec<String>,
         (start, loading): (Duration, Duration),
-    ) -> Result<Told> {
+    ) -> Result<PictureReport> {
         // The frame that is read meanwhile will be about as large as this one.
         let next: usize = scene.media.grid_bytes().iter().sum();
         let job = Job {

@@ -4,7 +4,7 @@ use crate::scene::Directing;
 
 /// What a pixel may spend: plain numbers, fixed before its samples are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Budget {
+pub struct PixelBudget {
     /// Camera rays.
     pub rays: u32,
     /// Rays after which the pixel may end early.
@@ -22,7 +22,7 @@ pub struct Budget {
 /// Rays of a pixel along which light that varies little within it is gathered.
 const GATHERS: u32 = 4;
 
-impl Budget {
+impl PixelBudget {
     /// The same for all pixels: the gold standard, where `radius` and `step` are the finest.
     pub const fn fixed(rays: u32, radius: f64, step: f64) -> Self {
         Self { rays, least: rays, tolerance: 0.0, gathers: GATHERS, radius, step }
@@ -78,7 +78,7 @@ mod tests {
     use crate::scene::Directed;
     use proptest::prelude::*;
 
-    const GOLD: Budget = Budget::fixed(16, 0.1, 0.02);
+    const GOLD: PixelBudget = PixelBudget::fixed(16, 0.1, 0.02);
 
     #[test]
     fn the_ends_of_importance() {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::quantile::quantile;
-use super::sight::{Sight, middle};
+use super::snapshot::{Snapshot, middle};
 use crate::image::Image;
 use crate::math::{Ray, Rgb, Span, World, luminance};
 use crate::scene::Scene;
@@ -18,7 +18,7 @@ const WHITE: f64 = 0.99;
 /// `sight` in place of intersections. 0 where no light can come along the ray: nothing is hit and
 /// no environment shines (Anson et al. 2006, section 3.1).
 /// Without media in `needs` it is 1, without an environment 0 where nothing is hit.
-pub fn x_map(scene: &Scene, sight: &Sight, needs: Needs) -> (Vec<f32>, Work) {
+pub fn x_map(scene: &Scene, sight: &Snapshot, needs: Needs) -> (Vec<f32>, Work) {
     let width = sight.snapshot.width();
     let size = [width, sight.snapshot.height()].map(|side| side as u32);
     let dark = |ray: &Ray<World>| scene.lights.environment_radiance(ray.direction) == Rgb::ZERO;

@@ -6,20 +6,20 @@
 //! on gather radius and march step, and X may know the light that the medium scatters.
 
 mod budget;
+mod cached_snapshot;
 mod extinction;
 mod importance;
-mod kept;
 mod noise;
 mod quantile;
 mod resample;
 mod saliency;
-mod sight;
+mod snapshot;
 
-pub use budget::{Budget, radius_level};
+pub use budget::{PixelBudget, radius_level};
+pub use cached_snapshot::CachedSnapshot;
 pub use extinction::{false_medium, x_map};
 pub use importance::xs_map;
-pub use kept::KeptSight;
 pub use noise::uncertainty;
 pub use resample::resampled;
 pub use saliency::Saliency;
-pub use sight::Sight;
+pub use snapshot::Snapshot;

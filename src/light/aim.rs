@@ -3,9 +3,9 @@
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
+use super::emission_target::TargetSphere;
 use super::ground::Ground;
-use super::reach::Focus;
-use super::{Reach, mixture, one_minus_cos_between, one_minus_cos_by_sine};
+use super::{EmissionTarget, mixture, one_minus_cos_between, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
 
 /// A light's own distribution of directions from one place.
@@ -21,12 +21,12 @@ pub(super) trait Lobe {
     fn shines(&self, along: DVec3) -> bool;
 }
 
-/// A mixture of the directions to the near and to the far sphere of a [`Reach`], where those are
+/// A mixture of the directions to the near and to the far sphere of a [`EmissionTarget`], where those are
 /// narrower than the light's own lobe, and of that lobe where not; and of the same for each of the
 /// foci. Where endless ground reaches beyond the far sphere also of those to ground and the lobe.
 #[derive(Debug, Clone)]
 pub(super) struct Aim<'a, L> {
-    reach: &'a Reach,
+    reach: &'a EmissionTarget,
     from: WorldPoint,
     lobe: &'a L,
     /// Of both cones.
@@ -51,7 +51,7 @@ const ALL: f64 = 2.0;
 
 impl<'a, L: Lobe> Aim<'a, L> {
     /// From a place `from` of a light that shines into `lobe`.
-    pub(super) fn new(reach: &'a Reach, from: WorldPoint, lobe: &'a L) -> Self {
+    pub(super) fn new(reach: &'a EmissionTarget, from: WorldPoint, lobe: &'a L) -> Self {
         let cone = |radius| reach.cone(from, radius);
         let target = |radius| match cone(radius) {
             Some((_, width)) if width < lobe.one_minus_cos() => Target::Cone(width),
@@ -115,7 +115,7 @@ impl<'a, L: Lobe> Aim<'a, L> {
     }
 
     /// Whether the cone round a focus, in this direction from the light, is worth aiming at.
-    fn has_cone(&self, focus: &Focus, toward: DVec3) -> bool {
+    fn has_cone(&self, focus: &TargetSphere, toward: DVec3) -> bool {
         let (radius2, distance2) = (focus.radius * focus.radius, toward.length_squared());
         let width = self.lobe.one_minus_cos().min(1.0);
         // As an inequality of sines: cheap, since it is asked for each focus of each photon.
@@ -123,7 +123,7 @@ impl<'a, L: Lobe> Aim<'a, L> {
     }
 
     /// The cone round a focus, where it is worth aiming at.
-    fn cone_of(&self, focus: &Focus) -> Option<(DVec3, f64)> {
+    fn cone_of(&self, focus: &TargetSphere) -> Option<(DVec3, f64)> {
         let toward = focus.center - self.from;
         self.has_cone(focus, toward).then(|| {
             let distance = toward.length();
@@ -131,7 +131,7 @@ impl<'a, L: Lobe> Aim<'a, L> {
         })
     }
 
-    fn focus_pdf(&self, focus: &Focus, direction: DVec3) -> f64 {
+    fn focus_pdf(&self, focus: &TargetSphere, direction: DVec3) -> f64 {
         let toward = focus.center - self.from;
         if !self.has_cone(focus, toward) {
             return self.lobe.pdf(direction);

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::cdf::Cdf;
 use super::surface::{SurfacePoint, area_pdf, power_toward};
-use super::{EmitterHit, LightSample, PhotonStart, Reach, checked_color};
+use super::{EmissionTarget, EmitterHit, LightSample, PhotonStart, checked_color};
 use crate::math::{Aabb, Rgb, WorldPoint, luminance, warp};
 
 /// A mesh of constant radiance on the side from which its triangles run counter-clockwise.
@@ -75,11 +75,11 @@ impl MeshLight {
         area_pdf(direction, hit, self.area())
     }
 
-    pub(super) fn emit(&self, reach: &Reach, u: [f64; 4]) -> Option<PhotonStart> {
+    pub(super) fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {
         self.point([u[0], u[1]]).emit(self.radiance, self.area(), reach, [u[2], u[3]])
     }
 
-    pub(super) fn power_toward(&self, reach: &Reach) -> Rgb {
+    pub(super) fn power_toward(&self, reach: &EmissionTarget) -> Rgb {
         let toward = (reach.center() - self.center).normalize_or(DVec3::Z);
         let middle = SurfacePoint { position: self.center, normal: toward };
         power_toward(&middle, self.radiance, self.area(), reach)

@@ -7,6 +7,7 @@
 
 mod aim;
 mod cdf;
+mod emission_target;
 mod environment;
 mod ground;
 mod lights;
@@ -14,7 +15,6 @@ mod mesh;
 mod mixture;
 mod point;
 mod quad;
-mod reach;
 mod spot;
 mod sun;
 mod surface;
@@ -22,12 +22,12 @@ mod surface;
 use glam::DVec3;
 
 use crate::math::{Ray, Rgb, World, WorldPoint, is_grey};
+pub use emission_target::{EmissionTarget, TargetSphere};
 pub use environment::Environment;
 pub use lights::Lights;
 pub use mesh::MeshLight;
 pub use point::PointLight;
 pub use quad::QuadLight;
-pub use reach::{Focus, Reach};
 pub use spot::{BeamPicture, Falloff, SpotLight};
 pub use sun::Sun;
 pub use surface::aim_from;
@@ -58,7 +58,7 @@ impl LightSample {
 /// The start of a photon's path.
 #[derive(Debug, Clone, Copy)]
 pub struct PhotonStart {
-    /// From the light, or from outside [`Reach`] for sun and environment; unit direction.
+    /// From the light, or from outside [`EmissionTarget`] for sun and environment; unit direction.
     pub ray: Ray<World>,
     /// Power in W that the photon carries when it is the only one emitted: divide by the number
     /// of paths started, those that gave none included.
@@ -131,7 +131,7 @@ impl Light {
 
     /// Starts a photon toward `reach`, or nothing where this choice of numbers carries no power:
     /// that counts as a path that was emitted. What arrives inside `reach` is unbiased.
-    pub fn emit(&self, reach: &Reach, u: [f64; 4]) -> Option<PhotonStart> {
+    pub fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {
         let start = match self {
             Self::Point(l) => l.emit(reach, u),
             Self::Spot(l) => l.emit(reach, u),
@@ -145,7 +145,7 @@ impl Light {
 
     /// About the power in W that [`Self::emit`] covers, for choosing between lights; 0 only where
     /// nothing is emitted.
-    pub fn power(&self, reach: &Reach) -> Rgb {
+    pub fn power(&self, reach: &EmissionTarget) -> Rgb {
         match self {
             Self::Point(l) => l.power_toward(reach),
             Self::Spot(l) => l.power_toward(reach),

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::aim::{Aim, Lobe};
-use super::{LightSample, PhotonStart, Reach, checked_color, checked_place};
+use super::{EmissionTarget, LightSample, PhotonStart, checked_color, checked_place};
 use crate::math::{Ray, Rgb, WorldPoint, luminance, warp};
 
 /// A point light.
@@ -49,12 +49,12 @@ impl PointLight {
         delta_sample(self.position, at, |_| self.intensity)
     }
 
-    pub(super) fn emit(&self, reach: &Reach, u: [f64; 4]) -> Option<PhotonStart> {
+    pub(super) fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {
         let (direction, pdf) = Aim::new(reach, self.position, &Everywhere).sample([u[0], u[1]])?;
         Some(PhotonStart { ray: Ray::new(self.position, direction), power: self.intensity / pdf })
     }
 
-    pub(super) fn power_toward(&self, reach: &Reach) -> Rgb {
+    pub(super) fn power_toward(&self, reach: &EmissionTarget) -> Rgb {
         self.intensity * (4.0 * PI * Aim::new(reach, self.position, &Everywhere).share())
     }
 

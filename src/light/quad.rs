@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::surface::{SurfacePoint, area_pdf, power_toward};
-use super::{EmitterHit, LightSample, PhotonStart, Reach, checked_color, checked_place};
+use super::{EmissionTarget, EmitterHit, LightSample, PhotonStart, checked_color, checked_place};
 use crate::math::{Rgb, WorldPoint, luminance};
 
 /// A parallelogram of constant radiance on the side that u x v points to.
@@ -76,11 +76,11 @@ impl QuadLight {
         area_pdf(direction, hit, self.area)
     }
 
-    pub(super) fn emit(&self, reach: &Reach, u: [f64; 4]) -> Option<PhotonStart> {
+    pub(super) fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {
         self.point([u[0], u[1]]).emit(self.radiance, self.area, reach, [u[2], u[3]])
     }
 
-    pub(super) fn power_toward(&self, reach: &Reach) -> Rgb {
+    pub(super) fn power_toward(&self, reach: &EmissionTarget) -> Rgb {
         power_toward(&self.point([0.5, 0.5]), self.radiance, self.area, reach)
     }
 

@@ -6,7 +6,9 @@ use glam::DVec3;
 
 use super::aim::{Aim, Lobe};
 use super::point::{delta_estimate, delta_sample};
-use super::{LightSample, PhotonStart, Reach, checked_color, checked_direction, checked_place};
+use super::{
+    EmissionTarget, LightSample, PhotonStart, checked_color, checked_direction, checked_place,
+};
 use super::{one_minus_cos, one_minus_cos_between};
 use crate::math::{Frame, Ray, Rgb, WorldPoint, are_grey, is_grey, warp};
 
@@ -197,7 +199,7 @@ impl SpotLight {
         delta_sample(self.position, at, |direction| self.intensity(direction))
     }
 
-    pub(super) fn emit(&self, reach: &Reach, u: [f64; 4]) -> Option<PhotonStart> {
+    pub(super) fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {
         let (direction, pdf) = Aim::new(reach, self.position, self).sample([u[0], u[1]])?;
         Some(PhotonStart {
             ray: Ray::new(self.position, direction),
@@ -205,7 +207,7 @@ impl SpotLight {
         })
     }
 
-    pub(super) fn power_toward(&self, reach: &Reach) -> Rgb {
+    pub(super) fn power_toward(&self, reach: &EmissionTarget) -> Rgb {
         self.power * Aim::new(reach, self.position, self).share()
     }
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{LightSample, PhotonStart, Reach, checked_color, checked_direction};
+use super::{EmissionTarget, LightSample, PhotonStart, checked_color, checked_direction};
 use super::{one_minus_cos, one_minus_cos_between};
 use crate::math::{Frame, Ray, Rgb, luminance, warp};
 
@@ -95,13 +95,13 @@ impl Sun {
         self.disk.filter(|d| one_minus_cos_between(direction, self.toward) <= d.one_minus_cos)
     }
 
-    pub(super) fn emit(&self, reach: &Reach, u: [f64; 4]) -> Option<PhotonStart> {
+    pub(super) fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {
         let (toward, pdf, radiance) = self.toward([u[0], u[1]]);
         let (origin, place_pdf) = reach.start(-toward, [u[2], u[3]]);
         Some(PhotonStart { ray: Ray::new(origin, -toward), power: radiance / (pdf * place_pdf) })
     }
 
-    pub(super) fn power(&self, reach: &Reach) -> Rgb {
+    pub(super) fn power(&self, reach: &EmissionTarget) -> Rgb {
         self.irradiance * reach.disk_area()
     }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::aim::{Aim, Lobe};
-use super::{EmitterHit, LightSample, PhotonStart, Reach};
+use super::{EmissionTarget, EmitterHit, LightSample, PhotonStart};
 use crate::math::{Frame, Ray, Rgb, WorldPoint, warp};
 
 /// A place on a shining surface, chosen uniformly by area.
@@ -38,7 +38,7 @@ impl SurfacePoint {
         &self,
         radiance: Rgb,
         area: f64,
-        reach: &Reach,
+        reach: &EmissionTarget,
         u: [f64; 2],
     ) -> Option<PhotonStart> {
         let lobe = CosineLobe(Frame::around(self.normal));
@@ -65,7 +65,7 @@ impl SurfacePoint {
 pub fn aim_from(
     place: WorldPoint,
     normal: DVec3,
-    reach: &Reach,
+    reach: &EmissionTarget,
     u: [f64; 2],
 ) -> Option<(DVec3, f64)> {
     let lobe = CosineLobe(Frame::around(normal));
@@ -73,7 +73,12 @@ pub fn aim_from(
 }
 
 /// About the power in W toward `reach` of a surface of `area` m² round `place`.
-pub(super) fn power_toward(place: &SurfacePoint, radiance: Rgb, area: f64, reach: &Reach) -> Rgb {
+pub(super) fn power_toward(
+    place: &SurfacePoint,
+    radiance: Rgb,
+    area: f64,
+    reach: &EmissionTarget,
+) -> Rgb {
     let lobe = CosineLobe(Frame::around(place.normal));
     radiance * (PI * area * Aim::new(reach, place.position, &lobe).share())
 }

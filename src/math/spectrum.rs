@@ -41,16 +41,16 @@ pub trait Spectrum:
     /// The same in 32 bits, as bulk data is stored.
     type Stored: Copy + Debug + Default + PartialEq + Send + Sync;
     /// The same in 32 bits, to reckon with.
-    type Short: Copy
+    type F32: Copy
         + Debug
         + Default
         + Send
         + Sync
-        + Add<Output = Self::Short>
+        + Add<Output = Self::F32>
         + AddAssign
         + Sum
-        + Mul<f32, Output = Self::Short>
-        + Div<f32, Output = Self::Short>;
+        + Mul<f32, Output = Self::F32>
+        + Div<f32, Output = Self::F32>;
 
     /// The channels of `color`, which are all the same where there is but one.
     fn of(color: Rgb) -> Self;
@@ -62,23 +62,23 @@ pub trait Spectrum:
     #[must_use]
     fn each(self, f: impl Fn(f64) -> f64) -> Self;
     /// In 32 bits, to reckon with.
-    fn short(self) -> Self::Short;
+    fn to_f32(self) -> Self::F32;
     /// From 32 bits.
-    fn long(short: Self::Short) -> Self;
+    fn to_f64(short: Self::F32) -> Self;
     /// For storing.
-    fn pack(short: Self::Short) -> Self::Stored;
+    fn pack(short: Self::F32) -> Self::Stored;
     /// As it was stored.
-    fn unpack(stored: Self::Stored) -> Self::Short;
+    fn unpack(stored: Self::Stored) -> Self::F32;
     /// From one number a channel, which `f` gives.
-    fn from_channels(f: impl Fn(usize) -> f32) -> Self::Short;
+    fn from_channels(f: impl Fn(usize) -> f32) -> Self::F32;
     /// One channel of a short one.
-    fn short_channel(short: Self::Short, index: usize) -> f32;
+    fn channel_f32(short: Self::F32, index: usize) -> f32;
     /// The sum over the three channels of the colour.
     fn element_sum(self) -> f64;
     /// The largest channel.
     fn max_element(self) -> f64;
     /// Which channels of the colour are above 0.
-    fn lit(self) -> BVec3;
+    fn nonzero(self) -> BVec3;
 
     /// The same in all channels.
     fn splat(value: f64) -> Self {
@@ -109,7 +109,7 @@ impl Spectrum for Rgb {
     const ONE: Self = Self::ONE;
 
     type Stored = [f32; 3];
-    type Short = Vec3A;
+    type F32 = Vec3A;
 
     fn of(color: Rgb) -> Self {
         color
@@ -127,11 +127,11 @@ impl Spectrum for Rgb {
         Self::new(f(self.x), f(self.y), f(self.z))
     }
 
-    fn short(self) -> Vec3A {
+    fn to_f32(self) -> Vec3A {
         self.as_vec3a()
     }
 
-    fn long(short: Vec3A) -> Self {
+    fn to_f64(short: Vec3A) -> Self {
         short.as_dvec3()
     }
 
@@ -147,7 +147,7 @@ impl Spectrum for Rgb {
         Vec3A::new(f(0), f(1), f(2))
     }
 
-    fn short_channel(short: Vec3A, index: usize) -> f32 {
+    fn channel_f32(short: Vec3A, index: usize) -> f32 {
         short[index]
     }
 
@@ -159,7 +159,7 @@ impl Spectrum for Rgb {
         Self::max_element(self)
     }
 
-    fn lit(self) -> BVec3 {
+    fn nonzero(self) -> BVec3 {
         self.cmpgt(Self::ZERO)
     }
 }
@@ -170,7 +170,7 @@ impl Spectrum for f64 {
     const ONE: Self = 1.0;
 
     type Stored = f32;
-    type Short = f32;
+    type F32 = f32;
 
     fn of(color: Rgb) -> Self {
         color.x
@@ -188,11 +188,11 @@ impl Spectrum for f64 {
         f(self)
     }
 
-    fn short(self) -> f32 {
+    fn to_f32(self) -> f32 {
         self as f32
     }
 
-    fn long(short: f32) -> Self {
+    fn to_f64(short: f32) -> Self {
         Self::from(short)
     }
 
@@ -208,7 +208,7 @@ impl Spectrum for f64 {
         f(0)
     }
 
-    fn short_channel(short: f32, _: usize) -> f32 {
+    fn channel_f32(short: f32, _: usize) -> f32 {
         short
     }
 
@@ -220,7 +220,7 @@ impl Spectrum for f64 {
         self
     }
 
-    fn lit(self) -> BVec3 {
+    fn nonzero(self) -> BVec3 {
         BVec3::splat(self > 0.0)
     }
 }

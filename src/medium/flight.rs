@@ -56,7 +56,7 @@ impl<'a> Flights<'a> {
         power: S,
         rng: &mut Stream,
     ) -> Self {
-        let channels = power.lit();
+        let channels = power.nonzero();
         let flights = SmallVec::new();
         let mut flights = Self { media, ray: *ray, end: span.end, channels, lookups: 0, flights };
         flights.start_at(span.start, rng);
@@ -94,7 +94,7 @@ impl<'a> Flights<'a> {
     /// out, further collisions come at the rate of those that are left. Without that a medium that
     /// is a million times as thick for red would stop blue light a million times for nothing.
     pub fn carry_on<S: Spectrum>(&mut self, power: S, t: f64, rng: &mut Stream) {
-        let channels = power.lit();
+        let channels = power.nonzero();
         if channels != self.channels {
             self.channels = channels;
             self.start_at(t, rng); // the process has no memory

@@ -155,7 +155,7 @@ impl Media {
     /// The sum of all majorants of bricks and regions at `p`, 1/m, over the channels in which
     /// there is `power`.
     pub fn majorant_at<S: Spectrum>(&self, p: WorldPoint, power: S) -> f64 {
-        let channels = power.lit();
+        let channels = power.nonzero();
         self.media.iter().map(|m| m.sigma_t_max(channels) * m.density.majorant(p)).sum()
     }
 

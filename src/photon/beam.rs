@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::math::{Ray, Rgb, Span, Spectrum, Stage, Stream, World, WorldPoint};
 
-use super::{Heading, Octahedral, Photon, Placed};
+use super::{Octahedral, Photon, PhotonAt, PhotonDirection};
 
 /// Volume photons as spheres in a bounding volume hierarchy, for gathers along rays
 /// (Jarosz, Zwicker and Jensen 2008, "The Beam Radiance Estimate for Volumetric Photon Mapping").
@@ -31,13 +31,13 @@ pub struct BeamMap<S: Spectrum = Rgb, H = Octahedral> {
 /// A photon with its place and radius: 32 bytes in colour and with its heading, 20 without either.
 #[derive(Debug, Clone, Copy)]
 struct Sphere<S: Spectrum, H> {
-    placed: Placed<S, H>,
+    placed: PhotonAt<S, H>,
     radius: f32,
 }
 
 /// A photon near a ray.
 #[derive(Debug, Clone, Copy)]
-pub struct Beside<'a, S: Spectrum = Rgb, H = Octahedral> {
+pub struct BeamHit<'a, S: Spectrum = Rgb, H = Octahedral> {
     /// The photon.
     pub photon: &'a Photon<S, H>,
     /// Where the ray passes it closest, in metres along the ray.
@@ -65,7 +65,7 @@ impl Boundable for Ball {
     }
 }
 
-impl<S: Spectrum, H: Heading> BeamMap<S, H> {
+impl<S: Spectrum, H: PhotonDirection> BeamMap<S, H> {
     /// Bytes of a photon with its place and radius.
     pub(super) const SPHERE: usize = size_of::<Sphere<S, H>>();
 
@@ -74,9 +74,9 @@ impl<S: Spectrum, H: Heading> BeamMap<S, H> {
     ///
     /// # Panics
     /// If there is not one radius a photon.
-    pub fn new(origin: WorldPoint, photons: &[Placed<S, H>], radii: &[f32]) -> Self {
+    pub fn new(origin: WorldPoint, photons: &[PhotonAt<S, H>], radii: &[f32]) -> Self {
         assert_eq!(photons.len(), radii.len(), "one radius a photon");
-        let center = |p: &Placed<S, H>| DVec3::from(p.place.map(f64::from));
+        let center = |p: &PhotonAt<S, H>| DVec3::from(p.place.map(f64::from));
         let extent = photons.iter().map(|p| center(p).length()).fold(0.0, f64::max);
         // Not below the places' rounding: in units of a narrower sphere they would be too large
         // for 32 bits.
@@ -86,7 +86,7 @@ impl<S: Spectrum, H: Heading> BeamMap<S, H> {
         // Where photons lie on one another, as in media of very short free paths, ties would make
         // the hierarchy a chain: within the margin each is moved elsewhere.
         let mut rng = Stream::new(0, Stage::Photons, 0, TIES);
-        let ball = |(p, radius): (&Placed<S, H>, &f32)| {
+        let ball = |(p, radius): (&PhotonAt<S, H>, &f32)| {
             let radius = f64::from(*radius);
             let aside = DVec3::from(std::array::from_fn(|_| 0.5 * rng.uniform() - 0.25));
             Ball {
@@ -125,7 +125,7 @@ impl<S: Spectrum, H: Heading> BeamMap<S, H> {
         ray: &Ray<World>,
         span: Span,
         scale: f64,
-        mut f: impl FnMut(Beside<'_, S, H>),
+        mut f: impl FnMut(BeamHit<'_, S, H>),
     ) {
         let Some(bvh) = &self.bvh else { return };
         // The ray is moved to where it passes the photons before it is rounded to 32 bits.
@@ -143,20 +143,20 @@ impl<S: Spectrum, H: Heading> BeamMap<S, H> {
         let length = ((far - near) / self.widest) as f32;
         let query = obvhs::ray::Ray::new(entry, direction, 0.0, length);
         bvh.ray_traverse_anyhit(query, |_, index| {
-            let Sphere { placed: Placed { place, photon }, radius } = &self.photons[index];
+            let Sphere { placed: PhotonAt { place, photon }, radius } = &self.photons[index];
             let radius = f64::from(*radius) * scale;
             let to = DVec3::from(place.map(f64::from)) - local;
             let along = to.dot(ray.direction);
             let distance2 = (to - ray.direction * along).length_squared();
             let t = shift + along;
             if distance2 <= radius * radius && t >= span.start && t <= span.end {
-                f(Beside { photon, t, distance2, radius });
+                f(BeamHit { photon, t, distance2, radius });
             }
         });
     }
 }
 
-impl<S: Spectrum, H: Heading> std::fmt::Debug for BeamMap<S, H> {
+impl<S: Spectrum, H: PhotonDirection> std::fmt::Debug for BeamMap<S, H> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("BeamMap")
             .field("photons", &self.photons.len())

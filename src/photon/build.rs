@@ -3,21 +3,22 @@
 use crate::math::{Spectrum, WorldPoint, warp};
 use crate::scene::Scene;
 
-use super::estimate::THINNING;
+use super::camera_importance::CameraImportance;
 use super::extents::Extents;
+use super::maps::THINNING;
 use super::path::Deposits;
 use super::radius::{self, Radii};
-use super::visible::Visible;
-use super::{BeamMap, Heading, Photon, Placed, Scattering, Shooting, SurfaceMap};
+use super::{BeamMap, Photon, PhotonAt, PhotonDirection, PhotonSettings, SurfaceMap};
+use crate::strategy::PhaseSplit;
 
 /// The map of the photons in media and thinned ones of it, with the gather radius in metres that is
 /// typical of what the camera sees. They are scattered by `scatterings`.
-pub(super) fn in_media<S: Spectrum, H: Heading>(
+pub(super) fn in_media<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
-    shooting: &Shooting,
+    shooting: &PhotonSettings,
     extents: &Extents,
-    visible: &Visible,
-    scatterings: &[Scattering],
+    visible: &CameraImportance,
+    scatterings: &[PhaseSplit],
     deposits: &Deposits<S, H>,
 ) -> (Vec<BeamMap<S, H>>, f64) {
     let Extents { origin, depth, margin, .. } = *extents;
@@ -26,9 +27,10 @@ pub(super) fn in_media<S: Spectrum, H: Heading>(
         Some(radius) => Radii::constant(radius, photons.len()),
         None => {
             let weight =
-                |p: &Placed<S, H>| toward_camera(scene, scatterings, p.at(origin), &p.photon);
+                |p: &PhotonAt<S, H>| toward_camera(scene, scatterings, p.at(origin), &p.photon);
             let independent = deposits.independent.iter();
-            let independent: Vec<Placed<S, H>> = independent.map(|index| photons[*index]).collect();
+            let independent: Vec<PhotonAt<S, H>> =
+                independent.map(|index| photons[*index]).collect();
             let seen = &visible.media;
             Radii::adaptive(origin, photons, &independent, seen, depth, weight, margin)
         }
@@ -37,7 +39,10 @@ pub(super) fn in_media<S: Spectrum, H: Heading>(
 }
 
 /// The map of the photons on surfaces.
-pub(super) fn on_surfaces<S: Spectrum>(extents: &Extents, photons: &[Placed<S>]) -> SurfaceMap<S> {
+pub(super) fn on_surfaces<S: Spectrum>(
+    extents: &Extents,
+    photons: &[PhotonAt<S>],
+) -> SurfaceMap<S> {
     let radii = match extents.radius {
         Some(radius) => vec![radius as f32; photons.len()],
         None => radius::on_surfaces(extents.origin, photons, 0.1 * extents.of_surfaces()),
@@ -46,15 +51,15 @@ pub(super) fn on_surfaces<S: Spectrum>(extents: &Extents, photons: &[Placed<S>])
 }
 
 /// The map of all `photons`, and as many `levels` more of fewer and wider ones.
-fn thinned_maps<S: Spectrum, H: Heading>(
+fn thinned_maps<S: Spectrum, H: PhotonDirection>(
     origin: WorldPoint,
-    photons: &[Placed<S, H>],
+    photons: &[PhotonAt<S, H>],
     radii: &[f32],
     levels: u32,
 ) -> Vec<BeamMap<S, H>> {
     let map = |level: u32| {
         let (step, wider) = (THINNING.pow(level), (1_u32 << level) as f32);
-        let left: Vec<Placed<S, H>> = photons.iter().step_by(step).copied().collect();
+        let left: Vec<PhotonAt<S, H>> = photons.iter().step_by(step).copied().collect();
         let radii: Vec<f32> = radii.iter().step_by(step).map(|r| r * wider).collect();
         BeamMap::new(origin, &left, &radii)
     };
@@ -64,9 +69,9 @@ fn thinned_maps<S: Spectrum, H: Heading>(
 
 /// How much more a photon's light scatters toward the camera than if it were spread evenly, by the
 /// most peaked phase function.
-fn toward_camera<S: Spectrum, H: Heading>(
+fn toward_camera<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
-    scatterings: &[Scattering],
+    scatterings: &[PhaseSplit],
     p: WorldPoint,
     photon: &Photon<S, H>,
 ) -> f64 {

@@ -1,7 +1,7 @@
 //! Which light a photon path starts from.
 
 use crate::error::Result;
-use crate::light::Reach;
+use crate::light::EmissionTarget;
 use crate::math::{Ray, Rgb, Span, Stream, World, luminance};
 use crate::medium::EmissionSampler;
 use crate::scene::Scene;
@@ -11,7 +11,7 @@ use crate::scene::Scene;
 #[derive(Debug)]
 pub struct Emitters<'a> {
     scene: &'a Scene,
-    reach: Reach,
+    reach: EmissionTarget,
     /// Whether lattices keep light that comes straight from the sky.
     keeps_sky: bool,
     /// How many surfaces are infinite.
@@ -32,7 +32,7 @@ enum Emitter {
 
 /// The start of a photon path.
 #[derive(Debug, Clone, Copy)]
-pub struct Start {
+pub struct PathStart {
     /// The photon's ray, of unit direction.
     pub ray: Ray<World>,
     /// Its power if it were the only path, in W.
@@ -49,7 +49,7 @@ impl<'a> Emitters<'a> {
     ///
     /// # Errors
     /// Where a medium glows without end.
-    pub fn new(scene: &'a Scene, reach: Reach, keeps_sky: bool) -> Result<Self> {
+    pub fn new(scene: &'a Scene, reach: EmissionTarget, keeps_sky: bool) -> Result<Self> {
         let (mut emitters, mut powers) = (Vec::new(), Vec::new());
         for (index, light) in scene.lights.lights.iter().enumerate() {
             let power = luminance(light.power(&reach));
@@ -96,7 +96,7 @@ impl<'a> Emitters<'a> {
 
     /// The start of a path; nothing where the light sends this one nowhere. `u` chooses the light
     /// and how it emits.
-    pub fn emit(&self, u: [f64; 5], rng: &mut Stream) -> Option<Start> {
+    pub fn emit(&self, u: [f64; 5], rng: &mut Stream) -> Option<PathStart> {
         let [choice, u @ ..] = u;
         let total = *self.cdf.last()?;
         let target = choice * total;
@@ -115,7 +115,7 @@ impl<'a> Emitters<'a> {
                 (start.ray, start.power, false, false)
             }
         };
-        (power.is_finite() && power.max_element() > 0.0).then(|| Start {
+        (power.is_finite() && power.max_element() > 0.0).then(|| PathStart {
             ray,
             power: power / probability,
             direct,
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn emitters_are_chosen_as_they_are_weighed() {
         let scene = Scene::of_text(LAMPS);
-        let reach = Reach::new(WorldPoint::new(0.0, 0.0, 0.0), 3.0).unwrap();
+        let reach = EmissionTarget::new(WorldPoint::new(0.0, 0.0, 0.0), 3.0).unwrap();
         let mut emitters = Emitters::new(&scene, reach, false).unwrap();
         let powers = emitters.powers().to_vec();
         for weights in [powers.clone(), vec![1.0, 0.0, 3.0]] {
@@ -228,7 +228,7 @@ mod tests {
     #[test]
     fn light_from_far_starts_before_endless_ground() {
         let scene = Scene::of_text(SKY);
-        let reach = Reach::with_ring(WorldPoint::new(0.0, 2.0, 0.0), 1.0, 20.0).unwrap();
+        let reach = EmissionTarget::with_ring(WorldPoint::new(0.0, 2.0, 0.0), 1.0, 20.0).unwrap();
         let emitters = Emitters::new(&scene, reach.over_ground(Some(2.0)), false).unwrap();
         let mut rng = Stream::new(5, Stage::Test, 0, 0);
         for _ in 0..PATHS {

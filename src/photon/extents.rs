@@ -3,7 +3,7 @@
 use crate::math::{Aabb, World, WorldPoint};
 use crate::scene::Scene;
 
-use super::visible::Visible;
+use super::camera_importance::CameraImportance;
 
 /// Radius, in metres, that stands for everything.
 pub(super) const ENDLESS: f64 = 1e15;
@@ -29,7 +29,7 @@ pub(super) struct Extents {
 
 impl Extents {
     /// Those of `scene` with this gather radius in metres, if any.
-    pub fn of(scene: &Scene, visible: &Visible, radius: Option<f64>) -> Self {
+    pub fn of(scene: &Scene, visible: &CameraImportance, radius: Option<f64>) -> Self {
         let media = scene.media.bounds();
         let everything = media.union(scene.surfaces.bounds());
         // An endless medium is as large as what is seen of it.

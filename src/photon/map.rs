@@ -4,7 +4,7 @@ use kiddo::{ImmutableKdTree, SquaredEuclidean};
 
 use crate::math::{Rgb, Spectrum, WorldPoint};
 
-use super::{Heading, Octahedral, Photon, Placed};
+use super::{Octahedral, Photon, PhotonAt, PhotonDirection};
 
 /// Photons in a kd-tree, for gathers within a radius.
 #[derive(Debug)]
@@ -15,13 +15,13 @@ pub struct PhotonMap<S: Spectrum = Rgb, H = Octahedral> {
     origin: WorldPoint,
 }
 
-impl<S: Spectrum, H: Heading> PhotonMap<S, H> {
+impl<S: Spectrum, H: PhotonDirection> PhotonMap<S, H> {
     /// Builds the map; places are relative to `origin`. The tree is the same on any number of
     /// threads.
     ///
     /// # Panics
     /// If there are over 2^32 photons, or one whose place is not finite.
-    pub fn new(origin: WorldPoint, photons: &[Placed<S, H>]) -> Self {
+    pub fn new(origin: WorldPoint, photons: &[PhotonAt<S, H>]) -> Self {
         let places: Vec<[f32; 3]> = photons.iter().map(|p| p.place).collect();
         let build = || ImmutableKdTree::new_from_slice_parallel(&places).expect("finite places");
         let tree = (!places.is_empty()).then(build);

@@ -7,33 +7,30 @@
 
 use std::ops::Range;
 
-use crate::light::Reach;
+use crate::light::EmissionTarget;
 use crate::math::{Aabb, Ray, Span, Spectrum, Stage, Stream, World, WorldPoint};
 use crate::medium::Collision;
 use crate::scene::Scene;
 use crate::surface::TransportMode;
+use crate::transport::{FlightSegment, MAX_EVENTS};
 use crate::work::Work;
 
+use super::deposit_regions::DepositRegions;
 use super::emitters::Emitters;
-use super::lattice::Track;
-use super::zones::Zones;
-use super::{Heading, Photon, Placed, Shooting};
-
-/// Scatterings and reflections after which a path is ended and counted as capped.
-pub const MAX_EVENTS: u32 = 100_000;
+use super::{Photon, PhotonAt, PhotonDirection, PhotonSettings};
 
 /// Change of power, as a share of it, that is rounding.
 const SAME: f64 = 1e-12;
 
 /// What all paths share.
 #[derive(Debug)]
-pub(super) struct Paths<'a> {
+pub(super) struct PhotonTracer<'a> {
     pub scene: &'a Scene,
     pub emitters: Emitters<'a>,
     /// What photons that a surface reflects should reach.
-    pub reach: Reach,
-    pub zones: Zones,
-    pub shooting: Shooting,
+    pub reach: EmissionTarget,
+    pub zones: DepositRegions,
+    pub shooting: PhotonSettings,
     /// What stored places are relative to.
     pub origin: WorldPoint,
     /// Share of the volume photons that is kept; the rest is spread over them. 0 where beams need
@@ -69,15 +66,15 @@ impl Units {
 /// What a number of paths left behind.
 #[derive(Debug)]
 pub(super) struct Deposits<S: Spectrum, H> {
-    pub volume: Vec<Placed<S, H>>,
+    pub volume: Vec<PhotonAt<S, H>>,
     /// One volume photon, at random, of each path that left any, by its index.
     pub independent: Vec<usize>,
-    pub surface: Vec<Placed<S>>,
-    pub tracks: Vec<Track<S>>,
+    pub surface: Vec<PhotonAt<S>>,
+    pub tracks: Vec<FlightSegment<S>>,
     pub work: Work,
 }
 
-impl<S: Spectrum, H: Heading> Deposits<S, H> {
+impl<S: Spectrum, H: PhotonDirection> Deposits<S, H> {
     /// Nothing yet.
     pub fn none() -> Self {
         Self {
@@ -100,7 +97,7 @@ impl<S: Spectrum, H: Heading> Deposits<S, H> {
 }
 
 /// A photon on its way.
-pub(super) struct Flying<S> {
+pub(super) struct PhotonState<S> {
     pub ray: Ray<World>,
     pub power: S,
     /// Order of volume scattering so far.
@@ -113,9 +110,9 @@ pub(super) struct Flying<S> {
     pub inside: i32,
 }
 
-impl Paths<'_> {
+impl PhotonTracer<'_> {
     /// Traces the paths of these indices.
-    pub fn trace<S: Spectrum, H: Heading>(&self, paths: Range<u64>) -> Deposits<S, H> {
+    pub fn trace<S: Spectrum, H: PhotonDirection>(&self, paths: Range<u64>) -> Deposits<S, H> {
         let mut out = Deposits::none();
         for index in paths {
             let mut rng = Stream::new(self.shooting.seed, Stage::Photons, index, 0);
@@ -135,7 +132,7 @@ impl Paths<'_> {
             out.work.colored_paths += u64::from(S::CHANNELS > 1);
             out.work.emission_lookups += u64::from(!start.direct);
             out.work.light_choices += u64::from(self.emitters.len() > 1);
-            let mut flying = vec![Flying {
+            let mut flying = vec![PhotonState {
                 ray: start.ray,
                 power: S::of(start.power) / self.shooting.photons as f64,
                 scattered: 0,
@@ -181,11 +178,11 @@ impl Paths<'_> {
 
     /// Flies to the next scattering or surface and through it; whether the path goes on. `more` takes
     /// photons that are split off.
-    fn step<S: Spectrum, H: Heading>(
+    fn step<S: Spectrum, H: PhotonDirection>(
         &self,
-        photon: &mut Flying<S>,
+        photon: &mut PhotonState<S>,
         rng: &mut Stream,
-        more: &mut Vec<Flying<S>>,
+        more: &mut Vec<PhotonState<S>>,
         out: &mut Deposits<S, H>,
     ) -> bool {
         let mut hit = None;
@@ -229,12 +226,12 @@ impl Paths<'_> {
 
     /// Flies through the media as far as `end`, leaving photons behind. `more` takes photons that
     /// are split off.
-    fn fly<S: Spectrum, H: Heading>(
+    fn fly<S: Spectrum, H: PhotonDirection>(
         &self,
-        photon: &mut Flying<S>,
+        photon: &mut PhotonState<S>,
         end: f64,
         rng: &mut Stream,
-        more: &mut Vec<Flying<S>>,
+        more: &mut Vec<PhotonState<S>>,
         out: &mut Deposits<S, H>,
     ) -> Flight {
         // A photon kept here is scattered once more towards the eye.
@@ -244,13 +241,13 @@ impl Paths<'_> {
         let tracked = self.tracked.filter(|_| counts && !photon.sampled);
         // Flown with one power since here.
         let mut since = 0.0;
-        let track = |photon: &Flying<S>, from: f64, to: f64, out: &mut Deposits<S, H>| {
+        let track = |photon: &PhotonState<S>, from: f64, to: f64, out: &mut Deposits<S, H>| {
             let span =
                 tracked.map(|bounds| bounds.clip(&photon.ray).intersect(Span::new(from, to)));
             if let Some(span) = span.filter(|span| !span.is_empty()) {
                 let (from, to) = (photon.ray.at(span.start), photon.ray.at(span.end));
                 let power = photon.power / self.units.surface;
-                out.tracks.push(Track::new(self.origin, from, to, power));
+                out.tracks.push(FlightSegment::new(self.origin, from, to, power));
             }
         };
         let media = &self.scene.media;
@@ -317,7 +314,7 @@ impl Paths<'_> {
     /// Keeps a volume photon with its share, weighed by one over the rate of deposits at `p`. Where
     /// finer majorants lower that rate, those of bricks and regions say how much each kind of
     /// deposit counts: any weights do that add up to 1 at a place (Veach 1997, section 9.2).
-    fn store<S: Spectrum, H: Heading>(
+    fn store<S: Spectrum, H: PhotonDirection>(
         &self,
         p: WorldPoint,
         direction: glam::DVec3,
@@ -344,14 +341,14 @@ impl Paths<'_> {
         }
     }
 
-    fn deposit<S: Spectrum, H: Heading>(
+    fn deposit<S: Spectrum, H: PhotonDirection>(
         &self,
         p: WorldPoint,
         direction: glam::DVec3,
         power: S,
-    ) -> Placed<S, H> {
+    ) -> PhotonAt<S, H> {
         let place = (p - self.origin).as_vec3().to_array();
-        Placed { place, photon: Photon::new(power, direction) }
+        PhotonAt { place, photon: Photon::new(power, direction) }
     }
 }
 

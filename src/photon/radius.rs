@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::math::{Spectrum, WorldPoint};
 
-use super::{Heading, PhotonMap, Placed};
+use super::{PhotonAt, PhotonDirection, PhotonMap};
 
 /// Photons that a gather along a ray should find.
 const ALONG: f64 = 64.0;
@@ -51,13 +51,13 @@ impl Radii {
     ///
     /// How dense they lie is told by `independent` ones, one a path: those of one path cluster
     /// where free paths are short, and radii that fit the clusters would leave gaps between paths.
-    pub fn adaptive<S: Spectrum, H: Heading>(
+    pub fn adaptive<S: Spectrum, H: PhotonDirection>(
         origin: WorldPoint,
-        photons: &[Placed<S, H>],
-        independent: &[Placed<S, H>],
+        photons: &[PhotonAt<S, H>],
+        independent: &[PhotonAt<S, H>],
         visible: &[WorldPoint],
         depth: f64,
-        weight: impl Fn(&Placed<S, H>) -> f64 + Sync,
+        weight: impl Fn(&PhotonAt<S, H>) -> f64 + Sync,
         most: f64,
     ) -> Self {
         let radius = |near: f64, crowd: f64| {
@@ -79,7 +79,7 @@ impl Radii {
 /// as a gather should find, and the more the more a photon's power exceeds its neighbours'.
 pub(super) fn on_surfaces<S: Spectrum>(
     origin: WorldPoint,
-    photons: &[Placed<S>],
+    photons: &[PhotonAt<S>],
     most: f64,
 ) -> Vec<f32> {
     let radius = |near: f64, crowd: f64| near * (AROUND / crowd).sqrt();
@@ -97,21 +97,21 @@ struct Spacing<S: Spectrum, H> {
     most: f64,
 }
 
-impl<S: Spectrum, H: Heading> Spacing<S, H> {
+impl<S: Spectrum, H: PhotonDirection> Spacing<S, H> {
     /// Told by some of `probes` for `count` photons that are spread alike; `radius` makes a radius
     /// of a distance within which so many of those lie.
     fn of(
         origin: WorldPoint,
-        probes: &[Placed<S, H>],
+        probes: &[PhotonAt<S, H>],
         count: usize,
         most: f64,
         radius: impl Fn(f64, f64) -> f64 + Sync,
     ) -> Self {
         let step = (probes.len() / PROBED).max(1);
-        let thin: Vec<Placed<S, H>> = probes.iter().step_by(step).copied().collect();
+        let thin: Vec<PhotonAt<S, H>> = probes.iter().step_by(step).copied().collect();
         let crowd = NEIGHBOURS as f64 * (count as f64 / thin.len().max(1) as f64);
         let map = PhotonMap::new(origin, &thin);
-        let probe = |p: &Placed<S, H>| {
+        let probe = |p: &PhotonAt<S, H>| {
             let mut power = 0.0;
             let near = map.nearest_photons(p.at(origin), NEIGHBOURS + 1, |photon| {
                 power += photon.power().element_sum() / (NEIGHBOURS + 1) as f64;
@@ -128,7 +128,7 @@ impl<S: Spectrum, H: Heading> Spacing<S, H> {
     }
 
     /// The radius of a photon that counts `weight` for each unit of its power.
-    fn spread(&self, p: &Placed<S, H>, weight: f64) -> f32 {
+    fn spread(&self, p: &PhotonAt<S, H>, weight: f64) -> f32 {
         let (radius, power) = self.at(p.at(self.origin));
         let counts = weight * p.photon.power().element_sum() / power;
         let radius = radius * counts.sqrt().clamp(1.0, WIDEST);

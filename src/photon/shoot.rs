@@ -8,16 +8,20 @@ use crate::medium::Medium;
 use crate::scene::Scene;
 use crate::work::Work;
 
+use super::camera_importance::CameraImportance;
+use super::deposit_regions::DepositRegions;
 use super::emitters::Emitters;
-use super::estimate::places;
 use super::extents::{Extents, endless};
-use super::keep::{Keeper, eye, is_before, needs_beams};
-use super::lattice::{Builder, Lattice, Track};
-use super::path::{Deposits, Paths, Units};
-use super::scout::Scouted;
-use super::visible::Visible;
-use super::zones::Zones;
-use super::{Heading, PhotonMaps, Shooting, build, soft, target, worth};
+use super::maps::places;
+use super::path::{Deposits, PhotonTracer, Units};
+use super::pilot::PathPilot;
+use super::{
+    PhotonDirection, PhotonMaps, PhotonSettings, build, emission_target, emitter_importance,
+};
+use crate::cache::{FluenceBuilder, FluenceGrid};
+use crate::strategy;
+use crate::strategy::{CachePlanner, eye, is_before, needs_beams};
+use crate::transport::FlightSegment;
 
 /// Paths that are traced as one piece of work.
 const CHUNK: u64 = 512;
@@ -35,41 +39,41 @@ pub(super) const MOST_PATHS: u64 = 2 * BATCH as u64 * CHUNK;
 ///
 /// # Errors
 /// Where an emitter cannot be sampled: a medium that glows without end.
-pub fn shoot<S: Spectrum, H: Heading>(
+pub fn shoot<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
-    shooting: &Shooting,
+    shooting: &PhotonSettings,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<(PhotonMaps<S, H>, Work)> {
     if !shooting.needs.photons() {
         return Ok((PhotonMaps::empty(shooting.radius.unwrap_or(0.0)), Work::default()));
     }
-    let visible = Visible::look(scene, shooting.seed, shooting.needs);
+    let visible = CameraImportance::look(scene, shooting.seed, shooting.needs);
     let extents = Extents::of(scene, &visible, shooting.radius);
-    let keeper = Keeper { scene, shooting, visible: &visible.media };
+    let keeper = CachePlanner { scene, shooting, visible: &visible.media };
     let direct = keeper.direct();
     let mut paths = all_paths(scene, shooting, &visible, &extents, !direct.is_empty())?;
     let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
-    worth::share_out::<S, H>(&mut paths, &visible);
-    let scouted = Scouted::windowed::<S, H>(&mut paths, count);
+    emitter_importance::share_out::<S, H>(&mut paths, &visible);
+    let scouted = PathPilot::windowed::<S, H>(&mut paths, count);
     paths.keep = scouted.keep;
-    let phases = soft::phases(scene, shooting.photons);
+    let phases = strategy::phases(scene, shooting.photons);
     let (gather, mut lattices) = keeper.flights(&phases, extents.origin, scouted.flown);
     let gathered = match &gather {
         Some(_) if !direct.is_empty() => keeper.gathered(),
         _ => Vec::new(),
     };
     // Cells at a medium's border reach beyond it.
-    paths.tracked = lattices.iter().map(Builder::bounds).reduce(Aabb::union);
+    paths.tracked = lattices.iter().map(FluenceBuilder::bounds).reduce(Aabb::union);
     if !lattices.is_empty() && (gather.is_some() || !needs_beams(scene)) {
         paths.keep = 0.0;
     }
     // Lattices keep what is scattered by the blurred functions; orders are not counted along rays.
     let follows = lattices.is_empty() && shooting.max_scatter.is_none();
-    let scatterings = soft::scatterings(scene, &phases, follows, |m| is_round_eye(scene, m));
+    let scatterings = strategy::scatterings(scene, &phases, follows, |m| is_round_eye(scene, m));
     let count = shooting.traced.map_or(count, |traced| traced.min(count));
     let deposits = traced::<S, H>(&paths, count, &mut lattices, advance);
     let units = paths.units;
-    let lattices: Vec<Lattice<S>> =
+    let lattices: Vec<FluenceGrid<S>> =
         lattices.into_iter().map(|l| l.finish(shooting.levels, units.surface)).collect();
     let mut work = deposits.work;
     work += visible.work;
@@ -82,7 +86,7 @@ pub fn shoot<S: Spectrum, H: Heading>(
     );
     let maps = PhotonMaps {
         volume,
-        volume_radius: lattices.iter().map(Lattice::edge).fold(typical, f64::min),
+        volume_radius: lattices.iter().map(FluenceGrid::edge).fold(typical, f64::min),
         lattices,
         gather,
         direct,
@@ -105,18 +109,18 @@ fn is_round_eye(scene: &Scene, medium: &Medium) -> bool {
 /// whether lattices keep light that comes straight from the sky.
 fn all_paths<'a>(
     scene: &'a Scene,
-    shooting: &Shooting,
-    visible: &Visible,
+    shooting: &PhotonSettings,
+    visible: &CameraImportance,
     extents: &Extents,
     keeps_sky: bool,
-) -> Result<Paths<'a>> {
-    let reach = target::reach(scene, visible, extents)?;
+) -> Result<PhotonTracer<'a>> {
+    let reach = emission_target::reach(scene, visible, extents)?;
     let above_ground = reach.above_ground();
     let emitters = Emitters::new(scene, reach, keeps_sky)?;
-    let zones = Zones::around(&scene.media, extents.margin);
+    let zones = DepositRegions::around(&scene.media, extents.margin);
     let inside = scene.media.iter().any(|medium| is_round_eye(scene, medium));
     let flown_in = if scene.media.is_endless() { endless() } else { extents.media };
-    Ok(Paths {
+    Ok(PhotonTracer {
         scene,
         units: Units::around(emitters.power() / shooting.photons.max(1) as f64, extents.size),
         emitters,
@@ -131,10 +135,10 @@ fn all_paths<'a>(
 }
 
 /// What `count` paths leave, their flights in `lattices`. `advance` is told how many are done.
-fn traced<S: Spectrum, H: Heading>(
-    paths: &Paths<'_>,
+fn traced<S: Spectrum, H: PhotonDirection>(
+    paths: &PhotonTracer<'_>,
     count: u64,
-    lattices: &mut [Builder<'_, S>],
+    lattices: &mut [FluenceBuilder<'_, S>],
     advance: &(dyn Fn(u64) + Sync),
 ) -> Deposits<S, H> {
     let mut all = Deposits::none();
@@ -149,7 +153,7 @@ fn traced<S: Spectrum, H: Heading>(
     };
     let mut keep = |traced: Vec<Deposits<S, H>>| {
         traced.iter().for_each(|deposits| all.append(deposits));
-        let tracks: Vec<&[Track<S>]> = traced.iter().map(|d| &d.tracks[..]).collect();
+        let tracks: Vec<&[FlightSegment<S>]> = traced.iter().map(|d| &d.tracks[..]).collect();
         all.work.tracks += tracks.iter().map(|tracks| tracks.len() as u64).sum::<u64>();
         for lattice in &mut *lattices {
             lattice.add(&tracks);

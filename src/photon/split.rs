@@ -6,7 +6,7 @@ use crate::math::{Ray, Spectrum, Stream, WorldPoint};
 use crate::medium::Phase;
 use crate::surface::{SurfaceHit, TransportMode};
 
-use super::path::{Flying, Paths};
+use super::path::{PhotonState, PhotonTracer};
 
 /// Photons that one is split into at most.
 const MOST_COPIES: f64 = 64.0;
@@ -14,18 +14,18 @@ const MOST_COPIES: f64 = 64.0;
 /// How many times as heavy as the window photons must be to be split where a medium scatters them.
 const HEAVY: f64 = 4.0;
 
-impl Paths<'_> {
+impl PhotonTracer<'_> {
     /// Reflects a photon at a surface that is not specular: aimed at what should be reached, and
     /// as several photons where one would be heavier than the window (splitting and roulette of
     /// Spanier and Gelbard 1969, section 3.4; weight windows of Vorba and Křivánek 2016,
     /// "Adjoint-Driven Russian Roulette and Splitting").
     pub fn reflect<S: Spectrum>(
         &self,
-        photon: &Flying<S>,
+        photon: &PhotonState<S>,
         hit: &SurfaceHit<'_>,
         window: f64,
         rng: &mut Stream,
-        more: &mut Vec<Flying<S>>,
+        more: &mut Vec<PhotonState<S>>,
     ) {
         let incoming = photon.ray.direction;
         let side = if incoming.dot(hit.shading_normal) > 0.0 { -1.0 } else { 1.0 };
@@ -53,7 +53,7 @@ impl Paths<'_> {
                 power /= survival;
             }
             let ray = hit.leave(direction);
-            more.push(Flying { ray, power, direct: false, sampled: false, ..*photon });
+            more.push(PhotonState { ray, power, direct: false, sampled: false, ..*photon });
         }
     }
 
@@ -61,11 +61,11 @@ impl Paths<'_> {
     /// `more` takes those that are split off.
     pub fn split<S: Spectrum>(
         &self,
-        photon: &mut Flying<S>,
+        photon: &mut PhotonState<S>,
         p: WorldPoint,
         phase: &Phase,
         rng: &mut Stream,
-        more: &mut Vec<Flying<S>>,
+        more: &mut Vec<PhotonState<S>>,
     ) {
         let Some(window) = self.window else { return };
         let heavy = photon.power.element_sum() / window;
@@ -76,7 +76,7 @@ impl Paths<'_> {
         photon.power /= f64::from(count);
         for _ in 1..count {
             let (direction, _) = phase.sample(photon.ray.direction, rng.uniform2());
-            more.push(Flying { ray: Ray::new(p, direction), ..*photon });
+            more.push(PhotonState { ray: Ray::new(p, direction), ..*photon });
         }
     }
 }

@@ -14,17 +14,17 @@ pub struct Photon<S: Spectrum = Rgb, H = Octahedral> {
     heading: H,
 }
 
-impl<S: Spectrum, H: Heading> Photon<S, H> {
+impl<S: Spectrum, H: PhotonDirection> Photon<S, H> {
     /// A photon of `power` (W on surfaces, W m in media, or a unit of the map's of it) that flew
     /// along the unit `direction`.
     pub fn new(power: S, direction: DVec3) -> Self {
-        Self { power: S::pack(power.short()), heading: H::of(direction) }
+        Self { power: S::pack(power.to_f32()), heading: H::of(direction) }
     }
 
     /// Its power in the unit it was made with: on a surface power; in a medium power times length,
     /// the power over the rate of deposits there.
     pub fn power(&self) -> S {
-        S::long(S::unpack(self.power))
+        S::to_f64(S::unpack(self.power))
     }
 
     /// Where it flew, as far as that is known.
@@ -41,7 +41,7 @@ impl<S: Spectrum> Photon<S> {
 }
 
 /// What is kept of the direction that a photon flew along.
-pub trait Heading: Copy + Debug + Send + Sync + 'static {
+pub trait PhotonDirection: Copy + Debug + Send + Sync + 'static {
     /// Whether it is kept.
     const KNOWN: bool;
 
@@ -57,7 +57,7 @@ pub trait Heading: Copy + Debug + Send + Sync + 'static {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Octahedral([i16; 2]);
 
-impl Heading for Octahedral {
+impl PhotonDirection for Octahedral {
     const KNOWN: bool = true;
 
     fn of(direction: DVec3) -> Self {
@@ -71,9 +71,9 @@ impl Heading for Octahedral {
 
 /// No direction, in no bytes: enough where all that scatters does so to all sides alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Unknown;
+pub struct NoDirection;
 
-impl Heading for Unknown {
+impl PhotonDirection for NoDirection {
     const KNOWN: bool = false;
 
     fn of(_: DVec3) -> Self {
@@ -87,14 +87,14 @@ impl Heading for Unknown {
 
 /// A photon with its place: 28 bytes in colour and with its heading, 16 without either.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed<S: Spectrum = Rgb, H = Octahedral> {
+pub struct PhotonAt<S: Spectrum = Rgb, H = Octahedral> {
     /// Metres from the map's origin.
     pub place: [f32; 3],
     /// The photon.
     pub photon: Photon<S, H>,
 }
 
-impl<S: Spectrum, H: Heading> Placed<S, H> {
+impl<S: Spectrum, H: PhotonDirection> PhotonAt<S, H> {
     /// Its place in the world, `origin` being the map's.
     pub fn at(&self, origin: WorldPoint) -> WorldPoint {
         origin + DVec3::from(self.place.map(f64::from))

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::math::{Rgb, Spectrum, WorldPoint};
 
 use super::kernel::DiskKernel;
-use super::{PhotonMap, Placed};
+use super::{PhotonAt, PhotonMap};
 
 /// Photons on surfaces, each spread over a disk of its own radius: the sample-point estimator of
 /// Breiman, Meisel and Purcell 1977, "Variable Kernel Estimates of Multivariate Densities". It
@@ -32,7 +32,7 @@ impl<S: Spectrum> Default for SurfaceMap<S> {
 impl<S: Spectrum> SurfaceMap<S> {
     /// The map of `photons`, relative to `origin`, with their radii in metres: those of one octave
     /// all have its mean.
-    pub(super) fn new(origin: WorldPoint, photons: &[Placed<S>], radii: &[f32]) -> Self {
+    pub(super) fn new(origin: WorldPoint, photons: &[PhotonAt<S>], radii: &[f32]) -> Self {
         let mut sorted: Vec<(i32, u32)> =
             radii.iter().zip(0..).map(|(r, index)| (r.log2().round() as i32, index)).collect();
         sorted.sort_unstable();

@@ -10,22 +10,22 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value};
 
+use crate::cache::LazyCells;
 use crate::error::{Error, Result};
 use crate::image::{Accumulator, FeatureMean};
 use crate::math::Spectrum;
-use crate::photon::Filled;
 use crate::work::Work;
 
 use super::Progress;
 use super::checkpoint_file;
-use super::plate::Plate;
+use crate::film::TiledFilm;
 
 /// Of the time, at most one part in so many goes into checkpoints.
 const SHARE: u32 = 20;
 
 /// What is known of a lattice.
 #[derive(Debug, PartialEq)]
-pub(super) struct Known {
+pub(super) struct CacheState {
     /// Cells of the lattice.
     pub cells: usize,
     /// Index and value of those that are known.
@@ -34,15 +34,15 @@ pub(super) struct Known {
 
 /// The state of an exposure between two rays.
 #[derive(Debug, PartialEq)]
-pub(super) struct Moment {
+pub(super) struct CheckpointState {
     /// Work so far.
     pub work: Work,
-    /// What each pixel has, in the order of [`Plate::samples`].
+    /// What each pixel has, in the order of [`TiledFilm::samples`].
     pub samples: Vec<Accumulator>,
-    /// What their rays see, in the order of [`Plate::features`]; empty where that was not asked for.
+    /// What their rays see, in the order of [`TiledFilm::features`]; empty where that was not asked for.
     pub features: Vec<FeatureMean>,
     /// What lattices know, one entry each.
-    pub lattices: Vec<Known>,
+    pub lattices: Vec<CacheState>,
 }
 
 /// Where the state of a render is kept, and what one that was cut short left there.
@@ -51,7 +51,7 @@ pub struct Checkpoints {
     path: PathBuf,
     key: Map<String, Value>,
     every: Duration,
-    left: Mutex<Option<Moment>>,
+    left: Mutex<Option<CheckpointState>>,
     resumes: bool,
 }
 
@@ -114,7 +114,7 @@ impl Checkpoints {
     ///
     /// # Errors
     /// Where they are not the lattices of the render that left it.
-    pub(super) fn recall<S: Spectrum>(&self, lattices: &[&Filled<S>]) -> Result<()> {
+    pub(super) fn restore<S: Spectrum>(&self, lattices: &[&LazyCells<S>]) -> Result<()> {
         let mut left = self.lock();
         let Some(moment) = left.as_mut() else { return Ok(()) };
         let fits = moment.lattices.len() == lattices.len()
@@ -125,31 +125,31 @@ impl Checkpoints {
                 "has lattices of another size than this machine makes; delete it to start anew",
             ));
         }
-        for (Known { known, .. }, lattice) in moment.lattices.drain(..).zip(lattices) {
-            known.iter().for_each(|(cell, value)| lattice.recall(*cell as usize, *value));
+        for (CacheState { known, .. }, lattice) in moment.lattices.drain(..).zip(lattices) {
+            known.iter().for_each(|(cell, value)| lattice.restore(*cell as usize, *value));
         }
         Ok(())
     }
 
     /// What an earlier run left, once.
-    pub(super) fn take(&self) -> Option<Moment> {
+    pub(super) fn take(&self) -> Option<CheckpointState> {
         self.lock().take()
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Moment>> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<CheckpointState>> {
         self.left.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 /// Keeps the state of one exposure from time to time.
 #[derive(Debug)]
-pub(super) struct Keeping<'a> {
+pub(super) struct CheckpointWriter<'a> {
     checkpoints: Option<&'a Checkpoints>,
     due: Option<Instant>,
     problem: Option<String>,
 }
 
-impl<'a> Keeping<'a> {
+impl<'a> CheckpointWriter<'a> {
     /// Keeps it in `checkpoints`, if there are any.
     pub(super) fn new(checkpoints: Option<&'a Checkpoints>) -> Self {
         let due = checkpoints.and_then(|c| Instant::now().checked_add(c.every));
@@ -166,8 +166,8 @@ impl<'a> Keeping<'a> {
     pub(super) fn keep<S: Spectrum>(
         &mut self,
         work: &Work,
-        plate: &Plate,
-        lattices: &[&Filled<S>],
+        plate: &TiledFilm,
+        lattices: &[&LazyCells<S>],
         progress: &dyn Progress,
     ) {
         let Some(checkpoints) = self.checkpoints.filter(|_| self.problem.is_none()) else { return };

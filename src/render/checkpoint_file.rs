@@ -7,13 +7,13 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::checkpoint::{Known, Moment};
-use super::plate::Plate;
+use super::checkpoint::{CacheState, CheckpointState};
+use crate::cache::LazyCells;
 use crate::error::{Error, Result};
 use crate::file;
+use crate::film::TiledFilm;
 use crate::image::{Accumulator, FeatureMean};
 use crate::math::Spectrum;
-use crate::photon::Filled;
 use crate::work::Work;
 
 /// What a checkpoint begins with: name and version.
@@ -56,10 +56,10 @@ pub(super) fn write<S: Spectrum>(
     path: &Path,
     key: &Map<String, Value>,
     work: &Work,
-    plate: &Plate,
-    lattices: &[&Filled<S>],
+    plate: &TiledFilm,
+    lattices: &[&LazyCells<S>],
 ) -> Result<()> {
-    let counts = |lattice: &&Filled<S>| {
+    let counts = |lattice: &&LazyCells<S>| {
         let known = (0..lattice.cells()).filter(|&cell| lattice.known(cell).is_some()).count();
         [lattice.cells() as u64, known as u64]
     };
@@ -115,7 +115,7 @@ pub(super) fn key(path: &Path) -> Result<Map<String, Value>> {
 ///
 /// # Errors
 /// Where it cannot be read, is damaged, or not of `key`.
-pub(super) fn read(path: &Path, key: &Map<String, Value>) -> Result<Moment> {
+pub(super) fn read(path: &Path, key: &Map<String, Value>) -> Result<CheckpointState> {
     let Opened { mut input, head } = Opened::open(path)?;
     check_key(path, &head.key, key)?;
     let body = body(&mut input, &head).map_err(|e| cut(path, &e))?;
@@ -178,7 +178,7 @@ fn cut(path: &Path, e: &io::Error) -> Error {
 }
 
 /// Everything behind the head; nothing where counts do not fit.
-fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<Moment>> {
+fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<CheckpointState>> {
     let mut samples = Vec::with_capacity(head.pixels as usize);
     for _ in 0..head.pixels {
         samples.push(Accumulator::from_bits(&input.words()?));
@@ -205,9 +205,9 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
             input.fill(value.as_flattened_mut())?;
             known.push((index, value.map(u32::from_le_bytes)));
         }
-        lattices.push(Known { cells: *cells as usize, known });
+        lattices.push(CacheState { cells: *cells as usize, known });
     }
-    Ok(Some(Moment { work: head.work, samples, features, lattices }))
+    Ok(Some(CheckpointState { work: head.work, samples, features, lattices }))
 }
 
 /// Refuses a checkpoint of another picture, naming what differs.

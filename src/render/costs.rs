@@ -4,18 +4,18 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::expose::{self, Direction, Sheet, State};
+use super::exposure::{self, Direction, RenderRegion, State};
 use super::features::FeatureTracer;
-use super::march::Marcher;
-use super::pace::Pace;
+use super::integrator::Marcher;
+use super::photon_rate::PhotonRate;
 use super::seconds::{self, StageSeconds};
-use super::{Control, finest_step, guide, specialised};
-use crate::director::Budget;
+use super::{Control, director_pass, finest_step, specialised};
+use crate::director::PixelBudget;
 use crate::error::Result;
 use crate::image::{Accumulator, FeatureMean, Features, Sample, Window};
 use crate::math::{Spectrum, Stage};
 use crate::medium::Medium;
-use crate::photon::{self, Heading, PhotonMaps, PhotonMemory};
+use crate::photon::{self, PhotonDirection, PhotonMaps, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 use crate::work::Work;
@@ -104,7 +104,7 @@ pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<C
     specialised!(Needs::of(scene, settings), estimate(scene, settings, program))
 }
 
-fn estimate<S: Spectrum, H: Heading>(
+fn estimate<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
     program: u64,
@@ -112,19 +112,19 @@ fn estimate<S: Spectrum, H: Heading>(
     let needs = Needs::of(scene, settings);
     let start = Instant::now();
     let (photons, mut work) = look::<S, H>(scene, settings)?;
-    let shooting = Pace::beside(scene, settings, start.elapsed())?;
+    let shooting = PhotonRate::beside(scene, settings, start.elapsed())?;
 
     let [width, height] = scene.film.size.map(f64::from);
     let all = width * height * f64::from(settings.rays);
     let coarser = (all / RAYS).sqrt().max(1.0);
     let size = [width, height].map(|side| (side / coarser).ceil().max(1.0));
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
-    let budget = Budget::fixed(settings.rays, photons.volume_radius, step);
+    let budget = PixelBudget::fixed(settings.rays, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, needs);
     let seen = FeatureTracer::new(scene, settings.denoise);
     let expose = |seed: u64| {
         let small = size.map(|side| side as u32);
-        let sheet = Sheet {
+        let sheet = RenderRegion {
             size: small,
             window: Window::whole(small),
             seed,
@@ -134,12 +134,12 @@ fn estimate<S: Spectrum, H: Heading>(
             features: false,
         };
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
-        let radiance = |ray, budget: &Budget, state: &mut State<S>| {
+        let radiance = |ray, budget: &PixelBudget, state: &mut State<S>| {
             let sample = marcher.radiance(ray, budget, state);
             Sample { features: seen.along(ray, budget.step, state), ..sample }
         };
         let fixed = |_, _| Direction::fixed(budget);
-        expose::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
+        exposure::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
     };
     let timed = |seed: u64| {
         let start = Instant::now();
@@ -173,7 +173,7 @@ pub fn memory_needed(scene: &Scene, settings: &RenderSettings, program: u64) -> 
     Ok(memory(scene, settings, photons, program + WORKING))
 }
 
-fn photon_memory<S: Spectrum, H: Heading>(
+fn photon_memory<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
 ) -> Result<PhotonMemory> {
@@ -182,11 +182,11 @@ fn photon_memory<S: Spectrum, H: Heading>(
 }
 
 /// The maps that a few of the photons leave, and the work that all are.
-fn look<S: Spectrum, H: Heading>(
+fn look<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
 ) -> Result<(PhotonMaps<S, H>, Work)> {
-    let (shooting, paths) = guide::look(scene, settings);
+    let (shooting, paths) = director_pass::look(scene, settings);
     let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
     Ok((photons, scaled(&shot, settings.photons as f64 / paths.max(1) as f64)))
 }

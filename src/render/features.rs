@@ -11,10 +11,11 @@ use smallvec::{SmallVec, smallvec};
 use crate::image::Features;
 use crate::math::{Ray, Rgb, Span, Spectrum, World, luminance};
 use crate::medium::{Albedo, Media, Profile};
-use crate::scene::{Scene, lighting};
+use crate::scene::Scene;
 use crate::surface::SurfaceHit;
+use crate::transport::direct_light;
 
-use super::expose::State;
+use super::exposure::State;
 
 /// Mirrors and panes of glass that a ray follows at most.
 const MAX_SPECULAR: u32 = 8;
@@ -36,7 +37,7 @@ pub(super) struct FeatureTracer<'a> {
 }
 
 /// A ray of sight that is still to be followed.
-struct Sight {
+struct Snapshot {
     ray: Ray<World>,
     /// Share of what it sees that is seen from the camera.
     weight: Rgb,
@@ -64,11 +65,11 @@ impl<'a> FeatureTracer<'a> {
             return None;
         }
         let (mut albedo, mut normal) = (Rgb::ZERO, glam::DVec3::ZERO);
-        let mut sights: SmallVec<[Sight; 4]> =
-            smallvec![Sight { ray, weight: Rgb::ONE, inside: 0, bounces: 0 }];
+        let mut sights: SmallVec<[Snapshot; 4]> =
+            smallvec![Snapshot { ray, weight: Rgb::ONE, inside: 0, bounces: 0 }];
         while let Some(mut sight) = sights.pop() {
-            let hit = lighting::first_surface(self.scene, &sight.ray, &mut state.draws);
-            if sight.inside == 0 && state.draws.needs.media {
+            let hit = direct_light::first_surface(self.scene, &sight.ray, &mut state.ctx);
+            if sight.inside == 0 && state.ctx.needs.media {
                 let end = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
                 let (media, transmittance) = self.through_media(&sight.ray, end, step, state);
                 albedo += sight.weight * media;
@@ -98,7 +99,7 @@ impl<'a> FeatureTracer<'a> {
     ) -> (Rgb, Rgb) {
         let mut profile = std::mem::take(&mut state.profile);
         profile.trace(&self.scene.media, ray, Span::new(0.0, end), step, 0.5);
-        profile.count(&mut state.draws.work);
+        profile.count(&mut state.ctx.work);
         let transmittance = profile.transmittance().rgb();
         let albedo = match self.albedo {
             Some(albedo) => albedo * (Rgb::ONE - transmittance),
@@ -142,7 +143,7 @@ fn albedo_along<S: Spectrum>(media: &Media, ray: &Ray<World>, profile: &Profile<
 }
 
 /// Where `sight` goes on from the mirror or glass that it hits.
-fn branches(sight: &Sight, hit: &SurfaceHit<'_>) -> SmallVec<[Sight; 2]> {
+fn branches(sight: &Snapshot, hit: &SurfaceHit<'_>) -> SmallVec<[Snapshot; 2]> {
     if sight.bounces == MAX_SPECULAR {
         return SmallVec::new();
     }
@@ -153,7 +154,7 @@ fn branches(sight: &Sight, hit: &SurfaceHit<'_>) -> SmallVec<[Sight; 2]> {
         branches.truncate(1);
         branches.iter_mut().for_each(|branch| branch.0 = 1.0);
     }
-    let onward = branches.into_iter().map(|(share, scattered)| Sight {
+    let onward = branches.into_iter().map(|(share, scattered)| Snapshot {
         ray: hit.leave(scattered.direction),
         weight: sight.weight * scattered.weight * share,
         inside: (sight.inside + i32::from(scattered.crossing)).max(0),

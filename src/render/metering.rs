@@ -5,7 +5,7 @@ use crate::image::meter;
 use crate::math::{Rgb, luminance};
 use crate::scene::{RenderSettings, Scene};
 
-use super::guide::{CoarseLook, coarse_look};
+use super::director_pass::{Pilot, coarse_look};
 
 /// Pixels of the look that is metered, along the longer side.
 const PIXELS: f64 = 96.0;
@@ -20,7 +20,7 @@ const PHOTONS: u64 = 40_000;
 pub fn exposure(scene: &Scene) -> Result<f64> {
     let size = scene.film.size.map(f64::from);
     let pixels = (size[0].max(size[1]) / PIXELS).max(1.0);
-    let look = CoarseLook {
+    let look = Pilot {
         photons: PHOTONS,
         size: size.map(|side| (side / pixels).ceil() as u32),
         pixels,

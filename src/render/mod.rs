@@ -3,32 +3,22 @@
 //! Only this room knows both the budget of a pixel and the estimators; below it plain numbers are
 //! passed. The unbiased reference renders the same scene onto the same film.
 
-mod aimed;
 mod checkpoint;
 mod checkpoint_file;
 mod clock;
 mod control;
+mod cost_model;
 mod costs;
-mod deflect;
-mod expose;
+mod director_pass;
+mod exposure;
 mod features;
-mod follow;
-mod gather;
-mod guide;
-mod kept;
-mod lamps;
-mod march;
+mod integrator;
 mod metering;
-mod pace;
-mod passes;
-mod plate;
+mod photon_rate;
 mod preview;
 mod progress;
-mod reckoning;
-mod reference;
 mod rendered;
 mod seconds;
-mod toward;
 
 /// Calls a function that is generic over the channels of light and the heading of photons in media
 /// for what is needed: chosen here, once, and not asked about in any loop.
@@ -36,9 +26,9 @@ macro_rules! specialised {
     ($needs:expr, $f:ident($($argument:expr),* $(,)?)) => {
         match ($needs.colors, $needs.directions) {
             (true, true) => $f::<crate::math::Rgb, crate::photon::Octahedral>($($argument),*),
-            (true, false) => $f::<crate::math::Rgb, crate::photon::Unknown>($($argument),*),
+            (true, false) => $f::<crate::math::Rgb, crate::photon::NoDirection>($($argument),*),
             (false, true) => $f::<f64, crate::photon::Octahedral>($($argument),*),
-            (false, false) => $f::<f64, crate::photon::Unknown>($($argument),*),
+            (false, false) => $f::<f64, crate::photon::NoDirection>($($argument),*),
         }
     };
 }
@@ -48,9 +38,9 @@ pub use checkpoint::Checkpoints;
 pub use clock::{Clock, Deadline};
 pub use control::{Control, Stop};
 pub use costs::{Costs, Memory, MemoryParts, costs, memory_needed, memory_without_photons};
-pub use guide::{Extent, Maps, maps};
+pub use director_pass::{Extent, Maps, maps};
 pub use metering::exposure;
-pub use pace::photons_within;
+pub use photon_rate::photons_within;
 pub use preview::preview;
 pub use progress::{Progress, Silent, Stages};
 pub use rendered::{Directed, Ended, Rendered};
@@ -59,16 +49,16 @@ pub use seconds::StageSeconds;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use crate::director::{Budget, KeptSight};
+use crate::director::{CachedSnapshot, PixelBudget};
 use crate::error::Result;
 use crate::image::{Sample, Window};
 use crate::math::{Rgb, Spectrum, Stage};
-use crate::photon::{self, Heading};
+use crate::photon::{self, PhotonDirection};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::work::Work;
 
-use expose::{Direction, Exposed, Sheet, State};
+use exposure::{Direction, Exposure, RenderRegion, State};
 use features::FeatureTracer;
 
 /// Renders `scene` with a photon map and a march, directed as `settings` say: the same picture on
@@ -93,7 +83,7 @@ pub fn render<'a>(
 pub fn render_next<'a>(
     scene: &Scene,
     settings: &RenderSettings,
-    kept: Option<KeptSight>,
+    kept: Option<CachedSnapshot>,
     control: impl Into<Control<'a>>,
 ) -> Result<Rendered> {
     let control = control.into();
@@ -101,7 +91,7 @@ pub fn render_next<'a>(
     let needs = Needs::of(scene, settings);
     let mut maps = Maps::default();
     if needs.maps {
-        maps = guide::maps(scene, settings, kept, Extent::Needed, &mut stages)?;
+        maps = director_pass::maps(scene, settings, kept, Extent::Needed, &mut stages)?;
     }
     if matches!(settings.director, Director::Fixed | Director::Variance) {
         maps.xs.clear(); // made for nothing, where everything is asked for
@@ -112,7 +102,7 @@ pub fn render_next<'a>(
 }
 
 /// The picture that `maps` direct, after the stages that made those.
-fn picture<S: Spectrum, H: Heading>(
+fn picture<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
     maps: &Maps,
@@ -142,18 +132,18 @@ fn picture<S: Spectrum, H: Heading>(
 
     let start = Instant::now();
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
-    let mut gold = Budget::fixed(settings.rays, photons.volume_radius, step);
+    let mut gold = PixelBudget::fixed(settings.rays, photons.volume_radius, step);
     if settings.director == Director::Variance {
         gold = gold.until(settings.directing.tolerance, settings.directing.floor);
     }
     let directions = maps.directions(scene, settings, gold);
     let width = scene.film.size[0] as usize;
-    let marcher = march::Marcher::new(scene, &photons, needs);
+    let marcher = integrator::Marcher::new(scene, &photons, needs);
     let seen = FeatureTracer::new(scene, settings.denoise);
     if let Some(checkpoints) = control.checkpoints {
-        checkpoints.recall(&photons.filled())?;
+        checkpoints.restore(&photons.filled())?;
     }
-    let exposed = expose::expose(
+    let exposed = exposure::expose(
         sheet(scene, settings, Stage::March),
         |x, y, lens| scene.camera.ray(x, y, lens),
         |x, y| {
@@ -193,15 +183,15 @@ fn traced<S: Spectrum>(
 ) -> Rendered {
     let mut stages = Stages::default();
     let start = Instant::now();
-    let tracer = reference::PathTracer::new(scene, settings.max_scatter);
+    let tracer = integrator::PathTracer::new(scene, settings.max_scatter);
     let seen = FeatureTracer::new(scene, settings.denoise);
-    let budget = Budget::fixed(settings.rays, 0.0, 0.0);
-    let exposed = expose::expose(
+    let budget = PixelBudget::fixed(settings.rays, 0.0, 0.0);
+    let exposed = exposure::expose(
         sheet(scene, settings, Stage::Reference),
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| Direction::fixed(budget),
         |ray, budget, state: &mut State<S>| {
-            let sample = tracer.radiance::<S>(ray, &mut state.draws);
+            let sample = tracer.radiance::<S>(ray, &mut state.ctx);
             Sample { features: seen.along(ray, budget.step, state), ..sample }
         },
         &[],
@@ -212,9 +202,9 @@ fn traced<S: Spectrum>(
 }
 
 /// What is exposed for `stage`.
-fn sheet(scene: &Scene, settings: &RenderSettings, stage: Stage) -> Sheet {
+fn sheet(scene: &Scene, settings: &RenderSettings, stage: Stage) -> RenderRegion {
     let size = scene.film.size;
-    Sheet {
+    RenderRegion {
         size,
         window: settings.crop.unwrap_or(Window::whole(size)),
         seed: settings.seed,
@@ -226,12 +216,12 @@ fn sheet(scene: &Scene, settings: &RenderSettings, stage: Stage) -> Sheet {
 }
 
 /// The picture of an exposure, before which `work` was done.
-fn rendered(exposed: Exposed, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
-    let Exposed { film, work: exposing, ended, rays_left, unkept } = exposed;
+fn rendered(exposed: Exposure, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
+    let Exposure { film, work: exposing, ended, rays_left, checkpoint_error } = exposed;
     work += exposing;
     let timings = stages.timings;
     let (director, sight) = (None, None);
-    Rendered { film, work, timings, radius, ended, rays_left, unkept, director, sight }
+    Rendered { film, work, timings, radius, ended, rays_left, checkpoint_error, director, sight }
 }
 
 /// The step where none is given, in metres: the shortest voxel edge of all media, at which cells

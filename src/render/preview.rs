@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use super::expose::{Direction, Sheet, expose};
-use super::march::Marcher;
+use super::exposure::{Direction, RenderRegion, expose};
+use super::integrator::Marcher;
 use super::rendered::Ended;
 use super::{Control, Rendered, Stages, finest_step, rendered, sheet};
-use crate::director::Budget;
+use crate::director::PixelBudget;
 use crate::math::{Rgb, Stage};
 use crate::photon::PhotonMaps;
 use crate::scene::plan::Needs;
@@ -24,10 +24,10 @@ pub fn preview<'a>(
     let (mut stages, start) = (Stages::default(), Instant::now());
     let photons = PhotonMaps::<Rgb>::empty(settings.radius.unwrap_or(0.0));
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
-    let budget = Budget::fixed(1, photons.volume_radius, step);
+    let budget = PixelBudget::fixed(1, photons.volume_radius, step);
     let marcher = Marcher::new(scene, &photons, Needs::of(scene, settings));
     let exposed = expose(
-        Sheet { features: false, ..sheet(scene, settings, Stage::March) },
+        RenderRegion { features: false, ..sheet(scene, settings, Stage::March) },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| Direction::fixed(budget),
         |ray, budget, state| marcher.radiance(ray, budget, state),

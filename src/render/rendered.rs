@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use crate::director::KeptSight;
+use crate::director::CachedSnapshot;
 use crate::error::Result;
 use crate::image::{Denoiser, Film};
-use crate::photon::MAX_EVENTS;
+use crate::transport::MAX_EVENTS;
 use crate::work::Work;
 
 /// Why a render ended.
@@ -37,11 +37,11 @@ pub struct Rendered {
     /// Rays that it would still have got.
     pub rays_left: u64,
     /// Why its state could not be kept on disk.
-    pub unkept: Option<String>,
+    pub checkpoint_error: Option<String>,
     /// What the director's maps took, where there are any.
     pub director: Option<Directed>,
     /// What the director saw first, for another picture with the same camera, surfaces and lights.
-    pub sight: Option<KeptSight>,
+    pub sight: Option<CachedSnapshot>,
 }
 
 /// Work for the director's maps, without that of the coarse look at scattered light.
@@ -81,7 +81,7 @@ impl Rendered {
     /// cut short, samples that were left out.
     pub fn warnings(&self) -> Vec<String> {
         let Work { capped_paths: capped, photon_paths, rays, .. } = self.work;
-        let mut warnings: Vec<String> = self.unkept.iter().cloned().collect();
+        let mut warnings: Vec<String> = self.checkpoint_error.iter().cloned().collect();
         if capped > 0 {
             let (paths, kind) =
                 if photon_paths > 0 { (photon_paths, "photon") } else { (rays, "camera") };

@@ -9,8 +9,8 @@
 use serde::Serialize;
 
 use super::Stages;
-use super::guide::{self, Extent};
-use crate::director::Budget;
+use super::director_pass::{self, Extent};
+use crate::director::PixelBudget;
 use crate::error::Result;
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
@@ -51,7 +51,7 @@ pub(super) struct DirectedShare {
 pub(super) fn directed(
     scene: &Scene,
     settings: &RenderSettings,
-    gold: Budget,
+    gold: PixelBudget,
 ) -> Result<DirectedShare> {
     if !Needs::of(scene, settings).maps {
         return Ok(DirectedShare { seconds: 0.0, share: 1.0 });
@@ -62,7 +62,7 @@ pub(super) fn directed(
     let mut small = *settings;
     small.directing.resolution *= (PIXELS / all).sqrt().min(1.0);
     let mut stages = Stages::default();
-    let mut maps = guide::maps(scene, &small, None, Extent::Needed, &mut stages)?;
+    let mut maps = director_pass::maps(scene, &small, None, Extent::Needed, &mut stages)?;
     let seconds: f64 = stages.timings.iter().map(|(_, time)| time.as_secs_f64()).sum();
     let larger = all / pixels(maps.size);
     if matches!(settings.director, Director::Fixed | Director::Variance) {

@@ -10,7 +10,6 @@ mod directing;
 pub mod file;
 mod hash;
 mod keys;
-pub mod lighting;
 mod load;
 mod outline;
 pub mod plan;

@@ -26,7 +26,7 @@ pub(super) struct Named {
     /// By their patterns, each once.
     pub(super) patterns: Vec<Pattern>,
     /// Whether surfaces or lights name any.
-    pub(super) by_stills: bool,
+    pub(super) by_static_scene: bool,
 }
 
 /// The sequences of files that `text`, the scene file `path`, names.
@@ -37,7 +37,7 @@ pub(super) fn sequences(path: &Path, text: &str) -> Named {
         visit(value, &mut |name| {
             let file = folder.join(name);
             let Some(pattern) = Pattern::of(&file).filter(|_| !file.is_file()) else { return };
-            named.by_stills |= STILL.contains(&key.as_str());
+            named.by_static_scene |= STILL.contains(&key.as_str());
             if !named.patterns.contains(&pattern) {
                 named.patterns.push(pattern);
             }

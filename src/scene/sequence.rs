@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::bare::{self, Made};
-use super::load::{self, Grids, Stills, Text};
+use super::load::{self, Grids, StaticScene, Text};
 use super::outline::{self, Named};
 use super::{LoadOptions, Scene};
 use crate::error::{Error, Result};
@@ -22,7 +22,7 @@ pub struct Sequence {
     text: Text,
     patterns: Vec<Pattern>,
     /// Camera, surfaces and lights, where their files are not numbered.
-    stills: Option<Stills>,
+    static_scene: Option<StaticScene>,
     /// The frame whose picture is metered for all of them.
     metered: Option<i64>,
 }
@@ -44,13 +44,14 @@ impl Sequence {
             None => (Text::open(path, &options, &mut Grids::default())?, None),
         };
         let file = text.read(path, &options, Some(0))?;
-        let Named { patterns, by_stills } = outline::sequences(path, text.as_str());
+        let Named { patterns, by_static_scene } = outline::sequences(path, text.as_str());
         if patterns.is_empty() {
             return Err(nothing_numbered(path));
         }
-        let stills = if by_stills { None } else { Some(Stills::build(&text, &file, &options)?) };
+        let static_scene =
+            if by_static_scene { None } else { Some(StaticScene::build(&text, &file, &options)?) };
         let mut sequence =
-            Self { path: path.to_path_buf(), options, text, patterns, stills, metered };
+            Self { path: path.to_path_buf(), options, text, patterns, static_scene, metered };
         sequence.metered = metered.or_else(|| sequence.numbers().first().copied());
         Ok(sequence)
     }
@@ -90,11 +91,11 @@ impl Sequence {
         if matches!(self.text, Text::Made(_)) {
             bare::leave_out_missing(&mut file, &mut grids)?;
         }
-        let stills = match &self.stills {
-            Some(stills) => stills.clone(),
-            None => Stills::build(&self.text, &file, &self.options)?,
+        let static_scene = match &self.static_scene {
+            Some(static_scene) => static_scene.clone(),
+            None => StaticScene::build(&self.text, &file, &self.options)?,
         };
-        load::build(&self.path, &self.text, &file, stills, grids, &self.options)
+        load::build(&self.path, &self.text, &file, static_scene, grids, &self.options)
     }
 
     fn patterns(&self) -> &[Pattern] {

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{LightSample, PhotonStart, Reach, checked_color};
+use super::{EmissionTarget, LightSample, PhotonStart, checked_color};
 use crate::math::{Ray, Rgb, is_grey, luminance, warp};
 
 use gradient::Gradient;
@@ -137,13 +137,13 @@ impl Environment {
         Some(LightSample { direction, distance, radiance, pdf, delta: false })
     }
 
-    pub(super) fn emit(&self, reach: &Reach, u: [f64; 4]) -> Option<PhotonStart> {
+    pub(super) fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {
         let (toward, pdf, radiance) = self.toward([u[0], u[1]])?;
         let (origin, place_pdf) = reach.start(-toward, [u[2], u[3]]);
         Some(PhotonStart { ray: Ray::new(origin, -toward), power: radiance / (pdf * place_pdf) })
     }
 
-    pub(super) fn power(&self, reach: &Reach) -> Rgb {
+    pub(super) fn power(&self, reach: &EmissionTarget) -> Rgb {
         self.integral() * reach.disk_area()
     }
 

@@ -19,7 +19,7 @@ impl Draine {
         Self { g, alpha }
     }
 
-    pub(super) const fn softened(self, keep: f64) -> Self {
+    pub(super) const fn convolved(self, keep: f64) -> Self {
         Self { g: self.g * keep, ..self }
     }
 

@@ -40,8 +40,8 @@ impl Fog {
             + (1.0 - self.body_weight) * self.peak.mean_cosine()
     }
 
-    pub(super) const fn softened(self, keep: f64) -> Self {
-        Self { peak: self.peak.softened(keep), body: self.body.softened(keep), ..self }
+    pub(super) const fn convolved(self, keep: f64) -> Self {
+        Self { peak: self.peak.convolved(keep), body: self.body.convolved(keep), ..self }
     }
 
     /// The forward peak, and the body without it.

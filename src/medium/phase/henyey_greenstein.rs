@@ -28,7 +28,7 @@ impl HenyeyGreenstein {
         self.g
     }
 
-    pub(super) const fn softened(self, keep: f64) -> Self {
+    pub(super) const fn convolved(self, keep: f64) -> Self {
         Self { g: self.g * keep }
     }
 

@@ -114,13 +114,13 @@ impl Phase {
     /// Henyey-Greenstein lobes, near it for Draine's. Smooth functions and parts of a lobe stay as
     /// they are.
     #[must_use]
-    pub const fn softened(&self, keep: f64) -> Self {
+    pub const fn convolved(&self, keep: f64) -> Self {
         match self {
             Self::Isotropic(p) => Self::Isotropic(*p),
-            Self::HenyeyGreenstein(p) => Self::HenyeyGreenstein(p.softened(keep)),
+            Self::HenyeyGreenstein(p) => Self::HenyeyGreenstein(p.convolved(keep)),
             Self::Rayleigh(p) => Self::Rayleigh(*p),
-            Self::TwoLobe(p) => Self::TwoLobe(p.softened(keep)),
-            Self::Fog(p) => Self::Fog(p.softened(keep)),
+            Self::TwoLobe(p) => Self::TwoLobe(p.convolved(keep)),
+            Self::Fog(p) => Self::Fog(p.convolved(keep)),
             Self::Tip(_) | Self::Body(_) => *self,
         }
     }

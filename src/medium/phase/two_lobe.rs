@@ -33,8 +33,8 @@ impl TwoLobe {
         self.weight * self.first.mean_cosine() + (1.0 - self.weight) * self.second.mean_cosine()
     }
 
-    pub(super) const fn softened(self, keep: f64) -> Self {
-        Self { first: self.first.softened(keep), second: self.second.softened(keep), ..self }
+    pub(super) const fn convolved(self, keep: f64) -> Self {
+        Self { first: self.first.convolved(keep), second: self.second.convolved(keep), ..self }
     }
 
     /// The lobe whose mean cosine is farther from 0, and the other.

@@ -111,7 +111,7 @@ struct Sight {
 
 /// What of a scene stays as it is where only its volumes change.
 #[derive(Debug, Clone)]
-pub(super) struct Stills {
+pub(super) struct StaticScene {
     camera: Camera,
     surfaces: Arc<Surfaces>,
     lights: Arc<Lights>,
@@ -137,8 +137,8 @@ impl Scene {
         let mut grids = Grids::within(options.memory);
         let text = Text::open(path, options, &mut grids)?;
         let file = text.read(path, options, None)?;
-        let stills = Stills::build(&text, &file, options)?;
-        build(path, &text, &file, stills, grids, options)
+        let static_scene = StaticScene::build(&text, &file, options)?;
+        build(path, &text, &file, static_scene, grids, options)
     }
 }
 
@@ -188,7 +188,7 @@ impl Text {
     }
 }
 
-impl Stills {
+impl StaticScene {
     /// Camera, lights and surfaces of `file`, whose text is `text`.
     pub(super) fn build(text: &Text, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
         let mut context = Context::default();
@@ -226,11 +226,12 @@ pub(super) fn build(
     path: &Path,
     text: &Text,
     file: &SceneFile,
-    stills: Stills,
+    static_scene: StaticScene,
     grids: Grids,
     options: &LoadOptions,
 ) -> Result<Scene> {
-    let Stills { camera, surfaces, lights, sources, warnings, notes, hash: still } = stills;
+    let StaticScene { camera, surfaces, lights, sources, warnings, notes, hash: still } =
+        static_scene;
     let grids = grids.for_media(&file.media);
     let leaves_out = options.planning == Planning::Needed;
     let frustum = camera.frustum(file.film.size).filter(|_| is_only_seen(file, &surfaces));

@@ -7,7 +7,7 @@ use super::places::puff;
 use super::setup::Setup;
 use crate::error::Result;
 use crate::math::{Ray, Rgb, Span, WorldPoint};
-use crate::photon::{BeamMap, Photon, PhotonMap, Placed};
+use crate::photon::{BeamMap, Photon, PhotonAt, PhotonMap};
 use crate::verify::case::{Case, Effort, Group};
 use crate::verify::{Check, Parts, scenes};
 
@@ -105,7 +105,7 @@ fn one_point() -> Case {
     Case::new(Group::Matrix, "matrix/counts/33-photons-on-one-point", words, |_| {
         let origin = WorldPoint::new(1e7, 0.0, 0.0);
         let photon = Photon::new(Rgb::ONE, DVec3::X);
-        let placed: [Placed; N] = [Placed { place: [0.5, 0.25, 0.125], photon }; N];
+        let placed: [PhotonAt; N] = [PhotonAt { place: [0.5, 0.25, 0.125], photon }; N];
         let map = PhotonMap::new(origin, &placed);
         let at = placed[0].at(origin);
         let mut within = 0;

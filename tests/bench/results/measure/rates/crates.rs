@@ -4,7 +4,7 @@ use std::num::NonZero;
 use std::time::Duration;
 
 use fogbow::math::{Ray, Span, World};
-use fogbow::photon::{BeamMap, PhotonMap, Placed};
+use fogbow::photon::{BeamMap, PhotonAt, PhotonMap};
 use glam::Vec3A;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use obvhs::BvhBuildParams;
@@ -33,8 +33,8 @@ fn crossed(center: Vec3A, ray: &obvhs::ray::Ray) -> Option<f32> {
 /// fogbow's maps beside the trees that they are made of, on the same photons, places and rays.
 pub fn compare(
     bench: &Bench,
-    placed: &[Placed],
-    queries: &[Placed],
+    placed: &[PhotonAt],
+    queries: &[PhotonAt],
     rays: &[Ray<World>],
 ) -> Result<Vec<Row>> {
     let mut rows = trees(bench, placed, queries)?;
@@ -42,7 +42,7 @@ pub fn compare(
     Ok(rows)
 }
 
-fn trees(bench: &Bench, placed: &[Placed], queries: &[Placed]) -> Result<Vec<Row>> {
+fn trees(bench: &Bench, placed: &[PhotonAt], queries: &[PhotonAt]) -> Result<Vec<Row>> {
     type Tree = ImmutableKdTree<f32, 3>;
     let places: Vec<[f32; 3]> = placed.iter().map(|p| p.place).collect();
     let photons = ("photons/s", placed.len() as f64);
@@ -58,7 +58,7 @@ fn trees(bench: &Bench, placed: &[Placed], queries: &[Placed]) -> Result<Vec<Row
     let tree = tree?;
     let asked = ("gathers/s", queries.len() as f64);
     let squared = AROUND * AROUND;
-    let all = |each: &(dyn Fn(&Placed) -> u64 + Sync)| queries.par_iter().map(each).sum::<u64>();
+    let all = |each: &(dyn Fn(&PhotonAt) -> u64 + Sync)| queries.par_iter().map(each).sum::<u64>();
     let found = all(&|p| around(&map, p)) as f64;
     rows.extend(bench.group(&[
         Job::of("around a place", &[asked, ("photons/s", found)], || all(&|p| around(&map, p))),
@@ -88,7 +88,7 @@ fn trees(bench: &Bench, placed: &[Placed], queries: &[Placed]) -> Result<Vec<Row
     let nearest = NonZero::new(NEAREST).ok_or("no neighbour is asked for")?;
     rows.extend(bench.group(&[
         Job::new("the 8 nearest", asked, || {
-            let origin = |p: &Placed| p.at(ORIGIN);
+            let origin = |p: &PhotonAt| p.at(ORIGIN);
             all(&|p| map.distance_to_nearest(origin(p), NEAREST).map_or(0, |d| u64::from(d > 0.0)))
         }),
         Job::new("kiddo: the 8 nearest", asked, || {
@@ -101,9 +101,9 @@ fn trees(bench: &Bench, placed: &[Placed], queries: &[Placed]) -> Result<Vec<Row
     Ok(rows)
 }
 
-fn hierarchies(bench: &Bench, placed: &[Placed], rays: &[Ray<World>]) -> Vec<Row> {
-    let center = |p: &Placed| Vec3A::from(p.place);
-    let ball = |p: &Placed| Aabb::new(center(p) - RADIUS, center(p) + RADIUS);
+fn hierarchies(bench: &Bench, placed: &[PhotonAt], rays: &[Ray<World>]) -> Vec<Row> {
+    let center = |p: &PhotonAt| Vec3A::from(p.place);
+    let ball = |p: &PhotonAt| Aabb::new(center(p) - RADIUS, center(p) + RADIUS);
     let balls: Vec<Aabb> = placed.iter().map(ball).collect();
     let radii = vec![RADIUS; placed.len()];
     let photons = ("photons/s", placed.len() as f64);

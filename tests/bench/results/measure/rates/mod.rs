@@ -6,7 +6,7 @@ mod bench;
 mod crates;
 
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint, warp};
-use fogbow::photon::{Photon, PhotonMap, PhotonMaps, Placed, Shooting, shoot};
+use fogbow::photon::{Photon, PhotonAt, PhotonMap, PhotonMaps, PhotonSettings, shoot};
 use fogbow::render::{Silent, render};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{FinalGather, LoadOptions, Scene};
@@ -90,7 +90,7 @@ fn load(name: &str) -> fogbow::Result<Scene> {
 /// The maps of a scene's photons, where rays are followed here, and what making them took.
 fn shot(scene: &Scene, final_gather: FinalGather) -> (PhotonMaps, Work) {
     let needs = Needs::of(scene, &scene.render);
-    let shooting = Shooting {
+    let shooting = PhotonSettings {
         photons: PHOTONS,
         traced: None,
         rays: 4,
@@ -121,7 +121,7 @@ fn beside(maps: &PhotonMaps, ray: &Ray<World>) -> u64 {
 }
 
 /// How many photons lie around one.
-fn around(map: &PhotonMap, p: &Placed) -> u64 {
+fn around(map: &PhotonMap, p: &PhotonAt) -> u64 {
     let mut found = 0;
     map.within(p.at(ORIGIN), f64::from(AROUND), |_, _| found += 1);
     found
@@ -140,13 +140,13 @@ fn across(count: u64) -> Vec<Ray<World>> {
 }
 
 /// Photons spread evenly in a ball of 1 m.
-fn ball() -> Vec<Placed> {
+fn ball() -> Vec<PhotonAt> {
     (0..STORED)
         .map(|i| {
             let mut random = Stream::new(0, Stage::Test, i, 0);
             let place = warp::uniform_sphere(random.uniform2()) * random.uniform().cbrt();
             let direction = warp::uniform_sphere(random.uniform2());
-            Placed { place: place.as_vec3().to_array(), photon: Photon::new(Rgb::ONE, direction) }
+            PhotonAt { place: place.as_vec3().to_array(), photon: Photon::new(Rgb::ONE, direction) }
         })
         .collect()
 }

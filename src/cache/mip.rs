@@ -1,0 +1,75 @@
+//! Cells with their values, before bricks share their borders.
+
+use glam::IVec3;
+use rayon::prelude::*;
+
+use crate::math::Spectrum;
+
+use super::fluence_grid::{HELD, Level, SIDE};
+use super::sparse_cells::{BRICK, SparseCells, VOLUME, cell_index};
+
+/// Cells of a brick along an edge.
+const EDGE: i32 = 1 << BRICK;
+
+/// Cells with the mean of the light in each, 8³ a brick and [`planes`](Self::planes) times those.
+pub(super) struct Mip<S: Spectrum> {
+    pub cells: SparseCells,
+    /// How many numbers a cell has, brick by brick: first the first of all its cells.
+    pub planes: usize,
+    pub values: Vec<S::F32>,
+}
+
+impl<S: Spectrum> Mip<S> {
+    fn value(&self, brick: usize, plane: usize, within: IVec3) -> S::F32 {
+        self.values[(brick * self.planes + plane) * VOLUME + cell_index(within)]
+    }
+
+    /// The same light on cells twice as wide: means of those cells that are held.
+    pub fn wider(&self) -> Self {
+        let cells = self.cells.wider();
+        let planes = self.planes;
+        let mut values = vec![S::F32::default(); cells.bricks() * planes * VOLUME];
+        let fill = |(at, values): (IVec3, &mut [S::F32])| {
+            for index in 0..VOLUME as i32 {
+                let within = IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & (EDGE - 1);
+                let first = ((at << BRICK) + within) * 2;
+                // All eight lie in one brick, whose edge is even.
+                let Some(brick) = self.cells.brick_anywhere(first >> BRICK) else { continue };
+                for plane in 0..planes {
+                    let corner = |i: i32| {
+                        let by = IVec3::new(i & 1, i >> 1 & 1, i >> 2);
+                        self.value(brick, plane, (first & (EDGE - 1)) + by)
+                    };
+                    values[plane * VOLUME + index as usize] =
+                        (0..8).map(corner).sum::<S::F32>() / 8.0;
+                }
+            }
+        };
+        let bricks = values.par_chunks_mut(VOLUME * planes);
+        cells.places().into_par_iter().zip(bricks).for_each(fill);
+        Self { cells, planes, values }
+    }
+
+    /// Bricks that hold their neighbours' first values as well.
+    pub fn level(self) -> Level<S> {
+        let Self { cells, planes, .. } = &self;
+        let mut values = vec![S::Stored::default(); cells.bricks() * HELD * planes];
+        let fill = |(at, values): (IVec3, &mut [S::Stored])| {
+            let own = cells.brick(at).expect("only bricks that are held are listed");
+            for (index, values) in values.chunks_mut(*planes).enumerate() {
+                let (x, y, z) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
+                let within = IVec3::new(x as i32, y as i32, z as i32);
+                let (brick, within) = match cells.brick_anywhere(at + (within >> BRICK)) {
+                    Some(brick) => (brick, within & (EDGE - 1)),
+                    None => (own, within.min(IVec3::splat(EDGE - 1))),
+                };
+                for (plane, value) in values.iter_mut().enumerate() {
+                    *value = S::pack(self.value(brick, plane, within));
+                }
+            }
+        };
+        let bricks = values.par_chunks_mut(HELD * planes);
+        cells.places().into_par_iter().zip(bricks).for_each(fill);
+        Level { cells: self.cells, planes: self.planes, values }
+    }
+}

@@ -1,0 +1,90 @@
+//! What the camera sees were there no medium: first-hit distances and the snapshot.
+
+use rayon::prelude::*;
+
+use crate::image::Image;
+use crate::math::{Ray, Rgb, Stage, Stream, World};
+use crate::medium::Media;
+use crate::scene::Scene;
+use crate::scene::plan::Needs;
+use crate::surface::TransportMode;
+use crate::transport::{PathContext, direct_light};
+use crate::work::Work;
+
+/// Mirrors and panes of glass that the snapshot's rays follow at most.
+const MAX_SPECULAR: u32 = 16;
+
+/// First-hit distances and direct light without the medium, one ray through the middle of each
+/// pixel. It depends on camera, surfaces and lights alone, so a changed medium leaves it as it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// Distance to the first surface in metres, row by row; infinite where there is none.
+    pub depth: Vec<f64>,
+    /// Direct light on the surfaces, W/(m² sr), and the environment where there is none.
+    pub snapshot: Image,
+}
+
+impl Snapshot {
+    /// Looks at `scene`, its film divided into `size` (width, height) pixels; the same on any number
+    /// of threads.
+    pub fn look(scene: &Scene, size: [u32; 2], seed: u64, needs: Needs) -> (Self, Work) {
+        let [width, height] = size.map(|side| side as usize);
+        let pixel = |index: usize, ctx: &mut PathContext| {
+            ctx.rng = Stream::new(seed, Stage::Director, index as u64, 1);
+            see(scene, middle(scene, size, index), ctx)
+        };
+        let rows: Vec<(Vec<(f64, Rgb)>, Work)> = (0..height)
+            .into_par_iter()
+            .map(|y| {
+                let rng = Stream::new(seed, Stage::Director, 0, 1);
+                let mut ctx = PathContext::new(rng, needs);
+                let row = (0..width).map(|x| pixel(y * width + x, &mut ctx)).collect();
+                (row, ctx.work)
+            })
+            .collect();
+        let work = rows.iter().map(|(_, work)| *work).sum();
+        let pixels = || rows.iter().flat_map(|(row, _)| row);
+        let depth = pixels().map(|(depth, _)| *depth).collect();
+        let stored =
+            |light: &Rgb| light.to_array().map(|v| v.clamp(0.0, f64::from(f32::MAX)) as f32);
+        let light = pixels().map(|(_, light)| stored(light)).collect();
+        (Self { depth, snapshot: Image::new(width, height, light) }, work)
+    }
+}
+
+/// The ray through the middle of the pixel `index` of a film divided into `size` pixels, and of the
+/// lens.
+pub(super) fn middle(scene: &Scene, size: [u32; 2], index: usize) -> Ray<World> {
+    let width = size[0] as usize;
+    let scale = |axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]);
+    let (x, y) = ((index % width) as f64, (index / width) as f64);
+    scene.camera.ray((x + 0.5) * scale(0), (y + 0.5) * scale(1), [0.5, 0.5])
+}
+
+/// Distance to the first surface along `ray`, and the direct light seen there, through mirrors and
+/// glass.
+fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) {
+    let (mut first, mut light, mut throughput) = (f64::INFINITY, Rgb::ZERO, Rgb::ONE);
+    for bounce in 0..MAX_SPECULAR {
+        let Some(hit) = direct_light::first_surface(scene, &ray, ctx) else {
+            light += throughput * direct_light::environment(scene, &ray, ctx);
+            break;
+        };
+        if bounce == 0 {
+            first = hit.t;
+        }
+        light += throughput * direct_light::emitted(scene, &ray, &hit);
+        if !hit.material.is_specular() {
+            let nothing = Media::default();
+            let lit: Rgb = direct_light::on_surface(scene, &nothing, ray.direction, &hit, ctx);
+            light += throughput * lit;
+            break;
+        }
+        let u = std::array::from_fn(|_| ctx.rng.uniform());
+        let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
+        let Some(scattered) = scattered else { break };
+        throughput *= scattered.weight;
+        ray = hit.leave(scattered.direction);
+    }
+    (first, if light.is_finite() { light } else { Rgb::ZERO })
+}
