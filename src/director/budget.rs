@@ -17,6 +17,10 @@ pub struct PixelBudget {
     pub radius: f64,
     /// March step, in metres; grids are integrated exactly where it is at most a voxel.
     pub step: f64,
+    /// Saliency, 0 to 1; 1 where nothing is directed.
+    pub saliency: f64,
+    /// Importance in the XS-map, 0 to 1; 1 where nothing is directed.
+    pub xs: f64,
 }
 
 /// Rays of a pixel along which light that varies little within it is gathered.
@@ -25,7 +29,9 @@ const GATHERS: u32 = 4;
 impl PixelBudget {
     /// The same for all pixels: the gold standard, where `radius` and `step` are the finest.
     pub const fn fixed(rays: u32, radius: f64, step: f64) -> Self {
-        Self { rays, least: rays, tolerance: 0.0, gathers: GATHERS, radius, step }
+        let (saliency, xs) = (1.0, 1.0);
+        let (least, tolerance, gathers) = (rays, 0.0, GATHERS);
+        Self { rays, least, tolerance, gathers, radius, step, saliency, xs }
     }
 
     /// What a pixel of the importance `xs`, 0 to 1, may spend out of `self`, the gold standard's.
@@ -34,7 +40,7 @@ impl PixelBudget {
     /// of its own. `voxel` is the shortest voxel edge in metres, if there is any grid.
     pub fn for_importance(self, xs: f32, asked: &Directing, voxel: Option<f64>) -> Self {
         let importance = f64::from(xs);
-        let mut budget = self;
+        let mut budget = Self { xs: importance, ..self };
         if asked.directed.rays {
             let rays = (f64::from(self.rays) * importance).round() as u32;
             budget.rays = rays.clamp(asked.floor.min(self.rays), self.rays);

@@ -8,7 +8,9 @@ use std::time::Duration;
 
 use rayon::prelude::*;
 
-use super::exposure::{Direction, groups, is_settled};
+use crate::director::PixelBudget;
+
+use super::exposure::{groups, is_settled};
 use crate::film::{Tile, TiledFilm};
 
 /// Units of a ray that gathers nothing for others.
@@ -32,11 +34,11 @@ impl Remaining {
     /// What is left for the pixels of `plate` of what `direct` says that they may spend.
     pub(super) fn of(
         plate: &mut TiledFilm,
-        direct: &(impl Fn(u32, u32) -> Direction + Sync),
+        direct: &(impl Fn(u32, u32) -> PixelBudget + Sync),
     ) -> Self {
         let tile = |tile: &mut Tile| {
             tile.pixels().fold(Self::default(), |sum, (x, y, samples)| {
-                let budget = direct(x, y).budget;
+                let budget = direct(x, y);
                 let given = samples.given() as u32;
                 let settled = given >= budget.least && is_settled(samples, budget.tolerance);
                 let rays = if settled { 0 } else { budget.rays.saturating_sub(given) };

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::exposure::{self, Direction, RenderRegion, State};
+use super::exposure::{self, RenderRegion, State};
 use super::features::FeatureTracer;
 use super::integrator::Marcher;
 use super::photon_rate::PhotonRate;
@@ -138,7 +138,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
             let sample = marcher.radiance(ray, budget, state);
             Sample { features: seen.along(ray, budget.step, state), ..sample }
         };
-        let fixed = |_, _| Direction::fixed(budget);
+        let fixed = |_, _| budget;
         exposure::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
     };
     let timed = |seed: u64| {

@@ -14,7 +14,7 @@ use crate::scene::plan::Needs;
 use crate::scene::{Director, Importance, RenderSettings, Scene};
 use crate::work::Work;
 
-use super::exposure::{Direction, RenderRegion, expose};
+use super::exposure::{RenderRegion, expose};
 use super::integrator::Marcher;
 use super::{Control, Directed, Stages, specialised};
 
@@ -203,7 +203,7 @@ impl Pilot {
                 features: false,
             },
             |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
-            |_, _| Direction::fixed(budget),
+            |_, _| budget,
             |ray, budget, state| marcher.radiance(ray, budget, state),
             &[],
             &Control::silent(),
@@ -267,23 +267,22 @@ impl Maps {
     }
 
     /// What each pixel of the film may spend out of `gold`, which all would have had.
-    pub(super) fn directions(
+    pub(super) fn budgets(
         &self,
         scene: &Scene,
         settings: &RenderSettings,
         gold: PixelBudget,
-    ) -> Vec<Direction> {
+    ) -> Vec<PixelBudget> {
         if self.xs.is_empty() {
             return Vec::new();
         }
         let voxel = scene.media.detail();
         let on_film = |map: &Vec<f32>| resampled(map, self.size, scene.film.size);
         let saliency = self.saliency.as_ref().map(|saliency| on_film(&saliency.map));
-        let direction = |(index, xs): (usize, &f32)| Direction {
-            budget: gold.for_importance(*xs, &settings.directing, voxel),
+        let budget = |(index, xs): (usize, &f32)| PixelBudget {
             saliency: saliency.as_ref().map_or(1.0, |map| f64::from(map[index])),
-            xs: f64::from(*xs),
+            ..gold.for_importance(*xs, &settings.directing, voxel)
         };
-        on_film(&self.xs).iter().enumerate().map(direction).collect()
+        on_film(&self.xs).iter().enumerate().map(budget).collect()
     }
 }

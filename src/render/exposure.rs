@@ -28,24 +28,6 @@ use crate::film::{Pixel, Tile, TiledFilm};
 /// Rays of a pixel after which the clock is looked at.
 const LOOK: u32 = 16;
 
-/// What the director says of a pixel.
-#[derive(Debug, Clone, Copy)]
-pub struct Direction {
-    /// What it may spend.
-    pub budget: PixelBudget,
-    /// How much it catches the eye, 0 to 1.
-    pub saliency: f64,
-    /// Its importance, 0 to 1.
-    pub xs: f64,
-}
-
-impl Direction {
-    /// What holds for all pixels without a director: all matter alike.
-    pub const fn fixed(budget: PixelBudget) -> Self {
-        Self { budget, saliency: 1.0, xs: 1.0 }
-    }
-}
-
 /// What an estimator needs at hand for one ray: random numbers, counters, memory to reuse.
 #[derive(Debug)]
 pub struct State<S> {
@@ -114,7 +96,7 @@ pub struct Exposure {
 pub fn expose<S: Spectrum>(
     sheet: RenderRegion,
     camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
-    direct: impl Fn(u32, u32) -> Direction + Sync,
+    direct: impl Fn(u32, u32) -> PixelBudget + Sync,
     estimate: impl Fn(Ray<World>, &PixelBudget, &mut State<S>) -> Sample + Sync,
     lattices: &[&LazyCells<S>],
     control: &Control<'_>,
@@ -122,7 +104,7 @@ pub fn expose<S: Spectrum>(
     let RenderRegion { size, window, seed, stage, rays, needs, features } = sheet;
     let pixel = |pixel: Pixel<'_>, pass: Pass, run: &mut Run<'_, S>| {
         let Pixel { x, y, samples, mut features } = pixel;
-        let budget = direct(x, y).budget;
+        let budget = direct(x, y);
         let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let begin = samples.given() as u32;
         let mut looks = true;
@@ -227,8 +209,8 @@ pub fn expose<S: Spectrum>(
         if ended == Ended::Complete { 0 } else { Remaining::of(&mut plate, &direct).rays };
     let filled = (ended != Ended::Complete).then(|| has_rays(&mut plate, &direct));
     let mut film = plate.resolve(size, |x, y, samples| {
-        let Direction { budget, saliency, xs } = direct(x, y);
-        let PixelBudget { radius, step, .. } = budget;
+        let budget = direct(x, y);
+        let PixelBudget { radius, step, saliency, xs, .. } = budget;
         let pixel = FilmPixel::from(samples);
         let radiance = pixel.radiance + unshared(samples, &budget);
         FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
@@ -252,12 +234,12 @@ fn sum(mut a: (Work, Timing), b: (Work, Timing)) -> (Work, Timing) {
 }
 
 /// Whether each pixel has got a ray, or is to get none, row by row from the top.
-fn has_rays(plate: &mut TiledFilm, direct: &impl Fn(u32, u32) -> Direction) -> Vec<bool> {
+fn has_rays(plate: &mut TiledFilm, direct: &impl Fn(u32, u32) -> PixelBudget) -> Vec<bool> {
     let Window { left, top, width, .. } = plate.window;
     let mut known = vec![false; plate.window.pixels() as usize];
     for (x, y, samples) in plate.tiles.iter_mut().flat_map(Tile::pixels) {
         let index = (y - top) as usize * width as usize + (x - left) as usize;
-        known[index] = samples.given() > 0 || direct(x, y).budget.rays == 0;
+        known[index] = samples.given() > 0 || direct(x, y).rays == 0;
     }
     known
 }

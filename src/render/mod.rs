@@ -58,7 +58,7 @@ use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::work::Work;
 
-use exposure::{Direction, Exposure, RenderRegion, State};
+use exposure::{Exposure, RenderRegion, State};
 use features::FeatureTracer;
 
 /// Renders `scene` with a photon map and a march, directed as `settings` say: the same picture on
@@ -136,7 +136,7 @@ fn picture<S: Spectrum, H: PhotonDirection>(
     if settings.director == Director::Variance {
         gold = gold.until(settings.directing.tolerance, settings.directing.floor);
     }
-    let directions = maps.directions(scene, settings, gold);
+    let budgets = maps.budgets(scene, settings, gold);
     let width = scene.film.size[0] as usize;
     let marcher = integrator::Marcher::new(scene, &photons, needs);
     let seen = FeatureTracer::new(scene, settings.denoise);
@@ -148,7 +148,7 @@ fn picture<S: Spectrum, H: PhotonDirection>(
         |x, y, lens| scene.camera.ray(x, y, lens),
         |x, y| {
             let index = y as usize * width + x as usize;
-            directions.get(index).copied().unwrap_or(Direction::fixed(gold))
+            budgets.get(index).copied().unwrap_or(gold)
         },
         |ray, budget, state| {
             let sample = marcher.radiance(ray, budget, state);
@@ -189,7 +189,7 @@ fn traced<S: Spectrum>(
     let exposed = exposure::expose(
         sheet(scene, settings, Stage::Reference),
         |x, y, lens| scene.camera.ray(x, y, lens),
-        |_, _| Direction::fixed(budget),
+        |_, _| budget,
         |ray, budget, state: &mut State<S>| {
             let sample = tracer.radiance::<S>(ray, &mut state.ctx);
             Sample { features: seen.along(ray, budget.step, state), ..sample }

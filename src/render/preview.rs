@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::exposure::{Direction, RenderRegion, expose};
+use super::exposure::{RenderRegion, expose};
 use super::integrator::Marcher;
 use super::rendered::Ended;
 use super::{Control, Rendered, Stages, finest_step, rendered, sheet};
@@ -29,7 +29,7 @@ pub fn preview<'a>(
     let exposed = expose(
         RenderRegion { features: false, ..sheet(scene, settings, Stage::March) },
         |x, y, lens| scene.camera.ray(x, y, lens),
-        |_, _| Direction::fixed(budget),
+        |_, _| budget,
         |ray, budget, state| marcher.radiance(ray, budget, state),
         &[],
         &control.into(),

@@ -68,9 +68,9 @@ pub(super) fn directed(
     if matches!(settings.director, Director::Fixed | Director::Variance) {
         maps.xs.clear(); // made for nothing, where everything is asked for
     }
-    let directions = maps.directions(scene, settings, gold);
-    let handed: f64 = directions.iter().map(|one| f64::from(one.budget.rays)).sum();
-    let asked = directions.len() as f64 * f64::from(gold.rays.max(1));
-    let share = if directions.is_empty() { 1.0 } else { handed / asked };
+    let budgets = maps.budgets(scene, settings, gold);
+    let handed: f64 = budgets.iter().map(|one| f64::from(one.rays)).sum();
+    let asked = budgets.len() as f64 * f64::from(gold.rays.max(1));
+    let share = if budgets.is_empty() { 1.0 } else { handed / asked };
     Ok(DirectedShare { seconds: seconds * larger, share })
 }
