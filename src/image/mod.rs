@@ -5,6 +5,7 @@
 
 mod accumulator;
 mod agx;
+mod decoded;
 mod decoder;
 mod denoise;
 mod exr_header;
@@ -28,6 +29,7 @@ mod window;
 
 pub use accumulator::{Accumulator, Sample};
 pub use agx::AgxCurve;
+pub use decoded::{DecodedTexture, Encoding};
 pub use decoder::PICTURE_DECODER;
 pub use denoise::Denoiser;
 pub use exr_read::{Layers, read_attributes, read_exr, read_layers};
@@ -41,6 +43,6 @@ pub use pixels::{Image, MAX_PIXELS};
 pub use png::{png_bytes, png_path_beside, write_picture, write_png};
 pub use scalar::{ScalarMap, contact_sheet, titled};
 pub use srgb::{decode as srgb_decode, encode as srgb_encode};
-pub use texture::{DecodedTexture, Encoding, decode_texture, read_texture};
+pub use texture::{decode_texture, read_texture};
 pub use view::{View, ViewTransform};
 pub use window::Window;

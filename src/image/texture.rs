@@ -6,34 +6,14 @@ use std::path::Path;
 
 use ::image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 
+use super::decoded::{DecodedTexture, Encoding, srgb_codes};
 use super::decoder::{MAX_BYTES, check_size, on_decoder};
 use super::exr_read::{decode_exr, is_exr};
 use super::hdr_read::{decode_hdr, is_hdr};
 use super::tiff_read::{decode_tiff, is_tiff};
-use super::{Image, MAX_PIXELS, srgb};
+use super::{Image, MAX_PIXELS};
 use crate::error::{Error, Result};
 use crate::file;
-
-/// A picture file, decoded.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DecodedTexture {
-    /// Linear Rec.709 values, without alpha.
-    pub image: Image,
-    /// How the file held them.
-    pub encoding: Encoding,
-}
-
-/// How a picture file holds light.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Encoding {
-    /// Linear, without an upper end: EXR, HDR and TIFF of floats.
-    Linear,
-    /// As sRGB codes that end at white: PNG, JPEG and TIFF of integers.
-    Srgb {
-        /// Bits a sample.
-        bits: u8,
-    },
-}
 
 /// Reads an EXR, HDR, TIFF, PNG or JPEG file, told apart by content.
 ///
@@ -91,9 +71,4 @@ fn decode_codes(bytes: &[u8], path: &Path) -> Result<DecodedTexture> {
         image: Image::new(width, height, pixels),
         encoding: Encoding::Srgb { bits },
     })
-}
-
-/// The linear value of every sRGB code from 0 to `white`.
-pub(super) fn srgb_codes(white: u16) -> Vec<f32> {
-    (0..=white).map(|code| srgb::decode(f64::from(code) / f64::from(white)) as f32).collect()
 }

@@ -7,8 +7,8 @@ use std::path::Path;
 use ::tiff::ColorType;
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 
+use super::decoded::{DecodedTexture, Encoding, srgb_codes};
 use super::decoder::{check_packing, check_size};
-use super::texture::{DecodedTexture, Encoding, srgb_codes};
 use super::{Image, MAX_PIXELS};
 use crate::error::{Error, Result};
 

@@ -9,9 +9,11 @@ use crate::vdb::Grid;
 
 use super::Medium;
 use super::blackbody::Blackbody;
-use super::emission_sampler::MOST_VOXELS;
 use super::ramped::Ramped;
 use super::transfer::Transfer;
+
+/// Most voxels that may glow: their table takes 20 bytes each.
+pub(super) const MOST_VOXELS: u64 = 1 << 28;
 
 /// Radiance that counts as none beside that of the hottest voxel.
 const FAINT: f64 = 1e-9;

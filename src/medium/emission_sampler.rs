@@ -10,10 +10,8 @@ use crate::math::{
 use crate::shape::Region;
 use crate::vdb::Grid;
 
+use super::emission::MOST_VOXELS;
 use super::{Density, Emission, Medium};
-
-/// Most voxels that may glow: their table takes 20 bytes each.
-pub(super) const MOST_VOXELS: u64 = 1 << 28;
 
 /// Places by which the power of a region is estimated.
 const PROBES: u32 = 4096;

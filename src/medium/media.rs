@@ -6,6 +6,7 @@ use crate::math::{Aabb, Ray, Rgb, Span, Spectrum, Stream, World, WorldPoint};
 
 use crate::work::Work;
 
+use super::piece::thickness_of;
 use super::{Collision, Flights, Medium, SharedVoxels};
 
 /// All media of a scene; where they overlap their coefficients add.
@@ -188,9 +189,4 @@ impl IntoIterator for Media {
     fn into_iter(self) -> Self::IntoIter {
         self.media.into_iter()
     }
-}
-
-/// `sigma_t` times `length`, where nothing over an endless way is nothing.
-pub(super) fn thickness_of<S: Spectrum>(sigma_t: S, length: f64) -> S {
-    (sigma_t * length).each(|tau| if tau.is_nan() { 0.0 } else { tau })
 }

@@ -2,8 +2,6 @@
 
 use crate::math::{Rgb, Span, Spectrum};
 
-use super::media::thickness_of;
-
 /// A value along a stretch of a ray as a straight line: nowhere below 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Ramp<S = f64> {
@@ -82,6 +80,11 @@ impl<S: Spectrum> Piece<S> {
         (mean > 0.0)
             .then(|| if left > 0.0 { (2.0 * left / (first + root)).min(length) } else { 0.0 })
     }
+}
+
+/// `sigma_t` times `length`, where nothing over an endless way is nothing.
+pub(super) fn thickness_of<S: Spectrum>(sigma_t: S, length: f64) -> S {
+    (sigma_t * length).each(|tau| if tau.is_nan() { 0.0 } else { tau })
 }
 
 #[cfg(test)]

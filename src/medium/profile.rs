@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use crate::math::{Ray, Rgb, Span, Spectrum, World};
 use crate::work::Work;
 
-use super::media::thickness_of;
+use super::piece::thickness_of;
 use super::piece::{Piece, Ramp};
 use super::{Emission, Media, Medium};
 

@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat4, DVec3, Vec2, Vec3};
 use gltf::json::validation::Checked;
 use gltf::mesh::Mode;
 
-use super::load::{Parsed, folder};
+use super::parsed::{Parsed, folder};
 use super::{MeshData, MeshMaterial, TextureSource};
 use crate::file;
 
@@ -215,7 +215,7 @@ fn assemble(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
             .enumerate()
             .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
             .collect(),
-        Mode::TriangleFan => super::load::fan(indices).collect(),
+        Mode::TriangleFan => super::parsed::fan(indices).collect(),
         _ => indices.as_chunks::<3>().0.to_vec(),
     }
 }

@@ -6,6 +6,7 @@ mod gltf;
 mod load;
 mod mesh;
 mod obj;
+mod parsed;
 mod plane;
 mod ply;
 mod ply_write;
@@ -23,8 +24,9 @@ use crate::math::{Aabb, Ray, Span, World, WorldPoint};
 
 pub use bvh::Bvh;
 pub use cuboid::Cuboid;
-pub use load::{LoadedMesh, MESH_READER, MeshMaterial, TextureSource, load_mesh};
+pub use load::{LoadedMesh, MESH_READER, load_mesh};
 pub use mesh::{Mesh, MeshData};
+pub use parsed::{MeshMaterial, TextureSource};
 pub use plane::Plane;
 pub use ply_write::write_ply;
 pub use quad::Quad;

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::load::{Parsed, folder};
+use super::parsed::{Parsed, folder};
 use super::{MeshData, MeshMaterial, TextureSource};
 use crate::file;
 

@@ -9,7 +9,7 @@ use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{DefaultElement, Property, PropertyAccess, PropertyAccessResult};
 
 use super::MeshData;
-use super::load::{Parsed, fan};
+use super::parsed::{Parsed, fan};
 
 pub(super) fn read(path: &Path) -> Result<Parsed, String> {
     // The crate dumps the parser's state and the file's bytes behind the first line.

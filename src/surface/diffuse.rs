@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::material::facing;
+use super::scattered::facing;
 use super::{Scattered, SurfaceHit, Texture};
 use crate::math::{Frame, Rgb, warp};
 

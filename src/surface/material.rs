@@ -4,7 +4,7 @@ use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
 use super::glass::Glass;
-use super::{SurfaceHit, Texture, diffuse, mirror};
+use super::{Scattered, SurfaceHit, Texture, TransportMode, diffuse, mirror};
 use crate::math::{Rgb, is_grey};
 
 /// A material. Directions are unit vectors; `incoming` runs toward the surface, as the ray that met
@@ -25,31 +25,6 @@ pub enum Material {
     Glass(Glass),
     /// Absorbs everything.
     Black,
-}
-
-/// What travels along a path. Shading normals and refraction treat them differently (Veach 1997,
-/// chapter 5).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TransportMode {
-    /// A path from the camera carries radiance back to it.
-    Radiance,
-    /// A photon's path from a light carries power.
-    Importance,
-}
-
-/// A sampled direction.
-#[derive(Debug, Clone, Copy)]
-pub struct Scattered {
-    /// Unit vector away from the surface.
-    pub direction: DVec3,
-    /// Value times cosine over density.
-    pub weight: Rgb,
-    /// Whether the direction was one of finitely many.
-    pub specular: bool,
-    /// Density over solid angle, 1/sr; 0 where specular.
-    pub pdf: f64,
-    /// Glass: +1 enters the solid, -1 leaves it; otherwise 0.
-    pub crossing: i8,
 }
 
 impl Material {
@@ -155,13 +130,4 @@ fn correction(mode: TransportMode, incoming: DVec3, outgoing: DVec3, hit: &Surfa
     let above = incoming.dot(ns) * outgoing.dot(ng);
     let below = incoming.dot(ng) * outgoing.dot(ns);
     if below == 0.0 { 0.0 } else { (above / below).abs() }
-}
-
-/// The geometric and the shading normal, turned to the side that `incoming` comes from.
-pub(super) fn facing(incoming: DVec3, hit: &SurfaceHit<'_>) -> (DVec3, DVec3) {
-    if incoming.dot(hit.normal) > 0.0 {
-        (-hit.normal, -hit.shading_normal)
-    } else {
-        (hit.normal, hit.shading_normal)
-    }
 }

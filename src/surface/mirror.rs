@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::material::facing;
+use super::scattered::facing;
 use super::{Scattered, SurfaceHit};
 use crate::math::Rgb;
 

@@ -4,6 +4,7 @@ mod diffuse;
 mod glass;
 mod material;
 mod mirror;
+mod scattered;
 mod texture;
 
 use glam::{DVec2, DVec3};
@@ -12,7 +13,8 @@ use crate::math::{Aabb, Ray, Span, World, WorldPoint};
 use crate::shape::{Bvh, Nearest, Shape, offset_origin};
 
 pub use glass::{Glass, dielectric_reflectance};
-pub use material::{Material, Scattered, TransportMode};
+pub use material::Material;
+pub use scattered::{Scattered, TransportMode};
 pub use texture::Texture;
 
 /// A shape with what it is made of.

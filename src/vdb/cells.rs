@@ -9,9 +9,9 @@ use glam::{DVec3, IVec3};
 
 use crate::math::{Index, Ray, Span};
 
+use super::brick::{corners, number};
 use super::cubic::Cubic;
 use super::grid::Grid;
-use super::sample::{corners, number};
 use super::tree::{Brick, Child};
 use super::voxel::Voxel;
 use super::walk::{LocalRay, Piece, Walk, smallest};

@@ -5,6 +5,7 @@
 //! owns its voxels in bricks that carry their neighbours' faces, so that no trilinear cell ever
 //! crosses from one brick into another.
 
+mod brick;
 mod build;
 mod cells;
 mod check;

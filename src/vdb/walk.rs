@@ -9,8 +9,8 @@ use glam::{BVec3, DVec3, IVec3};
 
 use crate::math::{Index, IndexPoint, Ray, Span};
 
+use super::brick::{in_brick, number};
 use super::grid::Grid;
-use super::sample::number;
 use super::tree::{Child, Cursor, Region, SIDE, Tree};
 use super::voxel::Voxel;
 
@@ -247,7 +247,7 @@ impl Grid<f32> {
             let (x, y, z) = (along(0), along(1), along(2));
             for i in 0..27 {
                 let corner = DVec3::new(x[i / 9], y[i / 3 % 3], z[i % 3]);
-                include(super::sample::in_brick(samples, corner));
+                include(in_brick(samples, corner));
             }
         } else {
             for x in first.x..=end.x {
@@ -270,7 +270,7 @@ impl Grid<f32> {
             Child::Node(i) => {
                 let local = p.xyz - brick.region.min.as_dvec3();
                 let [min, max] = self.tree().ranges[i as usize].map(f64::from);
-                let value = super::sample::in_brick(&self.tree().bricks[i as usize], local);
+                let value = in_brick(&self.tree().bricks[i as usize], local);
                 value.max(min).min(max)
             }
         }
