@@ -11,6 +11,8 @@ pub mod file;
 mod hash;
 mod keys;
 mod load;
+mod open;
+mod options;
 mod outline;
 pub mod plan;
 mod reader;
@@ -33,7 +35,7 @@ pub use directing::{
     Directed, Directing, Director, Importance, MAX_COARSENING, Operator, RESOLUTIONS,
 };
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
-pub use load::LoadOptions;
+pub use options::LoadOptions;
 pub use reader::{FileReference, MAX_MAGNITUDE, Place, Setting};
 pub use sequence::Sequence;
 pub use settings::{

@@ -1,138 +1,16 @@
-//! Grids of VDB files, found, read and placed.
-
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+//! Grids as a scene names them: found, read and placed.
 
 use glam::DAffine3;
 
-use super::media::colors;
-use super::{Context, at};
+use super::context::{Context, at};
+use super::files::{ReadColors, Reading, bad_values};
 use crate::error::Result;
 use crate::math::{Rgb, WorldPoint};
-use crate::medium::{Albedo, Ramped};
-use crate::scene::file::{
-    DensitySection, EmissionSection, GridReference, MediumSection, TransferSection,
-};
+use crate::medium::{Albedo, Ramped, Transfer};
+use crate::scene::file::{GridReference, TransferSection};
 use crate::scene::reader::Place;
 use crate::vdb::roles::GridRef;
 use crate::vdb::{Grid, ReadAs, VdbFile, Voxel, Wanted};
-
-/// VDB files, each opened once, and their grids, each read once.
-#[derive(Debug, Default)]
-pub(in crate::scene) struct Grids {
-    files: BTreeMap<PathBuf, VdbFile>,
-    memory: Option<u64>,
-    scalars: Vec<(Reading, Grid<f32>)>,
-    vectors: Vec<ReadColors>,
-    /// What was mended in them, one line each.
-    pub(super) warnings: Vec<String>,
-    /// What is told of the files, one line each.
-    pub(super) notes: Vec<String>,
-    /// Scalar grids that are named more than once.
-    shared: Vec<GridName>,
-}
-
-/// A grid of colours that was read.
-#[derive(Debug)]
-struct ReadColors {
-    path: PathBuf,
-    grid: GridRef,
-    colors: Grid<[f32; 3]>,
-}
-
-/// A grid as a scene names it: file, name and number among those of that name.
-type GridName = (PathBuf, Option<String>, Option<usize>);
-
-/// What was read: media for which it is the same share the voxels.
-#[derive(Debug, PartialEq)]
-struct Reading {
-    path: PathBuf,
-    index: usize,
-    read_as: ReadAs,
-    /// Where the grid was placed, if voxels out of sight there were left out or counted.
-    seen_at: Option<DAffine3>,
-}
-
-impl Grids {
-    /// None yet, of which each may take `memory` bytes while it is read.
-    pub(in crate::scene) fn within(memory: Option<u64>) -> Self {
-        Self { memory, ..Self::default() }
-    }
-
-    /// The same for a scene of these media.
-    pub(super) fn for_media(self, media: &[MediumSection]) -> Self {
-        let mut names: Vec<_> = media.iter().flat_map(scalar_grids).map(name_of).collect();
-        names.sort_unstable();
-        let twice = names.windows(2).filter(|pair| pair[0] == pair[1]);
-        let shared = twice.map(|pair| pair[0].clone()).collect();
-        Self { shared, ..self }
-    }
-
-    /// Whether several media name the grid, or one twice: it is then read whole, to be shared
-    /// wherever they are placed.
-    fn is_shared(&self, reference: &GridReference) -> bool {
-        self.shared.contains(&name_of(reference))
-    }
-
-    /// The open file of `path`.
-    pub(in crate::scene) fn open(&mut self, path: &Path) -> Result<&VdbFile> {
-        if !self.files.contains_key(path) {
-            let file = VdbFile::open(path)?.within(self.memory);
-            self.notes.extend(file.notes());
-            self.files.insert(path.to_path_buf(), file);
-        }
-        Ok(&self.files[path])
-    }
-
-    /// The scalar grid number `index` of `path`, all of it; bad values are taken as 0 and warned of.
-    pub(in crate::scene) fn scalar(
-        &mut self,
-        path: &Path,
-        index: usize,
-        read_as: ReadAs,
-    ) -> Result<Grid<f32>> {
-        self.scalar_where(Reading { path: path.into(), index, read_as, seen_at: None }, None)
-            .map(|(grid, _)| grid)
-    }
-
-    /// The grid that `reading` says, with the leaves that are `wanted`, and how many of its active voxels
-    /// were found unwanted now.
-    fn scalar_where(
-        &mut self,
-        reading: Reading,
-        wanted: Option<Wanted<'_>>,
-    ) -> Result<(Grid<f32>, u64)> {
-        if let Some((_, grid)) = self.scalars.iter().find(|(known, _)| *known == reading) {
-            return Ok((grid.clone(), 0));
-        }
-        let file = self.open(&reading.path)?;
-        let grid = file.read_scalar_where(reading.index, reading.read_as, wanted)?;
-        let label = file.grids()[reading.index].label();
-        self.warnings.extend(bad_values(&reading.path, &label, &grid, "taken as 0"));
-        self.scalars.push((reading, grid.clone()));
-        let unwanted = grid.unwanted();
-        Ok((grid, unwanted))
-    }
-}
-
-/// The scalar grids that `section` names.
-fn scalar_grids(section: &MediumSection) -> impl Iterator<Item = &GridReference> {
-    let density = match &section.density {
-        DensitySection::Grid { grid, .. } => Some(grid),
-        DensitySection::Region(_) => None,
-    };
-    let emission = match &section.emission {
-        Some(EmissionSection::Grid { grid, .. } | EmissionSection::Temperature { grid, .. }) => {
-            Some(grid)
-        }
-        Some(EmissionSection::Density { .. }) | None => None,
-    };
-    [density, emission].into_iter().flatten()
-}
-
-fn name_of(reference: &GridReference) -> GridName {
-    (reference.file.path.clone(), reference.name.clone(), reference.index)
-}
 
 /// The density that `reference` names; bad values are taken as 0 and warned of.
 pub(super) fn density(
@@ -256,21 +134,7 @@ fn placed<V: Voxel>(grid: Grid<V>, placement: &DAffine3, place: &Place) -> Resul
     })
 }
 
-/// A warning where `grid` has values that it should not have.
-pub(in crate::scene) fn bad_values<V: Voxel>(
-    path: &Path,
-    label: &str,
-    grid: &Grid<V>,
-    fate: &str,
-) -> Option<String> {
-    let bad = grid.bad_values();
-    let counts = [(bad.nan, "NaN"), (bad.infinite, "infinite"), (bad.negative, "negative")];
-    let found: Vec<_> = counts
-        .iter()
-        .filter(|(count, _)| *count > 0)
-        .map(|(count, kind)| format!("{count} {kind}"))
-        .collect();
-    let list = found.join(", ");
-    (!found.is_empty())
-        .then(|| format!("{}: grid \"{label}\": {list} voxels {fate}", path.display()))
+/// The transfer function to colours that `section` is, times `factor`.
+pub(super) fn colors(section: &TransferSection, factor: Rgb) -> Result<Transfer<Rgb>> {
+    at(&section.at, Transfer::new(section.remap, &section.times(factor)))
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Context, at};
+use super::context::{Context, at};
 use crate::error::Result;
 use crate::image::{DecodedTexture, Encoding, read_texture};
 use crate::light::{

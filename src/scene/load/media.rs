@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::{Context, at, surfaces};
+use super::context::{Context, at};
+use super::grids::{self, colors};
+use super::surfaces;
 use crate::error::Result;
 use crate::math::{Rgb, is_grey};
 use crate::medium::blackbody::Blackbody;
@@ -34,7 +36,7 @@ pub(super) fn build(section: &MediumSection, context: &mut Context) -> Result<Me
 fn density(section: &MediumSection, context: &mut Context) -> Result<Density> {
     match &section.density {
         DensitySection::Grid { grid, level_set_as_fog, transfer } => {
-            let grid = super::grids::density(grid, *level_set_as_fog, &section.placement, context)?;
+            let grid = grids::density(grid, *level_set_as_fog, &section.placement, context)?;
             Ok(match transfer {
                 Some(transfer) => Density::Ramped(Ramped::new(grid, scalar(transfer)?)),
                 None => Density::Voxel(grid),
@@ -56,11 +58,6 @@ fn scalar(section: &TransferSection) -> Result<Transfer<f64>> {
     }
     let stops: Vec<_> = section.stops.iter().map(|(place, value)| (*place, value.x)).collect();
     at(&section.at, Transfer::new(section.remap, &stops))
-}
-
-/// The transfer function to colours that `section` is, times `factor`.
-pub(super) fn colors(section: &TransferSection, factor: Rgb) -> Result<Transfer<Rgb>> {
-    at(&section.at, Transfer::new(section.remap, &section.times(factor)))
 }
 
 fn build_region(
@@ -90,7 +87,7 @@ fn albedo(section: &AlbedoSection, placement: &DAffine3, context: &mut Context) 
     match section {
         AlbedoSection::Constant(albedo) => Ok(Albedo::Constant(*albedo)),
         AlbedoSection::Grid { grid, scale, transfer } => {
-            super::grids::albedo(grid, Rgb::splat(*scale), transfer.as_ref(), placement, context)
+            grids::albedo(grid, Rgb::splat(*scale), transfer.as_ref(), placement, context)
         }
     }
 }
@@ -115,7 +112,7 @@ fn build_emission(
     Ok(match section {
         EmissionSection::Density { color } => Emission::Density(*color),
         EmissionSection::Grid { grid, color, transfer } => {
-            let (grid, color) = (super::grids::values(grid, placement, context)?, *color);
+            let (grid, color) = (grids::values(grid, placement, context)?, *color);
             match transfer {
                 Some(transfer) => Emission::Ramped(Ramped::new(grid, colors(transfer, color)?)),
                 None => Emission::Grid { grid, color },
@@ -123,7 +120,7 @@ fn build_emission(
         }
         EmissionSection::Temperature { grid, kelvin_scale, kelvin_offset, scale, transfer } => {
             Emission::Blackbody {
-                grid: super::grids::values(grid, placement, context)?,
+                grid: grids::values(grid, placement, context)?,
                 ramp: transfer.as_ref().map(scalar).transpose()?,
                 kelvin_scale: *kelvin_scale,
                 kelvin_offset: *kelvin_offset,

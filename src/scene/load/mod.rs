@@ -1,5 +1,7 @@
 //! From a file to a complete scene.
 
+mod context;
+mod files;
 mod grids;
 mod lights;
 mod media;
@@ -9,15 +11,15 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::bare::{self, LookOptions, Made};
-use super::camera::{Camera, Frustum};
+use super::bare::{self, Made};
+use super::camera::Camera;
 use super::file::{self, AlbedoSection, DensitySection, LightKind, RegionSection, SceneFile};
 use super::hash::Sources;
 use super::outline;
-use super::reader::{Document, Place, Setting};
+use super::reader::Document;
 use super::sanity;
 use super::settings::Planning;
-use super::{RenderSettings, Scene, Sequence, Unseen};
+use super::{LoadOptions, RenderSettings, Scene, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
 use crate::math::Rgb;
@@ -25,89 +27,8 @@ use crate::medium::Media;
 use crate::sequence::Pattern;
 use crate::surface::Surfaces;
 
-pub(super) use grids::Grids;
-
-/// What stands over a scene file, or beside a VDB file alone.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct LoadOptions {
-    /// Settings that stand over those of the file, later ones over earlier ones.
-    pub settings: Vec<Setting>,
-    /// How a VDB file alone is shown.
-    pub look: LookOptions,
-    /// For a VDB file alone: turn a level set into a fog volume where there is no fog volume.
-    pub level_set_as_fog: bool,
-    /// Which frame of a sequence is meant.
-    pub frame: Option<i64>,
-    /// Bytes that reading a grid may take; no limit where none is given.
-    pub memory: Option<u64>,
-    /// Whether what the scene does not need is left out.
-    pub planning: Planning,
-}
-
-impl LoadOptions {
-    /// The same with the key `path`, such as `render.rays`, set to a `value` in TOML.
-    #[must_use]
-    pub fn with(mut self, path: &str, value: impl std::fmt::Display) -> Self {
-        self.settings.push(Setting::new(path, value));
-        self
-    }
-
-    /// The same with a film of `size`, width and height in pixels.
-    #[must_use]
-    pub fn size(self, size: [u32; 2]) -> Self {
-        self.with("film.size", format!("{size:?}"))
-    }
-
-    /// The same with this many camera rays a pixel.
-    #[must_use]
-    pub fn rays(self, rays: u32) -> Self {
-        self.with("render.rays", rays)
-    }
-
-    /// The same with this many photon paths.
-    #[must_use]
-    pub fn photons(self, photons: u64) -> Self {
-        self.with("render.photons", photons)
-    }
-
-    /// What a scene with these settings depends on beside its text and files.
-    fn hashed(&self) -> String {
-        let of_scene = self.settings.iter().filter(|setting| setting.is_of_scene());
-        of_scene.map(|setting| format!("{:?}\n", setting.parts())).collect()
-    }
-
-    /// Those of them that change what is seen of surfaces and lights.
-    fn hashed_still(&self) -> String {
-        let still = |setting: &&Setting| outline::STILL.contains(&setting.table());
-        let settings = self.settings.iter().filter(still);
-        settings.map(|setting| format!("{:?}\n", setting.parts())).collect()
-    }
-}
-
-/// What loading gathers on its way.
-#[derive(Debug, Default)]
-pub(super) struct Context {
-    /// VDB files, each opened once.
-    pub(super) grids: Grids,
-    /// Every file read.
-    pub(super) sources: Sources,
-    /// One line each.
-    pub(super) warnings: Vec<String>,
-    /// What is told beside warnings, one line each.
-    pub(super) notes: Vec<String>,
-    /// Where the camera looks, if nothing else asks for voxels.
-    sight: Option<Sight>,
-    /// Active voxels elsewhere.
-    unseen: u64,
-}
-
-/// Where alone voxels are asked for.
-#[derive(Debug, Clone, Copy)]
-struct Sight {
-    frustum: Frustum,
-    /// Whether other voxels are left out, and not only counted.
-    leaves_out: bool,
-}
+use context::{Context, Sight};
+pub(super) use files::Grids;
 
 /// What of a scene stays as it is where only its volumes change.
 #[derive(Debug, Clone)]
@@ -119,27 +40,6 @@ pub(super) struct StaticScene {
     warnings: Vec<String>,
     notes: Vec<String>,
     hash: String,
-}
-
-impl Scene {
-    /// Loads a scene file or, by its content, a bare VDB.
-    ///
-    /// # Errors
-    /// Where a file cannot be read or used, or a key is wrong.
-    pub fn load(path: &Path, options: &LoadOptions) -> Result<Self> {
-        if let Some(frame) = options.frame {
-            return Sequence::open(path, options)?.load(frame);
-        }
-        if let Some(pattern) = volumes(path) {
-            let name = path.display().to_string();
-            return Err(Error::Usage(outline::without_frame(&name, &pattern)));
-        }
-        let mut grids = Grids::within(options.memory);
-        let text = Text::open(path, options, &mut grids)?;
-        let file = text.read(path, options, None)?;
-        let static_scene = StaticScene::build(&text, &file, options)?;
-        build(path, &text, &file, static_scene, grids, options)
-    }
 }
 
 /// The text of a scene: that of a file, or one that is made for a VDB file alone.
@@ -320,9 +220,4 @@ fn endless_fog(file: &SceneFile) -> Option<String> {
 fn is_infinite(kind: &LightKind) -> bool {
     use LightKind::{Environment, Gradient, Sun};
     matches!(kind, Sun { .. } | Environment { .. } | Gradient { .. })
-}
-
-/// `result` with its problem told at `place`.
-fn at<T>(place: &Place, result: Result<T, impl std::fmt::Display>) -> Result<T> {
-    result.map_err(|problem| place.error(problem))
 }

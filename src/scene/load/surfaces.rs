@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
-use super::{Context, at};
+use super::context::{Context, at};
 use crate::error::Result;
 use crate::image::{Image, decode_texture, read_texture};
 use crate::light::{Light, MeshLight, QuadLight};

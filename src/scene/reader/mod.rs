@@ -9,15 +9,16 @@ mod document;
 mod range;
 mod section;
 mod setting;
+mod source;
 mod value;
 
 use std::path::PathBuf;
 
 use crate::error::Error;
 
-pub(super) use document::{Document, with_empty};
+pub(super) use document::Document;
 pub use range::Range;
-pub(super) use section::Section;
+pub(super) use section::{Section, with_empty};
 pub use setting::Setting;
 #[cfg(test)]
 pub(super) use setting::checks;

@@ -1,46 +1,46 @@
-//! Tables of a document.
+//! Tables of a scene's text.
+
+use std::path::Path;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::super::directing::names;
 use super::super::keys::{Key, Kind, Table, Without};
-use super::document::{Document, with_value};
-use super::value::Value;
+use super::source::Source;
+use super::value::{Value, with_value};
 use super::{FileReference, Place};
 use crate::error::{Result, nearest};
 use crate::math::Rgb;
 
 use glam::DVec3;
 
-/// A table of the document.
+/// A table of the text.
 #[derive(Debug, Clone)]
 pub(in crate::scene) struct Section<'t> {
-    document: &'t Document<'t>,
+    source: &'t Source<'t>,
     key: String,
     table: &'t DeTable<'t>,
     offset: usize,
 }
 
 impl<'t> Section<'t> {
-    /// The document's top table.
-    pub(super) fn root(document: &'t Document<'t>, root: &'t Spanned<DeTable<'t>>) -> Self {
-        Self { document, key: String::new(), table: root.get_ref(), offset: 0 }
+    /// The top table.
+    pub(super) fn root(source: &'t Source<'t>, root: &'t Spanned<DeTable<'t>>) -> Self {
+        Self { source, key: String::new(), table: root.get_ref(), offset: 0 }
     }
 
-    pub(super) const fn new(
-        document: &'t Document<'t>,
-        key: String,
-        table: &'t DeTable<'t>,
-        offset: usize,
-    ) -> Self {
-        Self { document, key, table, offset }
+    /// The table that `value` is; `right` says what it should be.
+    pub(in crate::scene) fn of_value(value: &Value<'t>, right: &str) -> Result<Self> {
+        let table = value.table(right)?;
+        let (source, key, offset) = (value.source(), value.key().to_owned(), value.offset());
+        Ok(Self { source, key, table, offset })
     }
 
     /// Where the table begins.
     pub(in crate::scene) fn place(&self) -> Place {
         let key = if self.key.is_empty() { "scene" } else { &self.key };
-        self.document.place(self.offset, key)
+        self.source.place(self.offset, key)
     }
 
     /// Refuses keys that are not of `table`.
@@ -60,7 +60,7 @@ impl<'t> Section<'t> {
         let name = key.get_ref().as_ref();
         let hint = nearest(name, known).map_or(String::new(), |k| format!(" did you mean `{k}`?"));
         Err(self
-            .document
+            .source
             .place(key.span().start, self.path_of(name))
             .error(format!("unknown key of {what};{hint} known here: {}", known.join(", "))))
     }
@@ -73,12 +73,12 @@ impl<'t> Section<'t> {
     /// The value of the key of this name, if it is there.
     pub(in crate::scene) fn named(&self, name: &str) -> Option<Value<'t>> {
         let (_, value) = self.table.iter().find(|(k, _)| k.get_ref().as_ref() == name)?;
-        Some(Value::new(self.document, self.path_of(name), value))
+        Some(Value::new(self.source, self.path_of(name), value))
     }
 
     /// The table of this name, if it is there; `right` says what it should be.
     pub(in crate::scene) fn table(&self, name: &str, right: &str) -> Result<Option<Self>> {
-        self.named(name).map(|value| value.table(right)).transpose()
+        self.named(name).map(|value| Self::of_value(&value, right)).transpose()
     }
 
     /// The error that `key` is missing.
@@ -209,10 +209,16 @@ impl<'t> Section<'t> {
         if items.len() > max {
             return Err(value.error(format!("{} of them; at most {max} are allowed", items.len())));
         }
-        value.items(items).map(|item| item.table(&right)).collect()
+        value.items(items).map(|item| Self::of_value(&item, &right)).collect()
     }
 
     fn path_of(&self, key: &str) -> String {
         if self.key.is_empty() { key.to_owned() } else { format!("{}.{key}", self.key) }
     }
+}
+
+/// Has `read` read a table without any key: what it makes of that are the defaults.
+pub(in crate::scene) fn with_empty<T>(read: impl FnOnce(&Section<'_>) -> Result<T>) -> Result<T> {
+    let (source, table) = (Source::new(Path::new(""), ""), DeTable::new());
+    read(&Section { source: &source, key: String::new(), table: &table, offset: 0 })
 }

@@ -5,8 +5,8 @@ use std::fmt::Display;
 use toml::de::DeValue;
 
 use super::super::keys::{Key, Kind};
-use super::document::with_value;
-use super::{Range, Value};
+use super::Range;
+use super::value::{Value, with_value};
 use crate::error::Result;
 
 /// A key with a value that stands over the scene file's, as by `--set medium.0.albedo=0.8`.

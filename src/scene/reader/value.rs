@@ -1,36 +1,35 @@
-//! Values of a document.
+//! Values of a scene's text.
 
 use std::path::Path;
 
 use glam::DVec3;
 use toml::Spanned;
-use toml::de::{DeArray, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 use super::super::keys::Kind;
 use super::super::outline::without_frame;
 use super::super::settings::{MAX_PIXELS, MAX_SIDE};
-use super::document::Document;
-use super::section::Section;
+use super::source::Source;
 use super::{FileReference, MAX_MAGNITUDE, Place, Range, one_line};
 use crate::error::{Error, Result};
 use crate::math::Rgb;
 use crate::sequence::Pattern;
 
-/// A value of the document with the key it belongs to.
+/// A value of the text with the key it belongs to.
 #[derive(Debug, Clone)]
 pub(in crate::scene) struct Value<'t> {
-    document: &'t Document<'t>,
+    source: &'t Source<'t>,
     key: String,
     value: &'t Spanned<DeValue<'t>>,
 }
 
 impl<'t> Value<'t> {
     pub(super) const fn new(
-        document: &'t Document<'t>,
+        source: &'t Source<'t>,
         key: String,
         value: &'t Spanned<DeValue<'t>>,
     ) -> Self {
-        Self { document, key, value }
+        Self { source, key, value }
     }
 
     /// What it is.
@@ -141,7 +140,7 @@ impl<'t> Value<'t> {
 
     /// Where the value stands.
     pub(in crate::scene) fn place(&self) -> Place {
-        self.document.place(self.value.span().start, &*self.key)
+        self.source.place(self.value.span().start, &*self.key)
     }
 
     /// An error about the value.
@@ -164,11 +163,24 @@ impl<'t> Value<'t> {
         self.value.get_ref().is_str()
     }
 
-    /// The table it is.
-    pub(in crate::scene) fn table(&self, right: &str) -> Result<Section<'t>> {
-        let table = self.value.get_ref().as_table().ok_or_else(|| self.wrong(right))?;
-        let offset = self.value.span().start;
-        Ok(Section::new(self.document, self.key.clone(), table, offset))
+    /// The table it is; `right` says what it should be.
+    pub(super) fn table(&self, right: &str) -> Result<&'t DeTable<'t>> {
+        self.value.get_ref().as_table().ok_or_else(|| self.wrong(right))
+    }
+
+    /// The text that it is of.
+    pub(super) const fn source(&self) -> &'t Source<'t> {
+        self.source
+    }
+
+    /// Its key.
+    pub(super) fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// Where it begins in the text, in bytes.
+    pub(super) fn offset(&self) -> usize {
+        self.value.span().start
     }
 
     /// The number it is, within `range`.
@@ -269,11 +281,11 @@ impl<'t> Value<'t> {
     /// frame of a sequence.
     pub(in crate::scene) fn file(&self, right: &str) -> Result<FileReference> {
         let name = self.string(right)?;
-        let folder = self.document.path.parent().unwrap_or(Path::new(""));
+        let folder = self.source.path.parent().unwrap_or(Path::new(""));
         let path = folder.join(name);
         if !path.is_file() {
             if let Some(pattern) = Pattern::of(&path) {
-                let path = self.document.frame.map(|frame| pattern.existing(frame));
+                let path = self.source.frame.map(|frame| pattern.existing(frame));
                 let path = path.ok_or_else(|| self.error(without_frame(name, &pattern)))?;
                 return Ok(FileReference { path, at: self.place() });
             }
@@ -285,8 +297,8 @@ impl<'t> Value<'t> {
     }
 
     pub(super) fn items(&self, array: &'t DeArray<'t>) -> impl Iterator<Item = Value<'t>> {
-        let (document, key) = (self.document, self.key.clone());
-        let item = move |(i, value)| Value { document, key: format!("{key}[{i}]"), value };
+        let (source, key) = (self.source, self.key.clone());
+        let item = move |(i, value)| Value { source, key: format!("{key}[{i}]"), value };
         array.iter().enumerate().map(item)
     }
 
@@ -305,7 +317,7 @@ impl<'t> Value<'t> {
 
     /// The value as it stands in the file, shortened.
     fn found(&self) -> String {
-        let text = self.document.text.get(self.value.span()).unwrap_or_default();
+        let text = self.source.text.get(self.value.span()).unwrap_or_default();
         let line = one_line(text);
         if self.value.get_ref().is_table() && !text.starts_with('{') {
             return "a table".into();
@@ -315,4 +327,12 @@ impl<'t> Value<'t> {
             None => format!("`{line}`"),
         }
     }
+}
+
+/// Has `read` read the value that `text` is in TOML.
+pub(super) fn with_value<T>(text: &str, read: impl FnOnce(&Value<'_>) -> Result<T>) -> Result<T> {
+    let source = Source::new(Path::new(""), text);
+    let value =
+        DeValue::parse(text).map_err(|e| source.place(0, "value").error(one_line(e.message())))?;
+    read(&Value::new(&source, "value".into(), &value))
 }
