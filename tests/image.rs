@@ -18,8 +18,8 @@ use proptest::prelude::*;
 fn sample(radiance: Rgb) -> Sample {
     Sample {
         radiance,
-        shared: Rgb::ZERO,
-        calm: Rgb::ZERO,
+        indirect: Rgb::ZERO,
+        visible_emission: Rgb::ZERO,
         alpha: 0.5,
         transmittance: 0.5,
         depth: 2.0,
@@ -35,7 +35,7 @@ fn film() -> Film {
             let v = (y * 37 + x) as f64;
             let pixel = FilmPixel {
                 radiance: Rgb::new(v, 0.5 * v, 0.25 * v),
-                calm: Rgb::ZERO,
+                visible_emission: Rgb::ZERO,
                 alpha: v / 777.0,
                 depth: if x < 5 { f64::INFINITY } else { v },
                 transmittance: 0.1,

@@ -111,7 +111,7 @@ fn direct_light_is_that_found_at_the_place() {
         let scatterers = [(phase, Rgb::ONE)];
         let sun = scene.lights.lights[0].sample(p, [0.5, 0.5]).unwrap();
         let right =
-            direct_light::scattered(&scene, p, toward, &scatterers, &sun, &mut ctx) / sun.pdf;
+            direct_light::in_scattered(&scene, p, toward, &scatterers, &sun, &mut ctx) / sun.pdf;
         // The sun is nearly a point, so that only the cells' width is between both; it shows most
         // where the light of two faces of the box meets.
         let off = (light - right) / right;

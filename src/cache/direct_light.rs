@@ -90,8 +90,8 @@ impl<S: Spectrum> DirectLightCache<S> {
             if let Some(light) = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO) {
                 let scatterers = [(phase, S::ONE)];
                 let pdf = light.pdf;
-                sum +=
-                    direct_light::scattered(scene, center, toward, &scatterers, &light, ctx) / pdf;
+                sum += direct_light::in_scattered(scene, center, toward, &scatterers, &light, ctx)
+                    / pdf;
             }
         }
         sum
@@ -100,7 +100,7 @@ impl<S: Spectrum> DirectLightCache<S> {
 
 /// Whether a light's direct light is smooth enough in the box to be kept.
 fn is_kept(light: &Light, near: &Aabb<World>) -> bool {
-    match light.place() {
+    match light.position() {
         Some(place) => !near.contains(place),
         None => !light.is_environment(),
     }

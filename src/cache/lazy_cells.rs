@@ -138,7 +138,7 @@ impl<S: Spectrum> LazyCells<S> {
         if channels[0].swap(bits(0) | round, Ordering::AcqRel) & ROUND != round {
             ctx.work += own.work;
         }
-        ctx.once += start.elapsed();
+        ctx.amortized.cells += start.elapsed();
         S::from_channels(|c| f32::from_bits(bits(c)))
     }
 }

@@ -1,4 +1,4 @@
-//! What the camera sees were there no medium: first-hit distances and the snapshot.
+//! The snapshot (Anson et al. 2006): the scene without media, in direct light, with first-hit distances.
 
 use rayon::prelude::*;
 
@@ -7,12 +7,9 @@ use crate::math::{Ray, Rgb, Stage, Stream, World};
 use crate::medium::Media;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
-use crate::surface::TransportMode;
+use crate::transport::specular::{MAX_SNAPSHOT_BOUNCES, scatter_specular};
 use crate::transport::{PathContext, direct_light};
 use crate::work::Work;
-
-/// Mirrors and panes of glass that the snapshot's rays follow at most.
-const MAX_SPECULAR: u32 = 16;
 
 /// First-hit distances and direct light without the medium, one ray through the middle of each
 /// pixel. It depends on camera, surfaces and lights alone, so a changed medium leaves it as it is.
@@ -25,8 +22,8 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Looks at `scene`, its film divided into `size` (width, height) pixels; the same on any number
-    /// of threads.
+    /// Renders the snapshot of `scene` with `size` (width, height) pixels; the same on any number of
+    /// threads.
     pub fn look(scene: &Scene, size: [u32; 2], seed: u64, needs: Needs) -> (Self, Work) {
         let [width, height] = size.map(|side| side as usize);
         let pixel = |index: usize, ctx: &mut PathContext| {
@@ -65,7 +62,7 @@ pub(super) fn middle(scene: &Scene, size: [u32; 2], index: usize) -> Ray<World> 
 /// glass.
 fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) {
     let (mut first, mut light, mut throughput) = (f64::INFINITY, Rgb::ZERO, Rgb::ONE);
-    for bounce in 0..MAX_SPECULAR {
+    for bounce in 0..MAX_SNAPSHOT_BOUNCES {
         let Some(hit) = direct_light::first_surface(scene, &ray, ctx) else {
             light += throughput * direct_light::environment(scene, &ray, ctx);
             break;
@@ -76,15 +73,15 @@ fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) 
         light += throughput * direct_light::emitted(scene, &ray, &hit);
         if !hit.material.is_specular() {
             let nothing = Media::default();
-            let lit: Rgb = direct_light::on_surface(scene, &nothing, ray.direction, &hit, ctx);
-            light += throughput * lit;
+            let (incoming, stratified) = (ray.direction, ctx.stratified.next_light());
+            let direct: Rgb =
+                direct_light::direct_on_surface(scene, &nothing, incoming, &hit, stratified, ctx);
+            light += throughput * direct;
             break;
         }
-        let u = std::array::from_fn(|_| ctx.rng.uniform());
-        let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
-        let Some(scattered) = scattered else { break };
-        throughput *= scattered.weight;
-        ray = hit.leave(scattered.direction);
+        let Some(step) = scatter_specular(&ray, &hit, &mut ctx.rng) else { break };
+        throughput *= step.weight;
+        ray = step.ray;
     }
     (first, if light.is_finite() { light } else { Rgb::ZERO })
 }

@@ -8,10 +8,12 @@ use crate::math::{Rgb, luminance};
 pub struct Sample {
     /// Radiance, W/(m² sr).
     pub radiance: Rgb,
-    /// The part of the radiance that stands in for other rays of the pixel, which leave it out.
-    pub shared: Rgb,
-    /// The part of the radiance that hardly differs from ray to ray.
-    pub calm: Rgb,
+    /// The part of the radiance that is indirect light estimated for other rays of the pixel too, which
+    /// leave it out.
+    pub indirect: Rgb,
+    /// The part of the radiance that surfaces and the environment emit, seen without a mirror between: it
+    /// hardly differs from ray to ray.
+    pub visible_emission: Rgb,
     /// Coverage, 0 to 1.
     pub alpha: f64,
     /// Transmittance to the first surface, or to infinity where there is none.
@@ -40,8 +42,8 @@ impl Sample {
 pub struct Accumulator {
     count: u32,
     dropped: u32,
-    shared: [f32; 3],
-    calm: [f32; 3],
+    indirect: [f32; 3],
+    visible_emission: [f32; 3],
     mean: Rgb,
     squares: Rgb,
     luminance_squares: f64,
@@ -56,8 +58,8 @@ impl Default for Accumulator {
         Self {
             count: 0,
             dropped: 0,
-            shared: [0.0; 3],
-            calm: [0.0; 3],
+            indirect: [0.0; 3],
+            visible_emission: [0.0; 3],
             mean: Rgb::ZERO,
             squares: Rgb::ZERO,
             luminance_squares: 0.0,
@@ -87,9 +89,10 @@ impl Accumulator {
         let after = sample.radiance - self.mean;
         self.squares += before * after;
         self.luminance_squares += luminance(before) * luminance(after);
-        let shared = self.shared().lerp(sample.shared, weight);
-        self.shared = shared.as_vec3().to_array();
-        self.calm = self.calm().lerp(sample.calm, weight).as_vec3().to_array();
+        let indirect = self.indirect().lerp(sample.indirect, weight);
+        self.indirect = indirect.as_vec3().to_array();
+        self.visible_emission =
+            self.visible_emission().lerp(sample.visible_emission, weight).as_vec3().to_array();
         self.alpha += (sample.alpha - self.alpha) * weight;
         self.transmittance += (sample.transmittance - self.transmittance) * weight;
         self.depth = self.depth.min(sample.depth);
@@ -116,7 +119,8 @@ impl Accumulator {
         let numbers =
             [r, g, b, u, v, w, self.luminance_squares, self.alpha, self.transmittance, self.depth];
         let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
-        let [[x, y, z], [i, j, k]] = [self.shared, self.calm].map(|rgb| rgb.map(f32::to_bits));
+        let [[x, y, z], [i, j, k]] =
+            [self.indirect, self.visible_emission].map(|rgb| rgb.map(f32::to_bits));
         let mut bits = [0; Self::WORDS];
         bits[..4].copy_from_slice(&[
             pair(self.count, self.dropped),
@@ -137,8 +141,8 @@ impl Accumulator {
         Self {
             count: low(bits[0]),
             dropped: high(bits[0]),
-            shared: [low(bits[1]), high(bits[1]), low(bits[2])].map(f32::from_bits),
-            calm: [high(bits[2]), low(bits[3]), high(bits[3])].map(f32::from_bits),
+            indirect: [low(bits[1]), high(bits[1]), low(bits[2])].map(f32::from_bits),
+            visible_emission: [high(bits[2]), low(bits[3]), high(bits[3])].map(f32::from_bits),
             mean: Rgb::new(number(0), number(1), number(2)),
             squares: Rgb::new(number(3), number(4), number(5)),
             luminance_squares: number(6),
@@ -153,14 +157,14 @@ impl Accumulator {
         self.mean
     }
 
-    /// Mean of what stands in for other samples; 0 without one.
-    pub fn shared(&self) -> Rgb {
-        Rgb::from_array(self.shared.map(f64::from))
+    /// Mean of [`Sample::indirect`]; 0 without a sample.
+    pub fn indirect(&self) -> Rgb {
+        Rgb::from_array(self.indirect.map(f64::from))
     }
 
-    /// Mean of what hardly differs from sample to sample; 0 without one.
-    pub fn calm(&self) -> Rgb {
-        Rgb::from_array(self.calm.map(f64::from))
+    /// Mean of [`Sample::visible_emission`]; 0 without a sample.
+    pub fn visible_emission(&self) -> Rgb {
+        Rgb::from_array(self.visible_emission.map(f64::from))
     }
 
     /// Mean coverage; 0 without a sample.

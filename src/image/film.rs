@@ -14,8 +14,9 @@ pub const FAR: f64 = 1e10;
 pub struct FilmPixel {
     /// Mean radiance, W/(m² sr), premultiplied by coverage: `R`, `G`, `B`.
     pub radiance: Rgb,
-    /// The part of it that hardly differs from ray to ray, in which there is no noise to take off.
-    pub calm: Rgb,
+    /// The part of it that surfaces and the environment emit, seen without a mirror between: it has
+    /// hardly any noise, and denoising leaves it out.
+    pub visible_emission: Rgb,
     /// Coverage, 0 to 1: `A`.
     pub alpha: f64,
     /// Distance to the first surface in metres; anything beyond [`FAR`], and infinity where nothing
@@ -42,7 +43,7 @@ impl Default for FilmPixel {
     fn default() -> Self {
         Self {
             radiance: Rgb::ZERO,
-            calm: Rgb::ZERO,
+            visible_emission: Rgb::ZERO,
             alpha: 0.0,
             depth: f64::INFINITY,
             transmittance: 0.0,
@@ -61,7 +62,7 @@ impl From<&Accumulator> for FilmPixel {
     fn from(samples: &Accumulator) -> Self {
         Self {
             radiance: samples.mean(),
-            calm: samples.calm(),
+            visible_emission: samples.visible_emission(),
             alpha: samples.alpha(),
             depth: samples.depth(),
             transmittance: samples.transmittance(),
@@ -121,8 +122,8 @@ pub struct Film {
     window: Window,
     full: [u32; 2],
     layers: Vec<Vec<f32>>,
-    /// What hardly differs from ray to ray.
-    calm: Vec<[f32; 3]>,
+    /// The part of each pixel's radiance that is emission seen directly.
+    visible_emission: Vec<[f32; 3]>,
     /// What was seen before noise was taken off; empty where it is still there.
     noisy: Vec<Vec<f32>>,
     /// What each pixel shows, told without light; empty where that was not asked for.
@@ -155,7 +156,7 @@ impl Film {
             window,
             full,
             layers,
-            calm: vec![[0.0; 3]; pixels],
+            visible_emission: vec![[0.0; 3]; pixels],
             noisy: Vec::new(),
             features: Vec::new(),
             denoiser: None,
@@ -194,7 +195,8 @@ impl Film {
         for (layer, value) in self.layers.iter_mut().zip(pixel.values()) {
             layer[index] = finite(value, &mut self.repaired);
         }
-        self.calm[index] = pixel.calm.to_array().map(|value| finite(value, &mut self.repaired));
+        self.visible_emission[index] =
+            pixel.visible_emission.to_array().map(|value| finite(value, &mut self.repaired));
     }
 
     /// Sets a block of pixels, row by row, whose upper left corner is at `x`, `y`.
@@ -215,7 +217,7 @@ impl Film {
     /// # Panics
     /// Where there are not as many as pixels.
     pub fn set_features(&mut self, features: Vec<Features>) {
-        assert_eq!(features.len(), self.calm.len(), "one a pixel");
+        assert_eq!(features.len(), self.visible_emission.len(), "one a pixel");
         self.features = features;
     }
 
@@ -241,7 +243,7 @@ impl Film {
             }
         }
         for (index, &from) in nearest.iter().enumerate() {
-            self.calm[index] = self.calm[from as usize];
+            self.visible_emission[index] = self.visible_emission[from as usize];
             if !self.features.is_empty() {
                 self.features[index] = self.features[from as usize];
             }
@@ -287,10 +289,9 @@ impl Film {
             .map(|(name, layer)| (name, layer.as_slice()))
     }
 
-    /// Of each pixel, row by row from the top, the part of the radiance that hardly differs from ray to
-    /// ray.
-    pub fn calm(&self) -> &[[f32; 3]] {
-        &self.calm
+    /// [`FilmPixel::visible_emission`] of each pixel, row by row from the top.
+    pub fn visible_emission(&self) -> &[[f32; 3]] {
+        &self.visible_emission
     }
 
     /// The picture: `R`, `G`, `B` as they are, that is before black.

@@ -170,7 +170,7 @@ impl Light {
     }
 
     /// Where all of the light shines from; nothing where it has an extent or is infinitely far.
-    pub const fn place(&self) -> Option<WorldPoint> {
+    pub const fn position(&self) -> Option<WorldPoint> {
         match self {
             Self::Point(l) => Some(l.position()),
             Self::Spot(l) => Some(l.position()),

@@ -1,48 +1,48 @@
-//! What the camera sees of the media: where photons are worth most.
+//! Importance of the camera (Peter and Pietrek 1998, "Importance Driven Construction of Photon Maps"):
+//! points in media and on surfaces that it sees, where photons are worth most.
 
 use crate::light::TargetSphere;
 use crate::math::{Aabb, Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
 use crate::medium::Profile;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
-use crate::surface::TransportMode;
+use crate::transport::EnclosingSolids;
+use crate::transport::specular::{MAX_PROBE_BOUNCES, scatter_specular};
 use crate::work::Work;
 
-/// Rays along each side of the film.
+/// Rays along each side of the film: their square gives each of [`MAX_SPHERES`] some seventy points.
 const RAYS: u32 = 48;
 
-/// Mirrors and panes of glass that a ray follows at most.
-const MAX_SPECULAR: u32 = 8;
+/// Target spheres at most. More spheres follow what is seen more closely, and each costs time at
+/// every emission.
+const MAX_SPHERES: usize = 32;
 
-/// Foci at most.
-const MOST_FOCI: usize = 32;
+/// Radius of a target sphere over that of the points in it, which sample a wider region.
+const MARGIN: f64 = 1.2;
 
-/// How much wider than the places of a group its ball is: there are more where those are.
-const WIDER: f64 = 1.2;
-
-/// Places that the camera sees, found by a coarse sheet of rays.
+/// Points that the camera sees, sampled by a coarse grid of rays.
 #[derive(Debug, Default)]
 pub(super) struct CameraImportance {
-    /// Places in media, in proportion to what a scattering there contributes.
+    /// Points in media, in proportion to what a scattering there contributes.
     pub media: Vec<WorldPoint>,
-    /// Places on surfaces that are not mirrors or glass.
+    /// Points on surfaces that are not mirrors or glass.
     pub surfaces: Vec<WorldPoint>,
-    /// What finding them took.
+    /// Work done for them.
     pub work: Work,
 }
 
-/// A place where light may be scattered along one of the rays.
+/// A point where light may be scattered along one of the rays.
 struct Candidate {
     place: WorldPoint,
-    /// Of all that the ray crosses.
+    /// Opacity of all that the ray crosses.
     opacity: f64,
-    /// A number in [0, 1) which tells whether it is one of the visible places: those of the most opaque
-    /// ray all are, however thin that is.
+    /// A uniform number in [0, 1) that decides whether it is kept: with a probability in proportion to
+    /// the opacity, 1 for the most opaque ray.
     choice: f64,
 }
 
 impl CameraImportance {
-    /// Looks at `scene` through its camera, for what `needs` say.
+    /// Samples what the camera of `scene` sees.
     pub fn look(scene: &Scene, seed: u64, needs: Needs) -> Self {
         let mut visible = Self::default();
         let mut profile = Profile::default();
@@ -61,6 +61,8 @@ impl CameraImportance {
         visible
     }
 
+    /// Traces a ray through mirrors and glass to the first diffuse surface, and samples one point of the
+    /// media by opacity between two surfaces.
     fn follow(
         &mut self,
         scene: &Scene,
@@ -70,11 +72,11 @@ impl CameraImportance {
         candidates: &mut Vec<Candidate>,
         rng: &mut Stream,
     ) {
-        let mut inside = 0;
-        for _ in 0..MAX_SPECULAR {
+        let mut solids = EnclosingSolids::NONE;
+        for _ in 0..MAX_PROBE_BOUNCES {
             self.work.intersections += u64::from(needs.surfaces);
             let hit = scene.surfaces.intersect(&ray, Span::AHEAD);
-            if inside == 0 && needs.media {
+            if solids.is_none() && needs.media {
                 let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
                 profile.trace(&scene.media, &ray, Span::new(0.0, end), 0.0, 0.5);
                 profile.count(&mut self.work);
@@ -89,31 +91,29 @@ impl CameraImportance {
                 self.surfaces.push(hit.point);
                 return;
             }
-            let u = std::array::from_fn(|_| rng.uniform());
-            let scattered = hit.material.scatter(ray.direction, &hit, u, TransportMode::Radiance);
-            let Some(scattered) = scattered else { return };
-            inside = (inside + i32::from(scattered.crossing)).max(0);
-            ray = hit.leave(scattered.direction);
+            let Some(step) = scatter_specular(&ray, &hit, rng) else { return };
+            solids = solids.after(step.crossing);
+            ray = step.ray;
         }
     }
 
     /// A sphere round most of what is seen of the media, or of the surfaces where no medium is
-    /// seen: centre and radius in metres. Nothing where nothing is seen.
+    /// seen: centre and radius in metres. `None` where nothing is seen.
     pub fn sphere(&self) -> Option<(WorldPoint, f64)> {
         sphere(if self.media.is_empty() { &self.surfaces } else { &self.media })
     }
 
-    /// Balls round the places in media, each with their number as weight.
+    /// Spheres round groups of points in media, each weighed by their number.
     pub fn foci(&self) -> Vec<TargetSphere> {
         foci(&self.media)
     }
 
-    /// Balls round the places on surfaces, each with their number as weight.
+    /// Spheres round groups of points on surfaces, each weighed by their number.
     pub fn surface_foci(&self) -> Vec<TargetSphere> {
         foci(&self.surfaces)
     }
 
-    /// How deep media are seen, in metres: the mean free path where they are, by the median.
+    /// Median of the mean free path at the points in media, in metres: how deep media are seen.
     pub fn depth(&self, scene: &Scene) -> f64 {
         let free_path = |p: &WorldPoint| 1.0 / scene.media.sigma_t_at(*p).max_element();
         let mut paths: Vec<f64> = self.media.iter().map(free_path).collect();
@@ -122,7 +122,8 @@ impl CameraImportance {
     }
 }
 
-/// A sphere round most of `places`: centre and radius in metres.
+/// A sphere round the mean of `places` with 1.5 times the 95th percentile of their distances as
+/// radius: centre and radius in metres.
 fn sphere(places: &[WorldPoint]) -> Option<(WorldPoint, f64)> {
     let first = *places.first()?;
     let sum: glam::DVec3 = places.iter().map(|p| *p - first).sum();
@@ -132,11 +133,11 @@ fn sphere(places: &[WorldPoint]) -> Option<(WorldPoint, f64)> {
     Some((center, 1.5 * distances[distances.len() * 95 / 100]))
 }
 
-/// Balls round groups of `places`, each with their number as weight: what is wide and holds many is
-/// cut in two across its longest side, over and over.
+/// Spheres round groups of `places`, each weighed by their number: the group that is widest and
+/// holds most is cut in two across its longest side, over and over.
 fn foci(places: &[WorldPoint]) -> Vec<TargetSphere> {
     let mut groups = vec![Group::new(places.to_vec())];
-    while groups.len() < MOST_FOCI {
+    while groups.len() < MAX_SPHERES {
         let widest =
             groups.iter().enumerate().max_by(|(_, a), (_, b)| a.cost().total_cmp(&b.cost()));
         let Some((index, _)) = widest.filter(|(_, group)| group.cost() > 0.0) else { break };
@@ -146,7 +147,7 @@ fn foci(places: &[WorldPoint]) -> Vec<TargetSphere> {
     groups.iter().map(Group::ball).collect()
 }
 
-/// Places near each other.
+/// Points near each other.
 #[derive(Debug)]
 struct Group {
     places: Vec<WorldPoint>,
@@ -159,7 +160,7 @@ impl Group {
         Self { places, bounds }
     }
 
-    /// How much there is to gain by cutting it: its extent seen from a side, for each place.
+    /// Gain of cutting it: the squared diagonal of its box times the number of points.
     fn cost(&self) -> f64 {
         if self.bounds.is_empty() {
             return 0.0;
@@ -177,6 +178,6 @@ impl Group {
     fn ball(&self) -> TargetSphere {
         let center = self.bounds.center();
         let radius = self.places.iter().map(|p| (*p - center).length()).fold(0.0, f64::max);
-        TargetSphere { center, radius: WIDER * radius, weight: self.places.len() as f64 }
+        TargetSphere { center, radius: MARGIN * radius, weight: self.places.len() as f64 }
     }
 }

@@ -1,9 +1,8 @@
-//! One photon path: null-collision tracking through media, scattering at surfaces.
+//! One photon path: flights through media, scattering at surfaces, and what it leaves in the maps.
 //!
-//! Whether a photon scatters, goes on or is absorbed is chosen in proportion to the mean over
-//! channels of its power times each coefficient (history-aware avg of Kutz et al. 2017, "Spectral
-//! and Decomposition Tracking"), so the mean power of a photon never changes and stored photons
-//! weigh alike.
+//! What a collision is is chosen in proportion to the mean over channels of power times coefficient
+//! (see [`tracking`]), so the mean power of a photon never changes in media and stored photons weigh
+//! alike.
 
 use std::ops::Range;
 
@@ -11,37 +10,39 @@ use crate::light::EmissionTarget;
 use crate::math::{Aabb, Ray, Span, Spectrum, Stage, Stream, World, WorldPoint};
 use crate::medium::Collision;
 use crate::scene::Scene;
-use crate::surface::TransportMode;
-use crate::transport::{FlightSegment, MAX_EVENTS};
+use crate::surface::{SurfaceHit, TransportMode};
+use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
+use crate::transport::{EnclosingSolids, FlightSegment, MAX_EVENTS, PathContext, direct_light};
 use crate::work::Work;
 
 use super::deposit_regions::DepositRegions;
 use super::emitters::Emitters;
 use super::{Photon, PhotonAt, PhotonDirection, PhotonSettings};
 
-/// Change of power, as a share of it, that is rounding.
-const SAME: f64 = 1e-12;
+/// Relative change of power below which it is rounding: null collisions in grey media change nothing
+/// else.
+const ROUNDING: f64 = 1e-12;
 
-/// What all paths share.
+/// What all photon paths of a render share.
 #[derive(Debug)]
 pub(super) struct PhotonTracer<'a> {
     pub scene: &'a Scene,
     pub emitters: Emitters<'a>,
-    /// What photons that a surface reflects should reach.
+    /// What photons that a surface reflects are aimed at.
     pub reach: EmissionTarget,
     pub zones: DepositRegions,
     pub shooting: PhotonSettings,
-    /// What stored places are relative to.
+    /// Origin of stored positions.
     pub origin: WorldPoint,
-    /// Share of the volume photons that is kept; the rest is spread over them. 0 where beams need
-    /// none.
+    /// Probability of storing a volume photon; the stored ones carry the power of the others. 0 where
+    /// no beam map is needed.
     pub keep: f64,
-    /// Where flights are kept, for lattices; nothing where there are none.
+    /// Box in which flight segments are recorded, for fluence grids; `None` where there are none.
     pub tracked: Option<Aabb<World>>,
     /// Power, summed over channels, that photons should have: heavier ones are split where a
-    /// surface reflects them, lighter ones gambled with; much heavier ones are split in media.
+    /// surface reflects them, lighter ones play Russian roulette; much heavier ones are split in media.
     pub window: Option<f64>,
-    /// What stored powers are counted in.
+    /// Units of stored powers.
     pub units: Units,
 }
 
@@ -63,11 +64,11 @@ impl Units {
     }
 }
 
-/// What a number of paths left behind.
+/// What a range of paths leaves in the maps.
 #[derive(Debug)]
 pub(super) struct Deposits<S: Spectrum, H> {
     pub volume: Vec<PhotonAt<S, H>>,
-    /// One volume photon, at random, of each path that left any, by its index.
+    /// Index of one volume photon, chosen at random, of each path that left any.
     pub independent: Vec<usize>,
     pub surface: Vec<PhotonAt<S>>,
     pub tracks: Vec<FlightSegment<S>>,
@@ -75,7 +76,7 @@ pub(super) struct Deposits<S: Spectrum, H> {
 }
 
 impl<S: Spectrum, H: PhotonDirection> Deposits<S, H> {
-    /// Nothing yet.
+    /// No deposits.
     pub fn none() -> Self {
         Self {
             volume: Vec::new(),
@@ -86,7 +87,7 @@ impl<S: Spectrum, H: PhotonDirection> Deposits<S, H> {
         }
     }
 
-    /// Takes in what other paths left, but for their flights.
+    /// Appends what other paths left, without their flight segments.
     pub fn append(&mut self, other: &Self) {
         let before = self.volume.len();
         self.independent.extend(other.independent.iter().map(|index| before + index));
@@ -96,66 +97,75 @@ impl<S: Spectrum, H: PhotonDirection> Deposits<S, H> {
     }
 }
 
-/// A photon on its way.
+/// A photon in flight.
 pub(super) struct PhotonState<S> {
     pub ray: Ray<World>,
     pub power: S,
     /// Order of volume scattering so far.
     pub scattered: u32,
-    /// Whether pass 2 finds this light by itself, by sampling the light directly.
+    /// Whether this is direct light, which rays find by sampling lights.
     pub direct: bool,
-    /// Whether pass 2 finds this light in media even where lattices keep light.
+    /// Whether rays sample this direct light in media even where fluence grids hold light.
     pub sampled: bool,
-    /// How many solids of glass the photon is inside of; media do not fill them.
-    pub inside: i32,
+    /// Solids of glass around the ray's origin.
+    pub solids: EnclosingSolids,
 }
 
 impl PhotonTracer<'_> {
     /// Traces the paths of these indices.
     pub fn trace<S: Spectrum, H: PhotonDirection>(&self, paths: Range<u64>) -> Deposits<S, H> {
         let mut out = Deposits::none();
+        let rng = |index: u64| Stream::new(self.shooting.seed, Stage::Photons, index, 0);
+        let mut ctx = PathContext::new(rng(paths.start), self.shooting.needs);
         for index in paths {
-            let mut rng = Stream::new(self.shooting.seed, Stage::Photons, index, 0);
-            let u = self.pattern(index);
-            let Some(start) = self.emitters.emit(u, &mut rng) else {
-                out.work.starts_rejected += 1;
-                continue;
-            };
-            if !self.reaches(&start.ray) {
-                if !self.shooting.needs.void {
-                    out.work.starts_rejected += 1;
-                    continue;
-                }
-                out.work.photons_missed += 1;
-            }
-            out.work.photons_emitted += 1;
-            out.work.colored_paths += u64::from(S::CHANNELS > 1);
-            out.work.emission_lookups += u64::from(!start.direct);
-            out.work.light_choices += u64::from(self.emitters.len() > 1);
-            let mut flying = vec![PhotonState {
-                ray: start.ray,
-                power: S::of(start.power) / self.shooting.photons as f64,
-                scattered: 0,
-                direct: start.direct,
-                sampled: start.sampled,
-                inside: 0,
-            }];
+            ctx.rng = rng(index);
+            let Some(photon) = self.emit(index, &mut ctx) else { continue };
+            let mut flying = vec![photon];
             let first = out.volume.len();
             let mut events = 0;
             while let Some(mut photon) = flying.pop() {
                 let more = &mut flying;
-                while events < MAX_EVENTS && self.step(&mut photon, &mut rng, more, &mut out) {
+                while events < MAX_EVENTS && self.step(&mut photon, &mut ctx, more, &mut out) {
                     events += 1;
                 }
             }
             let ended = events < MAX_EVENTS;
-            out.work.capped_paths += u64::from(!ended);
+            ctx.work.capped_paths += u64::from(!ended);
             let left = out.volume.len() - first;
             if left > 0 {
-                out.independent.push(first + (rng.uniform() * left as f64) as usize);
+                out.independent.push(first + (ctx.rng.uniform() * left as f64) as usize);
             }
         }
+        out.work += ctx.work;
         out
+    }
+
+    /// The photon that the path `index` starts with; `None` where it can reach nothing.
+    fn emit<S: Spectrum>(&self, index: u64, ctx: &mut PathContext) -> Option<PhotonState<S>> {
+        let u = self.pattern(index);
+        let Some(start) = self.emitters.emit(u, &mut ctx.rng) else {
+            ctx.work.starts_rejected += 1;
+            return None;
+        };
+        if !self.reaches(&start.ray) {
+            if !self.shooting.needs.void {
+                ctx.work.starts_rejected += 1;
+                return None;
+            }
+            ctx.work.photons_missed += 1;
+        }
+        ctx.work.photons_emitted += 1;
+        ctx.work.colored_paths += u64::from(S::CHANNELS > 1);
+        ctx.work.emission_lookups += u64::from(!start.direct);
+        ctx.work.light_choices += u64::from(self.emitters.len() > 1);
+        Some(PhotonState {
+            ray: start.ray,
+            power: S::of(start.power) / self.shooting.photons as f64,
+            scattered: 0,
+            direct: start.direct,
+            sampled: start.sampled,
+            solids: EnclosingSolids::NONE,
+        })
     }
 
     /// Whether a photon along `ray` can leave anything behind.
@@ -181,139 +191,157 @@ impl PhotonTracer<'_> {
     fn step<S: Spectrum, H: PhotonDirection>(
         &self,
         photon: &mut PhotonState<S>,
+        ctx: &mut PathContext,
+        more: &mut Vec<PhotonState<S>>,
+        out: &mut Deposits<S, H>,
+    ) -> bool {
+        let hit = direct_light::first_surface(self.scene, &photon.ray, ctx);
+        let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+        if photon.solids.is_none() && self.shooting.needs.media {
+            match self.fly(photon, end, ctx, out) {
+                FlightEnd::Through => (),
+                FlightEnd::Scattered { t, medium } => {
+                    return self.scatter_in_medium(photon, t, medium, &mut ctx.rng, more);
+                }
+                FlightEnd::Absorbed(_) => return false,
+            }
+        }
+        hit.is_some_and(|hit| self.scatter_at_surface(photon, &hit, &mut ctx.rng, more, out))
+    }
+
+    /// Flies through the media as far as `end` metres, leaving photons and flight segments behind.
+    fn fly<S: Spectrum, H: PhotonDirection>(
+        &self,
+        photon: &mut PhotonState<S>,
+        end: f64,
+        ctx: &mut PathContext,
+        out: &mut Deposits<S, H>,
+    ) -> FlightEnd {
+        // A photon stored here is scattered once more toward the camera.
+        let counts = self.shooting.needs.volume_photons
+            && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
+        let deposits = counts && !photon.direct && self.keep > 0.0;
+        let tracked = self.tracked.filter(|_| counts && !photon.sampled);
+        let PhotonState { ray, power, .. } = photon;
+        // The start of what has been flown with one power.
+        let (mut since, mut flown_with) = (0.0, *power);
+        let visit = |step: &FlightStep<S>, ctx: &mut PathContext| {
+            let changed = (step.throughput - flown_with).each(f64::abs).max_element()
+                > ROUNDING * step.throughput.max_element();
+            if changed {
+                self.record_segment(tracked, ray, since..step.span.start, flown_with, out);
+                since = step.span.start;
+            }
+            flown_with = step.throughput;
+            if deposits {
+                self.deposit_along(ray, step, &mut ctx.rng, out);
+            }
+        };
+        let media = &self.scene.media;
+        let flown = tracking::fly(media, ray, end, power, Absorption::Sampled, ctx, visit);
+        let until = match flown {
+            FlightEnd::Through => end,
+            FlightEnd::Scattered { t, .. } | FlightEnd::Absorbed(t) => t,
+        };
+        self.record_segment(tracked, ray, since..until, flown_with, out);
+        flown
+    }
+
+    /// Keeps the part of `ray` between two distances that is within `bounds`, if there are any, as
+    /// flown with `power`.
+    fn record_segment<S: Spectrum, H>(
+        &self,
+        bounds: Option<Aabb<World>>,
+        ray: &Ray<World>,
+        distances: Range<f64>,
+        power: S,
+        out: &mut Deposits<S, H>,
+    ) {
+        let span = Span::new(distances.start, distances.end);
+        let span = bounds.map(|bounds| bounds.clip(ray).intersect(span));
+        if let Some(span) = span.filter(|span| !span.is_empty()) {
+            let (from, to) = (ray.at(span.start), ray.at(span.end));
+            let power = power / self.units.surface;
+            out.tracks.push(FlightSegment::new(self.origin, from, to, power));
+        }
+    }
+
+    /// Keeps photons of one step of a flight: where the deposit regions say along the segment, and at
+    /// the tentative collision.
+    fn deposit_along<S: Spectrum, H: PhotonDirection>(
+        &self,
+        ray: &Ray<World>,
+        step: &FlightStep<S>,
+        rng: &mut Stream,
+        out: &mut Deposits<S, H>,
+    ) {
+        let power = step.throughput;
+        self.zones.events(ray, step.span, rng, |t, rng| {
+            self.store(ray.at(t), ray.direction, power, None, rng, out);
+        });
+        if let Some(c) = &step.collision {
+            self.store(ray.at(c.t), ray.direction, power, Some(c), rng, out);
+        }
+    }
+
+    /// Scatters a photon in a medium at the distance `t`; whether it goes on.
+    fn scatter_in_medium<S: Spectrum>(
+        &self,
+        photon: &mut PhotonState<S>,
+        t: f64,
+        medium: usize,
+        rng: &mut Stream,
+        more: &mut Vec<PhotonState<S>>,
+    ) -> bool {
+        photon.scattered += 1;
+        if self.shooting.max_scatter.is_some_and(|max| photon.scattered > max) {
+            return false;
+        }
+        let (p, phase) = (photon.ray.at(t), &self.scene.media.get(medium).phase);
+        (photon.direct, photon.sampled) = (false, false);
+        self.split(photon, p, phase, rng, more);
+        let (direction, _) = phase.sample(photon.ray.direction, rng.uniform2());
+        photon.ray = Ray::new(p, direction);
+        true
+    }
+
+    /// Keeps a photon on a surface and scatters it there; whether it goes on.
+    fn scatter_at_surface<S: Spectrum, H: PhotonDirection>(
+        &self,
+        photon: &mut PhotonState<S>,
+        hit: &SurfaceHit<'_>,
         rng: &mut Stream,
         more: &mut Vec<PhotonState<S>>,
         out: &mut Deposits<S, H>,
     ) -> bool {
-        let mut hit = None;
-        if self.shooting.needs.surfaces {
-            out.work.intersections += 1;
-            hit = self.scene.surfaces.intersect(&photon.ray, Span::AHEAD);
-        }
-        let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
-        if photon.inside == 0 && self.shooting.needs.media {
-            match self.fly(photon, end, rng, more, out) {
-                Flight::Through => (),
-                Flight::Scattered => return true,
-                Flight::Absorbed => return false,
-            }
-        }
-        let Some(hit) = hit else { return false };
         let incoming = photon.ray.direction;
         if self.shooting.needs.surface_photons && !hit.material.is_specular() && !photon.direct {
             let power = photon.power / self.units.surface;
             out.surface.push(self.deposit(hit.point, incoming, power));
         }
         if let Some(window) = self.window.filter(|_| !hit.material.is_specular()) {
-            self.reflect(photon, &hit, window, rng, more);
+            self.reflect(photon, hit, window, rng, more);
             return false;
         }
         let u = [rng.uniform(), rng.uniform(), rng.uniform()];
-        let scattered = hit.material.scatter(incoming, &hit, u, TransportMode::Importance);
+        let scattered = hit.material.scatter(incoming, hit, u, TransportMode::Importance);
         let Some(scattered) = scattered else { return false };
         let power = photon.power * S::of(scattered.weight);
         let survival = power.element_sum() / photon.power.element_sum();
         if rng.uniform() >= survival {
             return false;
         }
-        // Survivors stand for those that were absorbed; where a weight exceeds 1 nothing is.
+        // Survivors carry the power of those that were absorbed; a weight above 1 absorbs none.
         photon.power = power / survival.min(1.0);
         (photon.direct, photon.sampled) = (false, false);
-        photon.inside = (photon.inside + i32::from(scattered.crossing)).max(0);
+        photon.solids = photon.solids.after(scattered.crossing);
         photon.ray = hit.leave(scattered.direction);
         true
     }
 
-    /// Flies through the media as far as `end`, leaving photons behind. `more` takes photons that
-    /// are split off.
-    fn fly<S: Spectrum, H: PhotonDirection>(
-        &self,
-        photon: &mut PhotonState<S>,
-        end: f64,
-        rng: &mut Stream,
-        more: &mut Vec<PhotonState<S>>,
-        out: &mut Deposits<S, H>,
-    ) -> Flight {
-        // A photon kept here is scattered once more towards the eye.
-        let counts = self.shooting.needs.volume_photons
-            && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
-        let keeps = counts && !photon.direct && self.keep > 0.0;
-        let tracked = self.tracked.filter(|_| counts && !photon.sampled);
-        // Flown with one power since here.
-        let mut since = 0.0;
-        let track = |photon: &PhotonState<S>, from: f64, to: f64, out: &mut Deposits<S, H>| {
-            let span =
-                tracked.map(|bounds| bounds.clip(&photon.ray).intersect(Span::new(from, to)));
-            if let Some(span) = span.filter(|span| !span.is_empty()) {
-                let (from, to) = (photon.ray.at(span.start), photon.ray.at(span.end));
-                let power = photon.power / self.units.surface;
-                out.tracks.push(FlightSegment::new(self.origin, from, to, power));
-            }
-        };
-        let media = &self.scene.media;
-        let mut flights = media.flights(&photon.ray, Span::new(0.0, end), photon.power, rng);
-        let mut at = 0.0;
-        loop {
-            let next = flights.next(rng);
-            out.work.grid_lookups += flights.take_lookups();
-            let until = next.map_or(end, |c| c.t);
-            if keeps {
-                let (ray, power) = (photon.ray, photon.power);
-                self.zones.events(&ray, Span::new(at, until), rng, |t, rng| {
-                    self.store(ray.at(t), ray.direction, power, None, rng, out);
-                });
-            }
-            let Some(c) = next else {
-                track(photon, since, end, out);
-                return Flight::Through;
-            };
-            out.work.collisions += 1;
-            let p = photon.ray.at(c.t);
-            if keeps {
-                self.store(p, photon.ray.direction, photon.power, Some(&c), rng, out);
-            }
-            let medium = media.get(c.medium);
-            out.work.grid_lookups += u64::from(!medium.albedo.is_constant());
-            let scattering = photon.power * S::of(media.sigma_s(&c, p));
-            let null = S::splat(c.majorant) - S::of(medium.sigma_t) * c.density;
-            let null = (photon.power * null).not_negative();
-            let rate = photon.power.element_sum() * c.majorant;
-            let (p_scatter, p_null) = (scattering.element_sum() / rate, null.element_sum() / rate);
-            let u = rng.uniform();
-            if u < p_scatter || u >= p_scatter + p_null {
-                track(photon, since, c.t, out);
-            }
-            if u < p_scatter {
-                photon.scattered += 1;
-                if self.shooting.max_scatter.is_some_and(|max| photon.scattered > max) {
-                    return Flight::Absorbed;
-                }
-                photon.power = scattering / (c.majorant * p_scatter);
-                (photon.direct, photon.sampled) = (false, false);
-                self.split(photon, p, &medium.phase, rng, more);
-                let (direction, _) = medium.phase.sample(photon.ray.direction, rng.uniform2());
-                photon.ray = Ray::new(p, direction);
-                return Flight::Scattered;
-            } else if u < p_scatter + p_null {
-                out.work.null_collisions += 1;
-                let power = null / (c.majorant * p_null);
-                if (power - photon.power).each(f64::abs).max_element() > SAME * power.max_element()
-                {
-                    track(photon, since, c.t, out);
-                    since = c.t;
-                }
-                photon.power = power;
-                flights.carry_on(photon.power, c.t, rng);
-                at = c.t;
-            } else {
-                return Flight::Absorbed;
-            }
-        }
-    }
-
-    /// Keeps a volume photon with its share, weighed by one over the rate of deposits at `p`. Where
-    /// finer majorants lower that rate, those of bricks and regions say how much each kind of
-    /// deposit counts: any weights do that add up to 1 at a place (Veach 1997, section 9.2).
+    /// Keeps a volume photon with the probability [`keep`](Self::keep), its power divided by the rate
+    /// of deposits at `p`. Where finer majorants lower that rate, those of bricks and regions weigh
+    /// each kind of deposit: any weights do that add up to 1 at a point (Veach 1997, section 9.2).
     fn store<S: Spectrum, H: PhotonDirection>(
         &self,
         p: WorldPoint,
@@ -350,11 +378,4 @@ impl PhotonTracer<'_> {
         let place = (p - self.origin).as_vec3().to_array();
         PhotonAt { place, photon: Photon::new(power, direction) }
     }
-}
-
-/// How a flight through media ended.
-enum Flight {
-    Through,
-    Scattered,
-    Absorbed,
 }

@@ -1,5 +1,6 @@
-//! Photons that weigh much are split: most of them would miss what matters, and the few that do not
-//! would show.
+//! Splitting and Russian roulette of photons by a weight window (Vorba and Křivánek 2016, "Adjoint-Driven
+//! Russian Roulette and Splitting"): of heavy photons most would miss what the camera sees, and the few
+//! others would show as bright spots.
 
 use crate::light::aim_from;
 use crate::math::{Ray, Spectrum, Stream, WorldPoint};
@@ -8,17 +9,17 @@ use crate::surface::{SurfaceHit, TransportMode};
 
 use super::path::{PhotonState, PhotonTracer};
 
-/// Photons that one is split into at most.
-const MOST_COPIES: f64 = 64.0;
+/// Photons that one is split into at most, which bounds the time of a path.
+const MAX_COPIES: f64 = 64.0;
 
-/// How many times as heavy as the window photons must be to be split where a medium scatters them.
-const HEAVY: f64 = 4.0;
+/// Power over the window's above which a medium splits a photon. Lighter ones are left alone, as media
+/// scatter photons often.
+const SPLIT_ABOVE: f64 = 4.0;
 
 impl PhotonTracer<'_> {
-    /// Reflects a photon at a surface that is not specular: aimed at what should be reached, and
-    /// as several photons where one would be heavier than the window (splitting and roulette of
-    /// Spanier and Gelbard 1969, section 3.4; weight windows of Vorba and Křivánek 2016,
-    /// "Adjoint-Driven Russian Roulette and Splitting").
+    /// Reflects a photon at a surface that is not specular, toward the emission target, and as several
+    /// photons where one would be heavier than `window` (Spanier and Gelbard 1969, section 3.4).
+    /// `more` takes them.
     pub fn reflect<S: Spectrum>(
         &self,
         photon: &PhotonState<S>,
@@ -36,10 +37,10 @@ impl PhotonTracer<'_> {
             let power = photon.power * S::of(f) * (direction.dot(normal) / pdf);
             (power.element_sum() > 0.0).then_some((direction, power))
         };
-        // One draw tells how heavy they are; it takes no part, so that their number knows nothing
-        // of those that do.
+        // One sample estimates their power. It is not used again: their number must not depend on the
+        // samples that are.
         let weighed = draw(rng.uniform2()).map_or(0.0, |(_, power)| power.element_sum());
-        let count = (weighed / window).ceil().clamp(1.0, MOST_COPIES) as u32;
+        let count = (weighed / window).ceil().clamp(1.0, MAX_COPIES) as u32;
         for index in 0..count {
             let [u, v] = rng.uniform2();
             let drawn = draw([(f64::from(index) + u) / f64::from(count), v]);
@@ -57,8 +58,8 @@ impl PhotonTracer<'_> {
         }
     }
 
-    /// Splits a photon that a medium scatters at `p`, where it is much heavier than the window.
-    /// `more` takes those that are split off.
+    /// Splits a photon that a medium scatters at `p`, where it is much heavier than the window. `more`
+    /// takes the others.
     pub fn split<S: Spectrum>(
         &self,
         photon: &mut PhotonState<S>,
@@ -69,10 +70,10 @@ impl PhotonTracer<'_> {
     ) {
         let Some(window) = self.window else { return };
         let heavy = photon.power.element_sum() / window;
-        if heavy < HEAVY {
+        if heavy < SPLIT_ABOVE {
             return;
         }
-        let count = heavy.ceil().min(MOST_COPIES) as u32;
+        let count = heavy.ceil().min(MAX_COPIES) as u32;
         photon.power /= f64::from(count);
         for _ in 1..count {
             let (direction, _) = phase.sample(photon.ray.direction, rng.uniform2());

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::director::PixelBudget;
 
-use super::exposure::{groups, is_settled};
+use super::pixel_sampling::{gather_groups, has_converged};
 use crate::film::{Tile, TiledFilm};
 
 /// Units of a ray that gathers nothing for others.
@@ -40,9 +40,10 @@ impl Remaining {
             tile.pixels().fold(Self::default(), |sum, (x, y, samples)| {
                 let budget = direct(x, y);
                 let given = samples.given() as u32;
-                let settled = given >= budget.least && is_settled(samples, budget.tolerance);
+                let settled = given >= budget.least && has_converged(samples, budget.tolerance);
                 let rays = if settled { 0 } else { budget.rays.saturating_sub(given) };
-                let gathers = groups(budget.rays, &budget).saturating_sub(groups(given, &budget));
+                let gathers = gather_groups(budget.rays, &budget)
+                    .saturating_sub(gather_groups(given, &budget));
                 let gathers = if rays == 0 { 0 } else { gathers };
                 sum.and(Self { most: budget.rays, rays: rays.into(), gathers })
             })

@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::exposure::{self, RenderRegion, State};
+use super::exposure::{self, RenderRegion};
 use super::features::FeatureTracer;
-use super::integrator::Marcher;
+use super::integrator::Integrator;
 use super::photon_rate::PhotonRate;
+use super::pixel_sampling::{CameraRay, Workspace};
 use super::seconds::{self, StageSeconds};
 use super::{Control, director_pass, finest_step, specialised};
 use crate::director::PixelBudget;
@@ -120,7 +121,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let size = [width, height].map(|side| (side / coarser).ceil().max(1.0));
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
     let budget = PixelBudget::fixed(settings.rays, photons.volume_radius, step);
-    let marcher = Marcher::new(scene, &photons, needs);
+    let integrator = Integrator::new(scene, &photons, needs);
     let seen = FeatureTracer::new(scene, settings.denoise);
     let expose = |seed: u64| {
         let small = size.map(|side| side as u32);
@@ -134,9 +135,9 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
             features: false,
         };
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
-        let radiance = |ray, budget: &PixelBudget, state: &mut State<S>| {
-            let sample = marcher.radiance(ray, budget, state);
-            Sample { features: seen.along(ray, budget.step, state), ..sample }
+        let radiance = |ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
+            let sample = integrator.radiance(ray, workspace);
+            Sample { features: seen.along(ray.ray, ray.budget.step, workspace), ..sample }
         };
         let fixed = |_, _| budget;
         exposure::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work

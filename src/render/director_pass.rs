@@ -15,7 +15,7 @@ use crate::scene::{Director, Importance, RenderSettings, Scene};
 use crate::work::Work;
 
 use super::exposure::{RenderRegion, expose};
-use super::integrator::Marcher;
+use super::integrator::Integrator;
 use super::{Control, Directed, Stages, specialised};
 
 /// Photon paths of a look at few of them, at most.
@@ -188,7 +188,7 @@ impl Pilot {
         };
         let (photons, mut work) = photon::shoot::<S, H>(scene, &shooting, &|_| ())?;
         let budget = PixelBudget::fixed(PILOT_RAYS, photons.volume_radius, step);
-        let marcher = Marcher::new(scene, &photons, shooting.needs);
+        let integrator = Integrator::new(scene, &photons, shooting.needs);
         let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
         // All rays of one place lead through the same pixel, the middle one of its square.
         let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
@@ -204,7 +204,7 @@ impl Pilot {
             },
             |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
             |_, _| budget,
-            |ray, budget, state| marcher.radiance(ray, budget, state),
+            |ray, workspace| integrator.radiance(ray, workspace),
             &[],
             &Control::silent(),
         );

@@ -1,58 +1,33 @@
-//! From rays to the film: pixels, their samples and their budget.
+//! The exposure: camera rays for each pixel of the film, in passes.
 //!
-//! Pixels get their rays in passes, each over the whole film, so that at any time there is a picture.
-//! Samples of a pixel are taken in one order whatever the passes, and each depends on nothing but
-//! seed, pixel and number: wherever work is halted, the samples that a pixel has say how it goes on,
-//! and the picture is the same in the end.
+//! Each pass covers the whole film, so that there is a picture at any time. Samples of a pixel are taken
+//! in one order whatever the passes, and each depends on nothing but seed, pixel and number: an exposure
+//! that is halted goes on from the samples that each pixel has, to the same picture.
 
-use std::time::{Duration, Instant};
+use std::marker::PhantomData;
+use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::cache::{LazyCells, SamplePass};
+use crate::cache::LazyCells;
 use crate::director::PixelBudget;
+use crate::film::{Pass, Pixel, Tile, TiledFilm, passes, sample_pass};
 use crate::image::{Accumulator, Film, FilmPixel, Sample, Window};
-use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
-use crate::medium::Profile;
+use crate::math::{Ray, Spectrum, Stage, Stream, World};
 use crate::scene::plan::Needs;
-use crate::transport::{PathContext, SobolPoint};
+use crate::transport::{PathContext, StratifiedSample};
 use crate::work::Work;
 
 use super::checkpoint::{CheckpointState, CheckpointWriter, Checkpoints};
 use super::control::{Control, Halt};
 use super::cost_model::{CostModel, Remaining, Timing};
+use super::pixel_sampling::{
+    CameraRay, Workspace, has_converged, indirect_correction, indirect_weight, sobol_point,
+};
 use super::rendered::Ended;
-use crate::film::{Pass, passes, sample_pass};
-use crate::film::{Pixel, Tile, TiledFilm};
 
-/// Rays of a pixel after which the clock is looked at.
-const LOOK: u32 = 16;
-
-/// What an estimator needs at hand for one ray: random numbers, counters, memory to reuse.
-#[derive(Debug)]
-pub struct State<S> {
-    /// Random numbers of this ray, the work done so far and what is needed.
-    pub ctx: PathContext,
-    /// Memory for the march.
-    pub profile: Profile<S>,
-    /// What light that varies little within a pixel counts along this ray: 0 where another ray of
-    /// the pixel stands in for it.
-    pub shared: f64,
-    /// What has been found so and not yet been told, W/(m² sr).
-    pub stands_in: S,
-    /// Time that finding it took.
-    pub gathering: Duration,
-    /// The round that this ray belongs to.
-    pub round: SamplePass,
-}
-
-impl<S: Spectrum> State<S> {
-    /// For rays of a round.
-    pub(super) fn new(ctx: PathContext, round: SamplePass) -> Self {
-        let (profile, gathering) = (Profile::default(), Duration::ZERO);
-        Self { ctx, profile, shared: 1.0, stands_in: S::ZERO, gathering, round }
-    }
-}
+/// Samples of a pixel between two readings of the clock, which cost more than a cheap sample.
+const CLOCK_INTERVAL: u32 = 16;
 
 /// What is exposed.
 #[derive(Debug, Clone, Copy)]
@@ -63,167 +38,261 @@ pub struct RenderRegion {
     pub window: Window,
     /// Seed of the random streams.
     pub seed: u64,
-    /// What they are drawn for.
+    /// The stage that the random streams belong to.
     pub stage: Stage,
     /// Rays of a pixel, at most.
     pub rays: u32,
     /// What rays need.
     pub needs: Needs,
-    /// Whether `estimate` tells what rays see.
+    /// Whether samples have features.
     pub features: bool,
 }
 
-/// What an exposure left.
+/// The result of an exposure.
 #[derive(Debug)]
 pub struct Exposure {
     /// The picture.
     pub film: Film,
-    /// Work done for it, before it was taken up again too.
+    /// Work done for it, that before a checkpoint included.
     pub work: Work,
     /// Why it ended.
     pub ended: Ended,
     /// Rays that it would still have got.
     pub rays_left: u64,
-    /// Why its state could not be kept on disk.
+    /// Why no checkpoint could be written.
     pub checkpoint_error: Option<String>,
 }
 
-/// Exposes the film of `sheet`: `camera` aims a ray through a place on it and on the lens, `direct`
-/// says what the pixel (x, y) may spend, `estimate` what one ray brings. Pixels are sampled with an
-/// Owen-scrambled Sobol sequence (Burley 2020) over a box filter; the samples of a pixel depend on
-/// nothing but the seed, the pixel and their number. `lattices` are what `estimate` fills on its
-/// way; they are kept with the picture where `control` keeps it.
+/// Exposes the film of `region`: `camera` generates the ray through a point on film and lens, `budget`
+/// is what the pixel (x, y) may spend, `estimate` the sample that a ray brings. Pixels are sampled with
+/// an Owen-scrambled Sobol sequence (Burley 2020) over a box filter; the samples of a pixel depend on
+/// nothing but the seed, the pixel and their number. `caches` are what `estimate` fills; checkpoints
+/// store them with the picture.
 pub fn expose<S: Spectrum>(
-    sheet: RenderRegion,
+    region: RenderRegion,
     camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
-    direct: impl Fn(u32, u32) -> PixelBudget + Sync,
-    estimate: impl Fn(Ray<World>, &PixelBudget, &mut State<S>) -> Sample + Sync,
-    lattices: &[&LazyCells<S>],
+    budget: impl Fn(u32, u32) -> PixelBudget + Sync,
+    estimate: impl Fn(&CameraRay<'_>, &mut Workspace<S>) -> Sample + Sync,
+    caches: &[&LazyCells<S>],
     control: &Control<'_>,
 ) -> Exposure {
-    let RenderRegion { size, window, seed, stage, rays, needs, features } = sheet;
-    let pixel = |pixel: Pixel<'_>, pass: Pass, run: &mut Run<'_, S>| {
-        let Pixel { x, y, samples, mut features } = pixel;
-        let budget = direct(x, y);
-        let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
-        let begin = samples.given() as u32;
-        let mut looks = true;
-        for sample in begin..pass.end.min(budget.rays) {
-            if run.halt.halts(looks || sample % LOOK == 0) {
-                run.spent.rays += u64::from(sample - begin);
-                return;
+    let exposer = Exposer { region, camera, budget, estimate, control, spectrum: PhantomData };
+    exposer.expose(caches)
+}
+
+/// An exposure's functions of pixels, and who controls it.
+struct Exposer<'a, S, C, B, E> {
+    region: RenderRegion,
+    camera: C,
+    budget: B,
+    estimate: E,
+    control: &'a Control<'a>,
+    spectrum: PhantomData<fn(S)>,
+}
+
+/// One pass over the film.
+struct PassRun<'a> {
+    pass: Pass,
+    halt: &'a Halt<'a>,
+    costs: &'a CostModel,
+}
+
+/// One thread's work on a tile.
+struct TileRun<S> {
+    workspace: Workspace<S>,
+    timing: Timing,
+}
+
+impl<S, C, B, E> Exposer<'_, S, C, B, E>
+where
+    S: Spectrum,
+    C: Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
+    B: Fn(u32, u32) -> PixelBudget + Sync,
+    E: Fn(&CameraRay<'_>, &mut Workspace<S>) -> Sample + Sync,
+{
+    /// All passes, and the film that they leave.
+    fn expose(&self, caches: &[&LazyCells<S>]) -> Exposure {
+        let control = self.control;
+        let mut film = TiledFilm::new(self.region.window, self.region.features);
+        let mut work = self.restore(&mut film);
+        let left = Remaining::of(&mut film, &self.budget);
+        let (mut costs, mut timing) = (CostModel::default(), Timing::default());
+        control.progress.stage("rays", costs.count(left.rays, left.gathers));
+        if let Some(stop) = control.stop {
+            stop.begin_picture();
+        }
+        let mut writer = CheckpointWriter::new(control.checkpoints);
+        let mut ended = Ended::Complete;
+        let mut passes = passes(left.most).peekable();
+        while let Some(&pass) = passes.peek() {
+            // The first pass ignores the deadline: however short the time, there is a picture.
+            let untimed = Control { deadline: None, ..*control };
+            let halt = Halt::new(if pass.is_first() { &untimed } else { control }, writer.due());
+            let run = PassRun { pass, halt: &halt, costs: &costs };
+            let (done, took) = self.expose_pass(&mut film, &run);
+            work += done;
+            timing += took;
+            if pass.every == 1 && costs.learn(&timing) {
+                self.update_progress(&mut film, &costs, &timing);
             }
-            if sample >= budget.least && is_settled(samples, budget.tolerance) {
+            if !halt.has_halted() {
+                passes.next();
+                continue;
+            }
+            ended = if pass.is_first() { ended_by(&untimed) } else { ended_by(control) };
+            writer.keep(&work, &film, caches, control.progress);
+            if ended != Ended::Complete {
                 break;
             }
-            let state = &mut run.state;
-            state.ctx.rng = Stream::new(seed, stage, index, u64::from(sample));
-            let even = pattern(seed, index, sample);
-            (state.ctx.lights, state.ctx.scattering) = (Some(even), Some(even));
-            let [u, v, a, b] = even.place();
-            let ray = camera(f64::from(x) + u, f64::from(y) + v, [a, b]);
-            state.ctx.work.rays += 1;
-            state.ctx.work.colored_paths += u64::from(S::CHANNELS > 1);
-            state.shared = shared(sample, &budget);
-            state.round = sample_pass(sample, rays);
-            run.spent.gathers += u64::from(state.shared > 1.0);
-            let (dropped, once) = (samples.dropped(), state.ctx.once);
-            let sample = estimate(ray, &budget, state);
+        }
+        control.progress.finish();
+        self.resolve(film, work, ended, writer.problem())
+    }
+
+    /// Takes the samples of a checkpoint, if there is one, into `film`; the work done for them.
+    fn restore(&self, film: &mut TiledFilm) -> Work {
+        let checkpoint = self.control.checkpoints.and_then(Checkpoints::take);
+        let Some(CheckpointState { work, samples, features, .. }) = checkpoint else {
+            return Work::default();
+        };
+        film.restore(samples, features);
+        work
+    }
+
+    /// Counts progress anew by what rays have been found to cost.
+    fn update_progress(&self, film: &mut TiledFilm, costs: &CostModel, timing: &Timing) {
+        let left = Remaining::of(film, &self.budget);
+        let done = costs.count(timing.rays, timing.gathers);
+        self.control.progress.weigh(done, done + costs.count(left.rays, left.gathers));
+    }
+
+    /// One pass over all tiles.
+    fn expose_pass(&self, film: &mut TiledFilm, run: &PassRun<'_>) -> (Work, Timing) {
+        let tiles = film.tiles.par_iter_mut().with_max_len(1);
+        tiles.map(|tile| self.expose_tile(tile, run)).reduce(Default::default, sum)
+    }
+
+    /// One pass over the pixels of a tile.
+    fn expose_tile(&self, tile: &mut Tile, run: &PassRun<'_>) -> (Work, Timing) {
+        let RenderRegion { seed, stage, needs, .. } = self.region;
+        let ctx = PathContext::new(Stream::new(seed, stage, 0, 0), needs);
+        let mut of = TileRun { workspace: Workspace::new(ctx), timing: Timing::default() };
+        let start = Instant::now();
+        let every = run.pass.every;
+        for pixel in tile.all_pixels() {
+            if pixel.x % every == 0 && pixel.y % every == 0 {
+                self.expose_pixel(pixel, run, &mut of);
+            }
+        }
+        let TileRun { workspace: Workspace { ctx, .. }, mut timing } = of;
+        (timing.time, timing.gathering) = (start.elapsed(), ctx.amortized.gathers);
+        timing.once = ctx.amortized.cells;
+        let threads = rayon::current_num_threads() as u32;
+        self.control.progress.once(timing.once / threads);
+        self.control.progress.advance(run.costs.count(timing.rays, timing.gathers));
+        (ctx.work, timing)
+    }
+
+    /// The samples of a pixel that belong to a pass.
+    fn expose_pixel(&self, pixel: Pixel<'_>, run: &PassRun<'_>, of: &mut TileRun<S>) {
+        let Pixel { x, y, samples, mut features } = pixel;
+        let budget = (self.budget)(x, y);
+        let begin = samples.given() as u32;
+        let end = run.pass.end.min(budget.rays);
+        let mut reads_clock = true;
+        for index in begin..end {
+            if run.halt.halts(reads_clock || index % CLOCK_INTERVAL == 0) {
+                of.timing.rays += u64::from(index - begin);
+                return;
+            }
+            if index >= budget.least && has_converged(samples, budget.tolerance) {
+                break;
+            }
+            let cells = of.workspace.ctx.amortized.cells;
+            let sample = self.sample([x, y], index, &budget, of);
+            let dropped = samples.dropped();
             samples.add(sample);
             if let (Some(mean), Some(seen)) = (features.as_deref_mut(), sample.features) {
                 mean.add(&seen);
             }
-            state.ctx.work.dropped_samples += samples.dropped() - dropped;
-            // What is kept for rays to come may have taken long.
-            looks = state.ctx.once > once;
+            of.workspace.ctx.work.dropped_samples += samples.dropped() - dropped;
+            // Filling cells of caches may have taken long.
+            reads_clock = of.workspace.ctx.amortized.cells > cells;
         }
-        // What settled in an earlier pass has been counted.
-        let before = begin.max(pass.begin);
-        run.spent.rays += u64::from(pass.end.min(budget.rays).saturating_sub(before));
-    };
-    let threads = rayon::current_num_threads() as u32;
-    let mut plate = TiledFilm::new(window, features);
-    let mut work = Work::default();
-    if let Some(CheckpointState { work: known, samples, features, .. }) =
-        control.checkpoints.and_then(Checkpoints::take)
-    {
-        work = known;
-        plate.restore(samples, features);
+        // Rays that a pixel no longer needs since an earlier pass are counted already.
+        let before = begin.max(run.pass.begin);
+        of.timing.rays += u64::from(end.saturating_sub(before));
     }
-    let left = Remaining::of(&mut plate, &direct);
-    let (mut units, mut spent) = (CostModel::default(), Timing::default());
-    control.progress.stage("rays", units.count(left.rays, left.gathers));
-    if let Some(stop) = control.stop {
-        stop.begin_picture();
+
+    /// Traces the camera ray of one sample of the pixel (x, y).
+    fn sample(
+        &self,
+        [x, y]: [u32; 2],
+        index: u32,
+        budget: &PixelBudget,
+        of: &mut TileRun<S>,
+    ) -> Sample {
+        let RenderRegion { size, seed, stage, rays, .. } = self.region;
+        let pixel = u64::from(y) * u64::from(size[0]) + u64::from(x);
+        let point = sobol_point(seed, pixel, index);
+        let ctx = &mut of.workspace.ctx;
+        ctx.rng = Stream::new(seed, stage, pixel, u64::from(index));
+        ctx.stratified = StratifiedSample::new(point);
+        ctx.work.rays += 1;
+        ctx.work.colored_paths += u64::from(S::CHANNELS > 1);
+        let [u, v, a, b] = point.film_and_lens();
+        let ray = (self.camera)(f64::from(x) + u, f64::from(y) + v, [a, b]);
+        let indirect_weight = indirect_weight(index, budget);
+        of.timing.gathers += u64::from(indirect_weight > 1.0);
+        let pass = sample_pass(index, rays);
+        let camera_ray = CameraRay { ray, budget, indirect_weight, pass };
+        (self.estimate)(&camera_ray, &mut of.workspace)
     }
-    let mut keeping = CheckpointWriter::new(control.checkpoints);
-    let mut ended = Ended::Complete;
-    let mut passes = passes(left.most).peekable();
-    while let Some(&pass) = passes.peek() {
-        // However short the time, there is to be something to see.
-        let untimed = Control { deadline: None, ..*control };
-        let control = if pass.is_first() { &untimed } else { control };
-        let halt = Halt::new(control, keeping.due());
-        let tile = |tile: &mut Tile| {
-            let ctx = PathContext::new(Stream::new(seed, stage, 0, 0), needs);
-            let state = State::new(ctx, sample_pass(0, rays));
-            let mut run = Run { state, halt: &halt, spent: Timing::default() };
-            let start = Instant::now();
-            for place in tile.all_pixels() {
-                if place.x % pass.every == 0 && place.y % pass.every == 0 {
-                    pixel(place, pass, &mut run);
-                }
-            }
-            let Run { state, mut spent, .. } = run;
-            (spent.time, spent.gathering) = (start.elapsed(), state.gathering);
-            spent.once = state.ctx.once;
-            control.progress.once(spent.once / threads);
-            control.progress.advance(units.count(spent.rays, spent.gathers));
-            (state.ctx.work, spent)
-        };
-        let tiles = plate.tiles.par_iter_mut().with_max_len(1);
-        let (done, took) = tiles.map(tile).reduce(Default::default, sum);
-        work += done;
-        spent += took;
-        if pass.every == 1 && units.learn(&spent) {
-            let left = Remaining::of(&mut plate, &direct);
-            let done = units.count(spent.rays, spent.gathers);
-            control.progress.weigh(done, done + units.count(left.rays, left.gathers));
-        }
-        if !halt.has_halted() {
-            passes.next();
-            continue;
-        }
-        if control.is_stopped() {
-            ended = Ended::Stopped;
-        } else if control.is_late() {
-            ended = Ended::OutOfTime;
-        }
-        keeping.keep(&work, &plate, lattices, control.progress);
-        if ended != Ended::Complete {
-            break;
-        }
+
+    /// Makes the film of its samples. Pixels without rays of an exposure that was cut short are filled
+    /// from their neighbours.
+    fn resolve(
+        &self,
+        mut film: TiledFilm,
+        work: Work,
+        ended: Ended,
+        checkpoint_error: Option<String>,
+    ) -> Exposure {
+        let is_cut = ended != Ended::Complete;
+        let rays_left = if is_cut { Remaining::of(&mut film, &self.budget).rays } else { 0 };
+        let known = is_cut.then(|| self.has_rays(&mut film));
+        let mut film = film.resolve(self.region.size, |x, y, samples: &Accumulator| {
+            let budget = (self.budget)(x, y);
+            let PixelBudget { radius, step, saliency, xs, .. } = budget;
+            let pixel = FilmPixel::from(samples);
+            let radiance = pixel.radiance + indirect_correction(samples, &budget);
+            FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
+        });
+        known.iter().for_each(|known| film.fill(known));
+        Exposure { film, work, ended, rays_left, checkpoint_error }
     }
-    control.progress.finish();
-    let rays_left =
-        if ended == Ended::Complete { 0 } else { Remaining::of(&mut plate, &direct).rays };
-    let filled = (ended != Ended::Complete).then(|| has_rays(&mut plate, &direct));
-    let mut film = plate.resolve(size, |x, y, samples| {
-        let budget = direct(x, y);
-        let PixelBudget { radius, step, saliency, xs, .. } = budget;
-        let pixel = FilmPixel::from(samples);
-        let radiance = pixel.radiance + unshared(samples, &budget);
-        FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
-    });
-    filled.iter().for_each(|known| film.fill(known));
-    Exposure { film, work, ended, rays_left, checkpoint_error: keeping.problem() }
+
+    /// Whether each pixel has a ray or needs none, row by row from the top.
+    fn has_rays(&self, film: &mut TiledFilm) -> Vec<bool> {
+        let Window { left, top, width, .. } = film.window;
+        let mut known = vec![false; film.window.pixels() as usize];
+        for (x, y, samples) in film.tiles.iter_mut().flat_map(Tile::pixels) {
+            let index = (y - top) as usize * width as usize + (x - left) as usize;
+            known[index] = samples.given() > 0 || (self.budget)(x, y).rays == 0;
+        }
+        known
+    }
 }
 
-/// One thread's way through a tile.
-struct Run<'a, S> {
-    state: State<S>,
-    halt: &'a Halt<'a>,
-    spent: Timing,
+/// Why a pass was halted: `Complete` where only a checkpoint was due.
+fn ended_by(control: &Control<'_>) -> Ended {
+    if control.is_stopped() {
+        Ended::Stopped
+    } else if control.is_late() {
+        Ended::OutOfTime
+    } else {
+        Ended::Complete
+    }
 }
 
 /// Both sums.
@@ -231,92 +300,4 @@ fn sum(mut a: (Work, Timing), b: (Work, Timing)) -> (Work, Timing) {
     a.0 += b.0;
     a.1 += b.1;
     a
-}
-
-/// Whether each pixel has got a ray, or is to get none, row by row from the top.
-fn has_rays(plate: &mut TiledFilm, direct: &impl Fn(u32, u32) -> PixelBudget) -> Vec<bool> {
-    let Window { left, top, width, .. } = plate.window;
-    let mut known = vec![false; plate.window.pixels() as usize];
-    for (x, y, samples) in plate.tiles.iter_mut().flat_map(Tile::pixels) {
-        let index = (y - top) as usize * width as usize + (x - left) as usize;
-        known[index] = samples.given() > 0 || direct(x, y).rays == 0;
-    }
-    known
-}
-
-/// What light that varies little counts along a ray of a pixel, so that few rays, spread evenly,
-/// stand in for all.
-fn shared(sample: u32, budget: &PixelBudget) -> f64 {
-    if budget.rays <= budget.gathers {
-        1.0
-    } else if groups(sample + 1, budget) != groups(sample, budget) {
-        f64::from(budget.rays) / f64::from(budget.gathers)
-    } else {
-        0.0
-    }
-}
-
-/// How many groups the first `rays` rays of a pixel belong to, for all of which the first one
-/// gathers; none where every ray does.
-pub(super) fn groups(rays: u32, budget: &PixelBudget) -> u64 {
-    if rays == 0 || budget.rays <= budget.gathers {
-        return 0;
-    }
-    u64::from(rays - 1) * u64::from(budget.gathers) / u64::from(budget.rays) + 1
-}
-
-/// What the mean of a pixel that has not got all its rays wants, so that light for which one ray
-/// stands in for others counts as if those had been there.
-fn unshared(samples: &Accumulator, budget: &PixelBudget) -> Rgb {
-    let given = samples.given() as u32;
-    let groups = groups(given, budget);
-    if groups == 0 || given >= budget.rays {
-        return Rgb::ZERO;
-    }
-    let counted = groups as f64 * f64::from(budget.rays) / f64::from(budget.gathers);
-    samples.shared() * (f64::from(given) / counted - 1.0)
-}
-
-/// Whether the standard error of a pixel is at most `tolerance` of its mean. A pixel without light
-/// is not: a rare path may still bring some.
-pub(super) fn is_settled(samples: &Accumulator, tolerance: f64) -> bool {
-    let mean = luminance(samples.mean());
-    mean > 0.0 && samples.luminance_variance().sqrt() <= tolerance * mean
-}
-
-/// What is spread evenly over the samples of a pixel.
-fn pattern(seed: u64, pixel: u64, sample: u32) -> SobolPoint {
-    // The sequence is good for 2^16 points; further samples start another one.
-    let (block, index) = (sample >> 16, sample & 0xffff);
-    let mut key = Stream::new(seed, Stage::March, pixel, u64::from(block) | 1 << 63);
-    SobolPoint { index, scramble: key.scramble() }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_pixel_on_its_way_has_as_much_light_as_a_finished_one() {
-        for (rays, gathers) in [(16, 4), (10, 4), (64, 3), (3, 4), (7, 7)] {
-            let budget = PixelBudget { gathers, ..PixelBudget::fixed(rays, 0.0, 0.0) };
-            let mut samples = Accumulator::default();
-            for sample in 0..rays {
-                let shared = Rgb::splat(2.0 * super::shared(sample, &budget));
-                let shares = budget.rays > budget.gathers;
-                samples.add(Sample {
-                    radiance: Rgb::ONE + shared,
-                    shared: if shares { shared } else { Rgb::ZERO },
-                    calm: Rgb::ZERO,
-                    alpha: 1.0,
-                    transmittance: 1.0,
-                    depth: 1.0,
-                    features: None,
-                });
-                let told = samples.mean() + unshared(&samples, &budget);
-                assert!((told - 3.0).abs().max_element() < 1e-5, "{told} after {sample} of {rays}");
-            }
-            assert_eq!(unshared(&samples, &budget), Rgb::ZERO);
-        }
-    }
 }

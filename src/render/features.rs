@@ -1,4 +1,4 @@
-//! What camera rays see, told without light, for a denoiser.
+//! Features of the first diffuse surfaces and of media, for a denoiser: albedo and normal.
 //!
 //! Albedo and normals are those of Open Image Denoise's documentation ("Inputs" of its filter "RT"): of
 //! the first surface that scatters diffusely, mirrors and glass followed to it, averaged over the rays
@@ -13,99 +13,102 @@ use crate::math::{Ray, Rgb, Span, Spectrum, World, luminance};
 use crate::medium::{Albedo, Media, Profile};
 use crate::scene::Scene;
 use crate::surface::SurfaceHit;
-use crate::transport::direct_light;
+use crate::transport::specular::MAX_PROBE_BOUNCES;
+use crate::transport::{EnclosingSolids, PathContext, direct_light};
 
-use super::exposure::State;
+use super::pixel_sampling::Workspace;
 
-/// Mirrors and panes of glass that a ray follows at most.
-const MAX_SPECULAR: u32 = 8;
+/// Bounces at glass that are traced both where it reflects and where it refracts; later ones are traced
+/// where more of the light goes. Each doubles the rays.
+const BRANCHING_BOUNCES: u32 = 2;
 
-/// The first so many panes of glass are followed both where they reflect and where they refract, those
-/// behind them where more of the light goes.
-const SPLIT: u32 = 2;
+/// Weight below which what is seen is left out; it bounds the number of rays.
+const MIN_WEIGHT: f64 = 1e-3;
 
-/// What is seen through less than this is left out.
-const LEAST: f64 = 1e-3;
-
-/// Sees a scene as a denoiser is to be shown it.
+/// Traces the denoiser's features of a scene.
 #[derive(Debug)]
 pub(super) struct FeatureTracer<'a> {
     scene: &'a Scene,
-    asked: bool,
+    enabled: bool,
     /// The albedo of all media, where it is the same everywhere.
     albedo: Option<Rgb>,
 }
 
-/// A ray of sight that is still to be followed.
-struct Snapshot {
+/// A ray that is still to be traced.
+struct FeatureRay {
     ray: Ray<World>,
-    /// Share of what it sees that is seen from the camera.
+    /// Weight of what it sees.
     weight: Rgb,
-    /// How many solids of glass it is inside of; media do not fill them.
-    inside: i32,
-    /// Mirrors and glass that it has met.
+    /// Solids of glass around its origin.
+    solids: EnclosingSolids,
+    /// Mirrors and glass before it.
     bounces: u32,
 }
 
 impl<'a> FeatureTracer<'a> {
-    /// Looks at `scene`, if that is `asked`.
-    pub(super) fn new(scene: &'a Scene, asked: bool) -> Self {
-        Self { scene, asked, albedo: common_albedo(&scene.media) }
+    /// A tracer for `scene`; one that is not `enabled` traces nothing.
+    pub(super) fn new(scene: &'a Scene, enabled: bool) -> Self {
+        Self { scene, enabled, albedo: common_albedo(&scene.media) }
     }
 
-    /// What `ray` (unit direction) sees, where that is asked for; `step` is the march step through
-    /// media in metres.
+    /// The features along `ray` (unit direction), `None` where they are not enabled; `step` is the
+    /// march step through media in metres.
     pub(super) fn along<S: Spectrum>(
         &self,
         ray: Ray<World>,
         step: f64,
-        state: &mut State<S>,
+        workspace: &mut Workspace<S>,
     ) -> Option<Features> {
-        if !self.asked {
+        if !self.enabled {
             return None;
         }
         let (mut albedo, mut normal) = (Rgb::ZERO, glam::DVec3::ZERO);
-        let mut sights: SmallVec<[Snapshot; 4]> =
-            smallvec![Snapshot { ray, weight: Rgb::ONE, inside: 0, bounces: 0 }];
-        while let Some(mut sight) = sights.pop() {
-            let hit = direct_light::first_surface(self.scene, &sight.ray, &mut state.ctx);
-            if sight.inside == 0 && state.ctx.needs.media {
-                let end = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
-                let (media, transmittance) = self.through_media(&sight.ray, end, step, state);
-                albedo += sight.weight * media;
-                sight.weight *= transmittance;
+        let Workspace { ctx, profiles } = workspace;
+        let solids = EnclosingSolids::NONE;
+        let mut pending: SmallVec<[FeatureRay; 4]> =
+            smallvec![FeatureRay { ray, weight: Rgb::ONE, solids, bounces: 0 }];
+        while let Some(mut next) = pending.pop() {
+            let hit = direct_light::first_surface(self.scene, &next.ray, ctx);
+            if next.solids.is_none() && ctx.needs.media {
+                let span = Span::new(0.0, hit.as_ref().map_or(f64::INFINITY, |hit| hit.t));
+                let profile = &mut profiles.path;
+                let (media, transmittance) =
+                    self.through_media(&next.ray, span, step, ctx, profile);
+                albedo += next.weight * media;
+                next.weight *= transmittance;
             }
-            let Some(hit) = hit.filter(|_| sight.weight.max_element() > LEAST) else { continue };
+            let Some(hit) = hit.filter(|_| next.weight.max_element() > MIN_WEIGHT) else {
+                continue;
+            };
             if hit.material.is_specular() {
-                sights.extend(branches(&sight, &hit));
+                pending.extend(branches(&next, &hit));
             } else {
-                let facing = hit.shading_normal.dot(sight.ray.direction) > 0.0;
-                let towards = if facing { -hit.shading_normal } else { hit.shading_normal };
-                albedo += sight.weight * hit.material.diffuse_albedo(&hit);
-                normal += towards * luminance(sight.weight);
+                let is_back = hit.shading_normal.dot(next.ray.direction) > 0.0;
+                let facing = if is_back { -hit.shading_normal } else { hit.shading_normal };
+                albedo += next.weight * hit.material.diffuse_albedo(&hit);
+                normal += facing * luminance(next.weight);
             }
         }
         Some(Features::new(albedo, normal))
     }
 
-    /// The albedo of the media along `ray` as far as `end`, by how much is seen of them, and their
+    /// The albedo of the media along `span` of `ray`, weighed by how much of them is seen, and their
     /// transmittance.
     fn through_media<S: Spectrum>(
         &self,
         ray: &Ray<World>,
-        end: f64,
+        span: Span,
         step: f64,
-        state: &mut State<S>,
+        ctx: &mut PathContext,
+        profile: &mut Profile<S>,
     ) -> (Rgb, Rgb) {
-        let mut profile = std::mem::take(&mut state.profile);
-        profile.trace(&self.scene.media, ray, Span::new(0.0, end), step, 0.5);
-        profile.count(&mut state.ctx.work);
+        profile.trace(&self.scene.media, ray, span, step, 0.5);
+        profile.count(&mut ctx.work);
         let transmittance = profile.transmittance().rgb();
         let albedo = match self.albedo {
             Some(albedo) => albedo * (Rgb::ONE - transmittance),
-            None => albedo_along(&self.scene.media, ray, &profile),
+            None => albedo_along(&self.scene.media, ray, profile),
         };
-        state.profile = profile;
         (albedo, transmittance)
     }
 }
@@ -125,7 +128,7 @@ fn albedo_along<S: Spectrum>(media: &Media, ray: &Ray<World>, profile: &Profile<
     let mut sum = Rgb::ZERO;
     for piece in profile.pieces() {
         let before = (-piece.before).exp().rgb();
-        if before.max_element() < LEAST {
+        if before.max_element() < MIN_WEIGHT {
             break;
         }
         let length = piece.span.length();
@@ -142,23 +145,23 @@ fn albedo_along<S: Spectrum>(media: &Media, ray: &Ray<World>, profile: &Profile<
     sum
 }
 
-/// Where `sight` goes on from the mirror or glass that it hits.
-fn branches(sight: &Snapshot, hit: &SurfaceHit<'_>) -> SmallVec<[Snapshot; 2]> {
-    if sight.bounces == MAX_SPECULAR {
+/// The rays that a mirror or glass at `hit` makes of `incoming`.
+fn branches(incoming: &FeatureRay, hit: &SurfaceHit<'_>) -> SmallVec<[FeatureRay; 2]> {
+    if incoming.bounces == MAX_PROBE_BOUNCES {
         return SmallVec::new();
     }
-    let mut branches = hit.material.branches(sight.ray.direction, hit);
-    if sight.bounces >= SPLIT {
-        // The larger share stands for all.
+    let mut branches = hit.material.branches(incoming.ray.direction, hit);
+    if incoming.bounces >= BRANCHING_BOUNCES {
+        // The branch with most of the light stands for both.
         branches.sort_by(|a, b| b.0.total_cmp(&a.0));
         branches.truncate(1);
         branches.iter_mut().for_each(|branch| branch.0 = 1.0);
     }
-    let onward = branches.into_iter().map(|(share, scattered)| Snapshot {
+    let outgoing = branches.into_iter().map(|(probability, scattered)| FeatureRay {
         ray: hit.leave(scattered.direction),
-        weight: sight.weight * scattered.weight * share,
-        inside: (sight.inside + i32::from(scattered.crossing)).max(0),
-        bounces: sight.bounces + 1,
+        weight: incoming.weight * scattered.weight * probability,
+        solids: incoming.solids.after(scattered.crossing),
+        bounces: incoming.bounces + 1,
     });
-    onward.filter(|sight| sight.weight.max_element() > LEAST).collect()
+    outgoing.filter(|ray| ray.weight.max_element() > MIN_WEIGHT).collect()
 }

@@ -15,6 +15,7 @@ mod features;
 mod integrator;
 mod metering;
 mod photon_rate;
+mod pixel_sampling;
 mod preview;
 mod progress;
 mod rendered;
@@ -58,8 +59,9 @@ use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::work::Work;
 
-use exposure::{Exposure, RenderRegion, State};
+use exposure::{Exposure, RenderRegion};
 use features::FeatureTracer;
+use pixel_sampling::Workspace;
 
 /// Renders `scene` with a photon map and a march, directed as `settings` say: the same picture on
 /// any number of threads of the rayon pool it is called in, and however often it was cut short and
@@ -138,7 +140,7 @@ fn picture<S: Spectrum, H: PhotonDirection>(
     }
     let budgets = maps.budgets(scene, settings, gold);
     let width = scene.film.size[0] as usize;
-    let marcher = integrator::Marcher::new(scene, &photons, needs);
+    let integrator = integrator::Integrator::new(scene, &photons, needs);
     let seen = FeatureTracer::new(scene, settings.denoise);
     if let Some(checkpoints) = control.checkpoints {
         checkpoints.restore(&photons.filled())?;
@@ -150,9 +152,9 @@ fn picture<S: Spectrum, H: PhotonDirection>(
             let index = y as usize * width + x as usize;
             budgets.get(index).copied().unwrap_or(gold)
         },
-        |ray, budget, state| {
-            let sample = marcher.radiance(ray, budget, state);
-            Sample { features: seen.along(ray, budget.step, state), ..sample }
+        |ray, workspace| {
+            let sample = integrator.radiance(ray, workspace);
+            Sample { features: seen.along(ray.ray, ray.budget.step, workspace), ..sample }
         },
         &photons.filled(),
         control,
@@ -190,9 +192,9 @@ fn traced<S: Spectrum>(
         sheet(scene, settings, Stage::Reference),
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| budget,
-        |ray, budget, state: &mut State<S>| {
-            let sample = tracer.radiance::<S>(ray, &mut state.ctx);
-            Sample { features: seen.along(ray, budget.step, state), ..sample }
+        |ray, workspace: &mut Workspace<S>| {
+            let sample = tracer.radiance::<S>(ray.ray, &mut workspace.ctx);
+            Sample { features: seen.along(ray.ray, ray.budget.step, workspace), ..sample }
         },
         &[],
         control,

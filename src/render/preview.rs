@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::exposure::{RenderRegion, expose};
-use super::integrator::Marcher;
+use super::integrator::Integrator;
 use super::rendered::Ended;
 use super::{Control, Rendered, Stages, finest_step, rendered, sheet};
 use crate::director::PixelBudget;
@@ -25,12 +25,12 @@ pub fn preview<'a>(
     let photons = PhotonMaps::<Rgb>::empty(settings.radius.unwrap_or(0.0));
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
     let budget = PixelBudget::fixed(1, photons.volume_radius, step);
-    let marcher = Marcher::new(scene, &photons, Needs::of(scene, settings));
+    let integrator = Integrator::new(scene, &photons, Needs::of(scene, settings));
     let exposed = expose(
         RenderRegion { features: false, ..sheet(scene, settings, Stage::March) },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| budget,
-        |ray, budget, state| marcher.radiance(ray, budget, state),
+        |ray, workspace| integrator.radiance(ray, workspace),
         &[],
         &control.into(),
     );

@@ -71,7 +71,7 @@ impl GatherTermination {
         let holds_lamp = |medium: &Medium| {
             let bounds = medium.density.bounds();
             let holds = |lamp| bounds.is_none_or(|bounds| bounds.contains(lamp));
-            lights.iter().filter_map(Light::place).any(holds)
+            lights.iter().filter_map(Light::position).any(holds)
         };
         let lamp_inside = scene.media.iter().any(holds_lamp);
         let photons = (shooting.photons.max(1) as f64 / USUAL).powf(FALL);

@@ -1,4 +1,4 @@
-//! What an estimator draws from and counts with.
+//! What a path draws its random numbers from and counts its work in.
 
 use std::time::Duration;
 
@@ -6,54 +6,95 @@ use crate::math::Stream;
 use crate::scene::plan::Needs;
 use crate::work::Work;
 
-/// Random numbers to draw from, and a count of the work done with them.
+/// The random numbers of one path, its work counters, and what the scene needs of it.
 #[derive(Debug, Clone)]
 pub struct PathContext {
-    /// Random numbers of one ray.
+    /// Independent random numbers.
     pub rng: Stream,
     /// Work done so far.
     pub work: Work,
-    /// What is needed.
+    /// What the render plan needs: whether there are surfaces, media, emission and so on.
     pub needs: Needs,
-    /// For places on lights, for the first surface that asks.
-    pub lights: Option<SobolPoint>,
-    /// For where and how a medium first scatters the ray.
-    pub scattering: Option<SobolPoint>,
-    /// Time that went into what is found once and kept for all who ask later.
-    pub once: Duration,
+    /// Stratified numbers of the camera sample that the path belongs to.
+    pub stratified: StratifiedSample,
+    /// Wall time of work that later rays profit from.
+    pub amortized: AmortizedTime,
 }
 
 impl PathContext {
-    /// From these random numbers, with no work done yet, for what `needs` say.
+    /// A context without stratified numbers and with no work done yet.
     pub fn new(rng: Stream, needs: Needs) -> Self {
-        let (lights, scattering) = (None, None);
-        Self { rng, work: Work::default(), needs, lights, scattering, once: Duration::ZERO }
+        Self {
+            rng,
+            work: Work::default(),
+            needs,
+            stratified: StratifiedSample::default(),
+            amortized: AmortizedTime::default(),
+        }
     }
 }
 
-/// Numbers spread evenly over the rays of a pixel: one point of an Owen-scrambled Sobol sequence
-/// (Burley 2020), whose dimensions are asked for as they are needed.
+/// Wall time spent on what more than one ray uses. It weighs the progress display and says when
+/// to read the clock; no pixel depends on it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct AmortizedTime {
+    /// Filling cells of caches.
+    pub cells: Duration,
+    /// Density estimates that one ray of a pixel makes for several.
+    pub gathers: Duration,
+}
+
+/// The named dimensions of a camera sample that are stratified over the samples of a pixel beyond
+/// film and lens. Each serves one decision of the path, the first of its kind; later ones use
+/// independent numbers, as stratification over a pixel helps little after the first bounce.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StratifiedSample {
+    light: Option<SobolPoint>,
+    scattering: Option<SobolPoint>,
+}
+
+impl StratifiedSample {
+    /// The dimensions of `point` for lights and scattering.
+    pub const fn new(point: SobolPoint) -> Self {
+        Self { light: Some(point), scattering: Some(point) }
+    }
+
+    /// The numbers for a position on a light, at the first surface of the path that samples lights;
+    /// `None` afterwards.
+    pub fn next_light(&mut self) -> Option<[f64; 2]> {
+        self.light.take().map(SobolPoint::light)
+    }
+
+    /// The numbers for distance, channel and direction of the first scattering in a medium; `None`
+    /// afterwards.
+    pub fn next_scattering(&mut self) -> Option<[f64; 4]> {
+        self.scattering.take().map(SobolPoint::scattering)
+    }
+}
+
+/// One point of an Owen-scrambled Sobol sequence (Burley 2020, "Practical Hash-based Owen
+/// Scrambling"), whose named dimensions are computed on demand.
 #[derive(Debug, Clone, Copy)]
 pub struct SobolPoint {
-    /// Which point, below 2^16.
+    /// Index in the sequence, below 2^16.
     pub index: u32,
-    /// Which scrambling.
+    /// Seed of the scrambling.
     pub scramble: u32,
 }
 
 impl SobolPoint {
-    /// Of the place on the film and on the lens.
-    pub fn place(self) -> [f64; 4] {
+    /// Two numbers for the film and two for the lens.
+    pub fn film_and_lens(self) -> [f64; 4] {
         sobol_burley::sample_4d(self.index, 0, self.scramble).map(f64::from)
     }
 
-    /// Of the place on a light.
+    /// Two numbers for a position on a light.
     pub fn light(self) -> [f64; 2] {
         let number = |dimension| sobol_burley::sample(self.index, dimension, self.scramble);
         [4, 5].map(|dimension| f64::from(number(dimension)))
     }
 
-    /// Of the place where a ray is scattered, the channel that chooses it, and the deflection.
+    /// Four numbers for a scattering: two for distance and channel, two for the direction.
     pub fn scattering(self) -> [f64; 4] {
         sobol_burley::sample_4d(self.index, 2, self.scramble).map(f64::from)
     }

@@ -1,4 +1,8 @@
-//! Direct light at a place in a medium or on a surface of a scene.
+//! Next-event estimation: direct light at a point in a medium or on a surface.
+//!
+//! Camera rays, caches and final gathers use all of it. The reference samples lights by
+//! [`sample_lights`] too, but estimates transmittance by ratio tracking of its own: that keeps it
+//! unbiased whatever the march does.
 
 use glam::DVec3;
 
@@ -9,15 +13,17 @@ use crate::surface::{SurfaceHit, TransportMode};
 
 use crate::scene::Scene;
 
-use super::{PathContext, SobolPoint};
+use super::PathContext;
 
-/// Shadow rays end this share short of a light that is a surface itself.
+/// Shadow rays end at this fraction of the distance to a light, so that they do not meet the light's own
+/// surface. The margin exceeds the rounding of an intersection in f64 by orders of magnitude.
 const SHORT_OF_LIGHT: f64 = 1.0 - 1e-7;
 
-/// The golden ratio, multiples of which lie evenly between whole numbers.
+/// The golden ratio: the fractional parts of its multiples are evenly spread over [0, 1), which
+/// decorrelates lights that share one stratified number (a Kronecker sequence).
 const GOLDEN: f64 = 1.618_033_988_749_895;
 
-/// A phase function at a place with its weight there.
+/// A phase function with its weight at a point, often the albedo of its medium.
 pub type Scatterer<'a, S = Rgb> = (&'a Phase, S);
 
 /// Radiance that the surface at `hit` emits back along `ray`, W/(m² sr).
@@ -27,12 +33,12 @@ pub fn emitted(scene: &Scene, ray: &Ray<World>, hit: &SurfaceHit<'_>) -> Rgb {
     })
 }
 
-/// The part of a hit that its light asks for.
+/// The emitter that a ray has hit: what the density of sampling it by its light depends on.
 pub fn emitter(hit: &SurfaceHit<'_>) -> EmitterHit {
     EmitterHit { distance: hit.t, normal: hit.normal }
 }
 
-/// The nearest surface that `ray` (unit direction) meets.
+/// The closest surface that `ray` (unit direction) hits.
 pub fn first_surface<'s>(
     scene: &'s Scene,
     ray: &Ray<World>,
@@ -54,19 +60,19 @@ pub fn environment(scene: &Scene, ray: &Ray<World>, ctx: &mut PathContext) -> Rg
     scene.lights.environment_radiance(ray.direction)
 }
 
-/// Sums `contribution` over samples of the lights picked for `at`: it is given the light's index,
-/// the sample, and the probability of picking the light. `place` gives the numbers that choose a
-/// place on a light.
-pub fn each_light<S: Spectrum>(
+/// Samples lights as seen from `at` and sums `contribution`, which gets the light's index, the
+/// sample, and the probability of choosing the light. `position` gives the two numbers that choose a
+/// position on a light.
+pub fn sample_lights<S: Spectrum>(
     scene: &Scene,
     at: WorldPoint,
     ctx: &mut PathContext,
-    place: impl Fn(usize, &mut PathContext) -> [f64; 2],
+    position: impl Fn(usize, &mut PathContext) -> [f64; 2],
     mut contribution: impl FnMut(usize, &LightSample, f64, &mut PathContext) -> S,
 ) -> S {
     let u = ctx.rng.uniform();
     let mut of = |index: usize, probability: f64, ctx: &mut PathContext| {
-        let sample = scene.lights.lights[index].sample(at, place(index, ctx));
+        let sample = scene.lights.lights[index].sample(at, position(index, ctx));
         let light = sample.filter(LightSample::shines);
         light.map_or(S::ZERO, |light| contribution(index, &light, probability, ctx))
     };
@@ -81,7 +87,12 @@ pub fn each_light<S: Spectrum>(
     sum
 }
 
-/// Whether no surface stands on `ray` before a sampled light.
+/// Independent numbers for a position on a light, for [`sample_lights`].
+pub fn independent_position(_light: usize, ctx: &mut PathContext) -> [f64; 2] {
+    ctx.rng.uniform2()
+}
+
+/// Whether no surface blocks the shadow ray `ray` before a sampled light.
 pub fn is_visible(
     scene: &Scene,
     ray: &Ray<World>,
@@ -96,74 +107,74 @@ pub fn is_visible(
     !scene.surfaces.occluded(ray, span)
 }
 
-/// Direct light scattered at `p` in a medium into the unit direction `toward`, per unit of the
-/// scatterers' weights: with weights sigma_s / sigma_t a source function, W/(m² sr). The part of
-/// each light is divided by `count` of its index and the probability of picking it.
+/// In-scattered direct light at `p` in a medium toward the unit direction `wo`, per unit of the
+/// scatterers' weights: with weights sigma_s / sigma_t a source function, W/(m² sr). The light of
+/// each light is divided by `count` of its index and the probability of choosing it.
 ///
-/// Light that a ray can find by chance is sampled by the light and by the phase function in turn
-/// where that is not isotropic, weighed by the balance heuristic for one sample (Veach 1997,
-/// section 9.2.4).
-pub fn in_medium<S: Spectrum>(
+/// Lights that a ray can hit are sampled by the light or by the phase function, half of the time
+/// each, where the phase function is not isotropic, with the balance heuristic for one sample (Veach
+/// 1997, section 9.2.4).
+pub fn direct_in_medium<S: Spectrum>(
     scene: &Scene,
     p: WorldPoint,
-    toward: DVec3,
+    wo: DVec3,
     scatterers: &[Scatterer<'_, S>],
     count: impl Fn(usize, f64) -> f64,
     ctx: &mut PathContext,
 ) -> S {
-    // The phase function is symmetric, so light towards the eye is sampled from the eye.
-    let rival = match scatterers {
+    // Phase functions are symmetric, so directions to lights are sampled from the viewing direction.
+    let sampled_phase = match scatterers {
         [(phase, _)] if !phase.is_isotropic() && scene.lights.has_extended() => Some(*phase),
         _ => None,
     };
-    if let Some(phase) = rival.filter(|_| ctx.rng.uniform() >= 0.5) {
-        let (direction, pdf) = phase.sample(-toward, ctx.rng.uniform2());
+    if let Some(phase) = sampled_phase.filter(|_| ctx.rng.uniform() >= 0.5) {
+        let (direction, pdf) = phase.sample(-wo, ctx.rng.uniform2());
         if pdf <= 0.0 {
             return S::ZERO;
         }
         let ray = Ray::new(p, direction);
-        let share = |index, choice, own| 2.0 / (choice * own + pdf) / count(index, choice);
-        return found::<S>(scene, &ray, share, ctx) * scatterers[0].1 * pdf;
+        let mis_weight =
+            |index, choice, light_pdf| 2.0 / (choice * light_pdf + pdf) / count(index, choice);
+        return light_along::<S>(scene, &ray, mis_weight, ctx) * scatterers[0].1 * pdf;
     }
-    let anywhere = |_, ctx: &mut PathContext| ctx.rng.uniform2();
-    each_light(scene, p, ctx, anywhere, |index, light, choice, ctx| {
-        let own = choice * light.pdf;
-        let pdf = match rival {
-            None => own,
-            Some(_) if light.delta => 0.5 * own,
-            Some(phase) => 0.5 * own + 0.5 * phase.eval(-light.direction.dot(toward)),
+    sample_lights(scene, p, ctx, independent_position, |index, light, choice, ctx| {
+        let light_pdf = choice * light.pdf;
+        let pdf = match sampled_phase {
+            None => light_pdf,
+            Some(_) if light.delta => 0.5 * light_pdf,
+            Some(phase) => 0.5 * light_pdf + 0.5 * phase.eval(-light.direction.dot(wo)),
         };
-        scattered(scene, p, toward, scatterers, light, ctx) / (pdf * count(index, choice))
+        in_scattered(scene, p, wo, scatterers, light, ctx) / (pdf * count(index, choice))
     })
 }
 
-/// Light of one sample, not divided by its density, that is scattered at `p` in a medium into the
-/// unit direction `toward`, per unit of the scatterers' weights.
-pub fn scattered<S: Spectrum>(
+/// In-scattered light of one light sample, not divided by its density: what of it is scattered at `p`
+/// in a medium toward the unit direction `wo`, per unit of the scatterers' weights.
+pub fn in_scattered<S: Spectrum>(
     scene: &Scene,
     p: WorldPoint,
-    toward: DVec3,
+    wo: DVec3,
     scatterers: &[Scatterer<'_, S>],
     light: &LightSample,
     ctx: &mut PathContext,
 ) -> S {
-    let cosine = -light.direction.dot(toward);
-    let spread: S = scatterers.iter().map(|(phase, weight)| *weight * phase.eval(cosine)).sum();
+    let cosine = -light.direction.dot(wo);
+    let phase: S = scatterers.iter().map(|(phase, weight)| *weight * phase.eval(cosine)).sum();
     let ray = Ray::new(p, light.direction);
-    if spread == S::ZERO || !is_visible(scene, &ray, light, ctx) {
+    if phase == S::ZERO || !is_visible(scene, &ray, light, ctx) {
         return S::ZERO;
     }
     let span = Span::new(0.0, light.distance);
     let transmittance: S = scene.media.transmittance_counted(&ray, span, &mut ctx.work);
-    S::of(light.radiance) * spread * transmittance
+    S::of(light.radiance) * phase * transmittance
 }
 
-/// Radiance of lights that `ray` finds by chance, each times `share` of its index, the probability
-/// of picking it and the density with which its sampling would have found it.
-fn found<S: Spectrum>(
+/// Radiance of the lights that `ray` hits, through media, each times `weight` of its index, the
+/// probability of choosing it and the density with which its own sampling has this direction.
+fn light_along<S: Spectrum>(
     scene: &Scene,
     ray: &Ray<World>,
-    share: impl Fn(usize, f64, f64) -> f64,
+    weight: impl Fn(usize, f64, f64) -> f64,
     ctx: &mut PathContext,
 ) -> S {
     ctx.work.shadow_rays += 1;
@@ -172,15 +183,15 @@ fn found<S: Spectrum>(
     let lights = &scene.lights;
     let mut radiance = S::ZERO;
     for (index, light) in lights.lights.iter().enumerate() {
-        let shines = match &hit {
+        let is_hit = match &hit {
             Some(hit) => hit.light == Some(index as u32),
             None => light.is_infinite(),
         };
-        if shines {
-            let seen = light.radiance_from(ray.direction, at);
-            if seen != Rgb::ZERO {
+        if is_hit {
+            let emitted = light.radiance_from(ray.direction, at);
+            if emitted != Rgb::ZERO {
                 let choice = lights.pick_probability(ray.origin, index);
-                radiance += S::of(seen) * share(index, choice, light.pdf(ray.direction, at));
+                radiance += S::of(emitted) * weight(index, choice, light.pdf(ray.direction, at));
             }
         }
     }
@@ -192,15 +203,17 @@ fn found<S: Spectrum>(
     radiance * scene.media.transmittance_counted::<S>(ray, span, &mut ctx.work)
 }
 
-/// Direct light that the diffuse surface at `hit` reflects back along the unit `incoming`, seen
-/// through `media` (those of the scene, or none), W/(m² sr). An environment is found by sampling it
-/// and the surface in turn, weighed by the balance heuristic for one sample, other lights by
-/// sampling them.
-pub fn on_surface<S: Spectrum>(
+/// Direct light that the diffuse surface at `hit` reflects back along the unit `incoming`, through
+/// `media` (those of the scene, or none), W/(m² sr). `stratified` are the two numbers for a position on a
+/// light, shared by all lights; independent ones where it is `None`. An environment is sampled by
+/// itself or by the surface, half of the time each, with the balance heuristic for one sample (Veach
+/// 1997, section 9.2.4), other lights by themselves.
+pub fn direct_on_surface<S: Spectrum>(
     scene: &Scene,
     media: &Media,
     incoming: DVec3,
     hit: &SurfaceHit<'_>,
+    stratified: Option<[f64; 2]>,
     ctx: &mut PathContext,
 ) -> S {
     let material = hit.material;
@@ -208,51 +221,51 @@ pub fn on_surface<S: Spectrum>(
         material.eval(incoming, direction, hit, TransportMode::Radiance)
             * direction.dot(hit.shading_normal).abs()
     };
-    let even = ctx.lights.take().map(SobolPoint::light);
-    let place = |index, ctx: &mut PathContext| match even {
-        // The same numbers for all lights, each set off against the others.
+    let position = |index, ctx: &mut PathContext| match stratified {
         Some(u) => u.map(|u| (u + index as f64 * GOLDEN).fract()),
         None => ctx.rng.uniform2(),
     };
-    each_light(scene, hit.point, ctx, place, |index, light, picked, ctx| {
-        let own = picked * light.pdf;
+    sample_lights(scene, hit.point, ctx, position, |index, light, choice, ctx| {
+        let light_pdf = choice * light.pdf;
         let kind = &scene.lights.lights[index];
         let Light::Environment(sky) = kind else {
-            return arriving(scene, media, hit, light, reflected(light.direction) / own, ctx);
+            let weight = reflected(light.direction) / light_pdf;
+            return unoccluded(scene, media, hit, light, weight, ctx);
         };
         if ctx.rng.uniform() < 0.5 {
-            let other = material.pdf(incoming, light.direction, hit);
-            let share = reflected(light.direction) / (0.5 * (own + other));
-            return arriving(scene, media, hit, light, share, ctx);
+            let surface_pdf = material.pdf(incoming, light.direction, hit);
+            let weight = reflected(light.direction) / (0.5 * (light_pdf + surface_pdf));
+            return unoccluded(scene, media, hit, light, weight, ctx);
         }
         let u = std::array::from_fn(|_| ctx.rng.uniform());
         let scattered = material.scatter(incoming, hit, u, TransportMode::Radiance);
         let Some(scattered) = scattered else { return S::ZERO };
         let direction = scattered.direction;
-        let found = LightSample { direction, radiance: sky.radiance(direction), ..*light };
-        let other = picked * kind.pdf(direction, None);
-        let share = scattered.weight * scattered.pdf / (0.5 * (other + scattered.pdf));
-        arriving(scene, media, hit, &found, share, ctx)
+        let sampled = LightSample { direction, radiance: sky.radiance(direction), ..*light };
+        let light_pdf = choice * kind.pdf(direction, None);
+        let weight = scattered.weight * scattered.pdf / (0.5 * (light_pdf + scattered.pdf));
+        unoccluded(scene, media, hit, &sampled, weight, ctx)
     })
 }
 
-/// `share` of a sampled light's radiance, as far as it arrives at `hit`.
-fn arriving<S: Spectrum>(
+/// `weight` times the radiance of a light sample that arrives at `hit`: 0 behind surfaces, attenuated by
+/// `media`.
+fn unoccluded<S: Spectrum>(
     scene: &Scene,
     media: &Media,
     hit: &SurfaceHit<'_>,
     light: &LightSample,
-    share: Rgb,
+    weight: Rgb,
     ctx: &mut PathContext,
 ) -> S {
     let ray = hit.leave(light.direction);
-    let share = S::of(share);
-    if share == S::ZERO || !is_visible(scene, &ray, light, ctx) {
+    let weight = S::of(weight);
+    if weight == S::ZERO || !is_visible(scene, &ray, light, ctx) {
         return S::ZERO;
     }
     if media.is_empty() || !ctx.needs.media {
-        return S::of(light.radiance) * share;
+        return S::of(light.radiance) * weight;
     }
     let span = Span::new(0.0, light.distance);
-    S::of(light.radiance) * share * media.transmittance_counted::<S>(&ray, span, &mut ctx.work)
+    S::of(light.radiance) * weight * media.transmittance_counted::<S>(&ray, span, &mut ctx.work)
 }

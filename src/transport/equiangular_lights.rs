@@ -1,57 +1,65 @@
-//! Lamps beside a ray: lights that shine from one place, whose light in a medium peaks there.
+//! Equiangular sampling of punctual lights along a ray (Kulla and Fajardo 2012, "Importance Sampling
+//! Techniques for Path Tracing in Participating Media"): their light in a medium peaks near them.
 
 use smallvec::SmallVec;
 
 use crate::light::{Light, Lights};
 use crate::math::{Equiangular, Ray, Span, World};
 
-/// Lamps that are all sampled rather than chosen from.
-const FEW: usize = 4;
+/// Number of punctual lights up to which all are sampled; of more, one is chosen. It is the inline
+/// capacity of the list too.
+const MAX_SAMPLED: usize = 4;
 
-/// Ways to find the light of lamps by places along a ray that are dense near them.
+/// The equiangular distributions over the distances along one ray, one for each punctual light.
 #[derive(Debug)]
 pub struct EquiangularLights {
-    /// Each lamp's index among the lights and its distribution over distances.
-    lamps: SmallVec<[(usize, Equiangular); FEW]>,
-    /// Whether there is no light but these.
+    /// Index among the scene's lights, and the distribution over distances.
+    distributions: SmallVec<[(usize, Equiangular); MAX_SAMPLED]>,
+    /// Whether the scene has no other lights.
     are_all: bool,
 }
 
 impl EquiangularLights {
-    /// The lamps of `lights` that `span` of `ray` (unit direction) passes.
-    pub fn beside(lights: &Lights, ray: &Ray<World>, span: Span) -> Self {
-        let beside = |(index, light): (usize, &Light)| {
-            Some((index, Equiangular::new(ray, span, light.place()?)?))
+    /// Distributions over `span` of `ray` (unit direction) for the punctual lights of `lights`.
+    pub fn new(lights: &Lights, ray: &Ray<World>, span: Span) -> Self {
+        let distribution = |(index, light): (usize, &Light)| {
+            Some((index, Equiangular::new(ray, span, light.position()?)?))
         };
-        let lamps: SmallVec<_> = lights.lights.iter().enumerate().filter_map(beside).collect();
-        let are_all = lamps.len() == lights.lights.len();
-        Self { lamps, are_all }
+        let distributions: SmallVec<_> =
+            lights.lights.iter().enumerate().filter_map(distribution).collect();
+        let are_all = distributions.len() == lights.lights.len();
+        Self { distributions, are_all }
     }
 
-    /// Whether there is no light but these.
+    /// Whether the scene has no other lights.
     pub const fn are_all(&self) -> bool {
         self.are_all
     }
 
-    /// Whether there are none.
+    /// Whether the scene has no punctual light.
     pub fn is_empty(&self) -> bool {
-        self.lamps.is_empty()
+        self.distributions.is_empty()
     }
 
-    /// The lamps to sample, each with its distribution: all where there are few, else one.
+    /// The lights to sample, each with its distribution: all where there are few, else one by `u`.
     pub fn pick(&self, u: f64) -> &[(usize, Equiangular)] {
-        if self.lamps.len() <= FEW {
-            return &self.lamps;
+        if self.distributions.len() <= MAX_SAMPLED {
+            return &self.distributions;
         }
-        let index = ((u * self.lamps.len() as f64) as usize).min(self.lamps.len() - 1);
-        &self.lamps[index..=index]
+        let index =
+            ((u * self.distributions.len() as f64) as usize).min(self.distributions.len() - 1);
+        &self.distributions[index..=index]
     }
 
-    /// Density with which [`pick`](Self::pick) and the lamp's distribution find the light of this
-    /// index at the distance `t`, 1/m; 0 where it is not a lamp.
+    /// Density with which [`pick`](Self::pick) and the distribution of the light with this index sample
+    /// the distance `t`, 1/m; 0 where the light is not punctual.
     pub fn pdf(&self, light: usize, t: f64) -> f64 {
-        let chance = if self.lamps.len() <= FEW { 1.0 } else { 1.0 / self.lamps.len() as f64 };
-        let found = self.lamps.iter().find(|(index, _)| *index == light);
-        found.map_or(0.0, |(_, distances)| chance * distances.pdf(t))
+        let choice = if self.distributions.len() <= MAX_SAMPLED {
+            1.0
+        } else {
+            1.0 / self.distributions.len() as f64
+        };
+        let found = self.distributions.iter().find(|(index, _)| *index == light);
+        found.map_or(0.0, |(_, distances)| choice * distances.pdf(t))
     }
 }

@@ -1,15 +1,24 @@
-//! How light is followed through a scene: what photons, camera rays, caches and the reference share.
+//! Light transport: the one path engine of photons, camera rays, final gathers, caches and the
+//! reference.
+//!
+//! A path flies through media by null-collision [`tracking`], steps through mirrors and glass by
+//! [`specular`], samples lights by [`direct_light`], and keeps what it needs for all that in a
+//! [`PathState`] and a [`PathContext`].
 
 mod context;
 pub mod direct_light;
 mod equiangular_lights;
-mod flight_segment;
+mod path_state;
 mod punctual_directions;
+pub mod specular;
+pub mod tracking;
 
-pub use context::{PathContext, SobolPoint};
+pub use context::{AmortizedTime, PathContext, SobolPoint, StratifiedSample};
 pub use equiangular_lights::EquiangularLights;
-pub use flight_segment::FlightSegment;
+pub use path_state::{EnclosingSolids, PathState, Scattering, survives_roulette};
 pub use punctual_directions::PunctualDirections;
+pub use tracking::FlightSegment;
 
-/// Scatterings and reflections after which a path is ended and counted as capped.
+/// Scatterings and reflections after which a path is ended and counted as capped. Russian roulette
+/// ends paths long before; the limit bounds the time of a pixel in media that hardly absorb.
 pub const MAX_EVENTS: u32 = 100_000;

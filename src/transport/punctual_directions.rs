@@ -1,4 +1,4 @@
-//! Directions that lead nearly at a lamp.
+//! Directions near those to punctual lights, for phase functions with sharp forward peaks.
 
 use std::f64::consts::PI;
 
@@ -8,28 +8,30 @@ use smallvec::SmallVec;
 use crate::light::Lights;
 use crate::math::{Frame, WorldPoint};
 
-/// Angle in radians about which directions are spread evenly: that of the forward peaks of fog.
+/// Angle in radians below which the density levels off: about the width of the forward peak of
+/// droplets in fog.
 const PEAK: f64 = 0.01;
 
-/// Directions from one place, dense round those to lamps, in density about as one over the angle
-/// squared: what a forward peak scatters of a lamp's light comes from there, and neither phase
-/// functions nor surfaces know of it.
+/// A distribution of directions at one point that is dense near those to punctual lights: per
+/// solid angle about as one over the squared angle. Light that a forward peak scatters once more comes
+/// from there, and neither phase functions nor surfaces sample it.
 #[derive(Debug)]
 pub struct PunctualDirections {
-    /// Unit directions to the lamps.
+    /// Unit directions to the lights.
     axes: SmallVec<[DVec3; 4]>,
 }
 
 impl PunctualDirections {
-    /// From the place `from` to the lamps of `lights`: those that shine from one place.
+    /// The distribution at `from` for the punctual lights of `lights`.
     pub fn new(lights: &Lights, from: WorldPoint) -> Self {
-        let toward = |place: WorldPoint| (place - from).try_normalize();
-        Self { axes: lights.lights.iter().filter_map(|l| toward(l.place()?)).collect() }
+        let axis = |position: WorldPoint| (position - from).try_normalize();
+        Self { axes: lights.lights.iter().filter_map(|l| axis(l.position()?)).collect() }
     }
 
-    /// A unit direction and its density, 1/sr; nothing where there is no lamp, or no density.
-    pub fn sample(&self, lamp: f64, u: [f64; 2]) -> Option<(DVec3, f64)> {
-        let index = (lamp * self.axes.len() as f64) as usize;
+    /// A unit direction and its density, 1/sr, near a light that `choice` chooses; `None` without
+    /// lights, or where the density is not finite.
+    pub fn sample(&self, choice: f64, u: [f64; 2]) -> Option<(DVec3, f64)> {
+        let index = (choice * self.axes.len() as f64) as usize;
         let axis = *self.axes.get(index)?;
         let angle = PEAK * ((1.0 + PI / PEAK).powf(u[0]) - 1.0);
         let around = 2.0 * PI * u[1];
@@ -39,7 +41,7 @@ impl PunctualDirections {
         (pdf.is_finite() && pdf > 0.0).then_some((direction, pdf))
     }
 
-    /// Density of [`sample`](Self::sample) for a unit direction, 1/sr; infinite right at a lamp.
+    /// Density of [`sample`](Self::sample) for a unit direction, 1/sr; infinite exactly toward a light.
     pub fn pdf(&self, direction: DVec3) -> f64 {
         let pdf = |axis: &DVec3| {
             let sine = axis.cross(direction).length();
@@ -49,9 +51,9 @@ impl PunctualDirections {
         self.axes.iter().map(pdf).sum::<f64>() / self.axes.len().max(1) as f64
     }
 
-    /// Share, by the balance heuristic, of what comes along a direction that was chosen with the
-    /// density `pdf`, 1/sr, and that [`sample`](Self::sample) might have found as well.
-    pub fn left(&self, direction: DVec3, pdf: f64) -> f64 {
+    /// Weight, by the balance heuristic (Veach 1997, section 9.2.2), of a direction that was sampled with
+    /// the density `pdf`, 1/sr, against [`sample`](Self::sample).
+    pub fn mis_weight(&self, direction: DVec3, pdf: f64) -> f64 {
         pdf / (pdf + self.pdf(direction))
     }
 }
@@ -61,14 +63,14 @@ mod tests {
     use super::*;
     use crate::math::{Stage, Stream};
 
-    /// Share of the samples round one lamp that lie within `angle` of it.
+    /// Probability that a sample lies within `angle` of a single light.
     fn within(angle: f64) -> f64 {
         (1.0 + angle / PEAK).ln() / (1.0 + PI / PEAK).ln()
     }
 
     /// Nine bounds of 4.5 standard errors make a false alarm of 6e-5 at this fixed seed.
     #[test]
-    fn samples_are_dense_round_lamps() {
+    fn samples_have_the_closed_distribution() {
         let toward = PunctualDirections { axes: [DVec3::new(0.6, 0.0, 0.8)].into_iter().collect() };
         let mut rng = Stream::new(1, Stage::Test, 0, 0);
         let count = 100_000;

@@ -88,8 +88,8 @@ fn mean(radiances: &mut dyn Iterator<Item = f64>) -> f64 {
         let radiance = Rgb::splat(radiance);
         samples.add(Sample {
             radiance,
-            shared: Rgb::ZERO,
-            calm: Rgb::ZERO,
+            indirect: Rgb::ZERO,
+            visible_emission: Rgb::ZERO,
             alpha: 1.0,
             transmittance: 0.0,
             depth: 0.0,

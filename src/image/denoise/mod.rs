@@ -80,11 +80,11 @@ impl Denoiser {
     /// Where the library fails; its message is handed on.
     pub fn denoised(&self, film: &Film) -> Result<Image> {
         let failed = |problem| Error::Failed(format!("{self}: {problem}"));
-        let (noisy, calm) = (film.image(), film.calm());
-        let apart = |(seen, calm): (&[f32; 3], &[f32; 3])| -> [f32; 3] {
-            std::array::from_fn(|channel| (seen[channel] - calm[channel]).max(0.0))
+        let (noisy, visible_emission) = (film.image(), film.visible_emission());
+        let apart = |(seen, visible_emission): (&[f32; 3], &[f32; 3])| -> [f32; 3] {
+            std::array::from_fn(|channel| (seen[channel] - visible_emission[channel]).max(0.0))
         };
-        let color: Vec<[f32; 3]> = noisy.pixels().iter().zip(calm).map(apart).collect();
+        let color: Vec<[f32; 3]> = noisy.pixels().iter().zip(visible_emission).map(apart).collect();
         let features = film.features();
         let albedo: Vec<[f32; 3]> =
             features.iter().map(|f| f.albedo.map(|share| share.clamp(0.0, 1.0))).collect();
@@ -96,9 +96,10 @@ impl Denoiser {
         };
         let device = self.functions.device().map_err(failed)?;
         let clean = device.filter(&input).map_err(failed)?;
-        let sum =
-            |(clean, calm): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| clean[c] + calm[c]);
-        let pixels = clean.iter().zip(calm).map(sum).collect();
+        let sum = |(clean, visible_emission): (&[f32; 3], &[f32; 3])| {
+            std::array::from_fn(|c| clean[c] + visible_emission[c])
+        };
+        let pixels = clean.iter().zip(visible_emission).map(sum).collect();
         Ok(Image::new(film.width(), film.height(), pixels))
     }
 

@@ -1,122 +1,167 @@
-//! Camera rays, followed to the first diffuse surface.
+//! The camera path: media, mirrors and glass, and the first diffuse surface.
 
-use crate::director::PixelBudget;
 use crate::image::Sample;
-use crate::math::{Ray, Spectrum, World, luminance};
+use crate::math::{Spectrum, luminance};
 use crate::photon::PhotonDirection;
-use crate::surface::TransportMode;
-use crate::transport::direct_light;
+use crate::render::pixel_sampling::{CameraRay, Profiles, Workspace};
+use crate::surface::SurfaceHit;
+use crate::transport::specular::{MAX_CAMERA_BOUNCES, scatter_specular};
+use crate::transport::{EnclosingSolids, MAX_EVENTS, PathContext, direct_light, survives_roulette};
 
-use super::forward_peak::{Onward, Way};
-use super::in_scattering::Marcher;
-use crate::render::exposure::State;
+use super::forward_peak::{PendingRay, PendingRays};
+use super::setup::{Estimate, Integrator};
 
-/// Mirrors and panes of glass that a camera ray follows at most.
-const MAX_SPECULAR: u32 = 64;
-
-/// What is found along a ray, W/(m² sr).
-pub(super) struct Found<S> {
-    pub(super) light: S,
-    /// What of it stands in for that of other rays.
-    pub(super) shared: S,
-    /// What of it is seen straight, through media, and hardly differs from ray to ray.
-    calm: S,
-    /// Distance to the first surface, in metres.
+/// What one path from the camera, or from where a peak deflected it, brings.
+struct PathResult<S> {
+    /// Its light, W/(m² sr).
+    light: Estimate<S>,
+    /// The part of it that surfaces and the environment emit, seen without a mirror between: it hardly
+    /// differs from ray to ray.
+    visible_emission: S,
+    /// Distance to the first surface, in metres; infinite where there is none.
     depth: f64,
-    /// Of the media before it.
+    /// Transmittance of the media before that.
     transmittance: f64,
 }
 
-impl<S: Spectrum> Found<S> {
-    /// Adds light that is seen, `straight` or in a mirror.
-    fn see(&mut self, light: S, straight: bool) {
-        self.light += light;
-        if straight {
-            self.calm += light;
+impl<S: Spectrum> PathResult<S> {
+    /// Nothing found yet.
+    const NOTHING: Self = Self {
+        light: Estimate::ZERO,
+        visible_emission: S::ZERO,
+        depth: f64::INFINITY,
+        transmittance: 1.0,
+    };
+
+    /// Adds light of throughput `weight`.
+    fn add(&mut self, weight: S, light: Estimate<S>) {
+        self.light.radiance += weight * light.radiance;
+        self.light.indirect += weight * light.indirect;
+    }
+
+    /// Adds what a surface or the environment emits, `directly` or seen in a mirror.
+    fn add_emission(&mut self, emitted: S, directly: bool) {
+        self.light.radiance += emitted;
+        if directly {
+            self.visible_emission += emitted;
         }
     }
 }
 
-impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
-    /// The light that arrives along `ray` (unit direction) at its origin. Mirrors and glass are
-    /// followed to the first diffuse surface, as is what peaks of phase functions scatter.
-    pub fn radiance(&self, ray: Ray<World>, budget: &PixelBudget, state: &mut State<S>) -> Sample {
-        let mut onward = Onward::new();
-        let eye = Way { ray, throughput: S::ONE, lamps: 1.0, shared: state.shared, from_eye: true };
-        let seen = self.follow(eye, budget, &mut onward, state);
-        let (deflected, stands_in) = self.follow_deflected(onward, budget, state);
+impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
+    /// Estimates the radiance that arrives along a camera ray at its origin: the path to the first
+    /// diffuse surface, and the rays that forward peaks deflect on its way.
+    pub fn radiance(&self, camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>) -> Sample {
+        let Workspace { ctx, profiles } = workspace;
+        let mut pending = PendingRays::new();
+        let start = PendingRay {
+            ray: camera_ray.ray,
+            throughput: S::ONE,
+            punctual_weight: 1.0,
+            from_camera: true,
+        };
+        let path = self.trace_camera_path(start, camera_ray, &mut pending, ctx, profiles);
+        let deflected = self.trace_pending(pending, camera_ray, ctx, profiles);
         Sample {
-            radiance: (seen.light + deflected).rgb(),
-            shared: (seen.shared + stands_in).rgb(),
-            calm: seen.calm.rgb(),
-            alpha: if seen.depth.is_finite() { 1.0 } else { 1.0 - seen.transmittance },
-            depth: seen.depth,
-            transmittance: seen.transmittance,
+            radiance: (path.light.radiance + deflected.radiance).rgb(),
+            indirect: (path.light.indirect + deflected.indirect).rgb(),
+            visible_emission: path.visible_emission.rgb(),
+            alpha: if path.depth.is_finite() { 1.0 } else { 1.0 - path.transmittance },
+            depth: path.depth,
+            transmittance: path.transmittance,
             features: None,
         }
     }
 
-    /// The light along `way`. Rays that peaks deflect on the way are put on `onward`.
+    /// Traces `segment` through media, mirrors and glass to the first diffuse surface. Rays that
+    /// forward peaks deflect are put on `pending`.
     ///
-    /// Lights that the eye does not see, straight or in mirrors, count nothing: they are sampled
-    /// where the ray was scattered.
-    pub(super) fn follow(
+    /// Emitters count where the camera sees them, directly or in mirrors. On a deflected ray they
+    /// do not: direct light was sampled where it was deflected.
+    fn trace_camera_path(
         &self,
-        mut way: Way<S>,
-        budget: &PixelBudget,
-        onward: &mut Onward<S>,
-        state: &mut State<S>,
-    ) -> Found<S> {
-        let mut found = Found {
-            light: S::ZERO,
-            shared: S::ZERO,
-            calm: S::ZERO,
-            depth: f64::INFINITY,
-            transmittance: 1.0,
-        };
-        let (mut inside, mut sees_lights) = (0, way.from_eye);
-        for depth in 0..MAX_SPECULAR {
-            let hit = direct_light::first_surface(self.scene, &way.ray, &mut state.ctx);
+        mut segment: PendingRay<S>,
+        camera_ray: &CameraRay<'_>,
+        pending: &mut PendingRays<S>,
+        ctx: &mut PathContext,
+        profiles: &mut Profiles<S>,
+    ) -> PathResult<S> {
+        let mut path = PathResult::NOTHING;
+        let (mut solids, mut sees_emitters) = (EnclosingSolids::NONE, segment.from_camera);
+        for bounce in 0..MAX_CAMERA_BOUNCES {
+            let hit = direct_light::first_surface(self.scene, &segment.ray, ctx);
             let mut transmittance = S::ONE;
-            if inside == 0 && self.needs.media {
-                let media = self.through_media(&way, hit.as_ref(), budget, state);
-                found.light += way.throughput * media.light;
-                found.shared += way.throughput * std::mem::take(&mut state.stands_in);
-                onward.extend(media.deflected.map(|next| next.times(way.throughput)));
+            if solids.is_none() && self.needs.media {
+                let media = self.through_media(&segment, hit.as_ref(), camera_ray, ctx, profiles);
+                path.add(segment.throughput, media.light);
+                pending.extend(media.deflected.map(|ray| PendingRay {
+                    throughput: ray.throughput * segment.throughput,
+                    ..ray
+                }));
                 transmittance = media.transmittance;
             }
-            if depth == 0 {
-                found.transmittance = luminance(transmittance.rgb());
-                found.depth = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+            if bounce == 0 {
+                path.transmittance = luminance(transmittance.rgb());
+                path.depth = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
             }
-            way.throughput *= transmittance;
-            let Some(hit) = hit else {
-                if sees_lights {
-                    let sky = direct_light::environment(self.scene, &way.ray, &mut state.ctx);
-                    found.see(way.throughput * S::of(sky), way.from_eye);
-                }
-                break;
-            };
-            if sees_lights {
-                let emitted = direct_light::emitted(self.scene, &way.ray, &hit);
-                found.see(way.throughput * S::of(emitted), way.from_eye);
+            segment.throughput *= transmittance;
+            if sees_emitters {
+                let emitted = self.seen_emission(&segment, hit.as_ref(), ctx);
+                path.add_emission(segment.throughput * emitted, segment.from_camera);
             }
+            let Some(hit) = hit else { break };
             if !hit.material.is_specular() {
-                found.light += way.throughput * self.reflected(&way.ray, &hit, state);
-                found.shared += way.throughput * std::mem::take(&mut state.stands_in);
+                let weight = camera_ray.indirect_weight;
+                path.add(segment.throughput, self.reflected(&segment.ray, &hit, weight, ctx));
                 break;
             }
-            let u = std::array::from_fn(|_| state.ctx.rng.uniform());
-            let scattered =
-                hit.material.scatter(way.ray.direction, &hit, u, TransportMode::Radiance);
-            let Some(scattered) = scattered else { break };
-            state.ctx.work.specular_bounces += 1;
-            inside = (inside + i32::from(scattered.crossing)).max(0);
-            let throughput = way.throughput * S::of(scattered.weight);
-            let ray = hit.leave(scattered.direction);
-            way = Way { ray, throughput, lamps: 1.0, from_eye: false, ..way };
-            sees_lights = true;
+            let Some(step) = scatter_specular(&segment.ray, &hit, &mut ctx.rng) else { break };
+            ctx.work.specular_bounces += 1;
+            solids = solids.after(step.crossing);
+            let throughput = segment.throughput * S::of(step.weight);
+            let (ray, punctual_weight, from_camera) = (step.ray, 1.0, false);
+            segment = PendingRay { ray, throughput, punctual_weight, from_camera };
+            sees_emitters = true;
         }
-        found
+        path
+    }
+
+    /// What the surface at `hit` emits back along the ray, or the environment where there is none,
+    /// W/(m² sr).
+    fn seen_emission(
+        &self,
+        segment: &PendingRay<S>,
+        hit: Option<&SurfaceHit<'_>>,
+        ctx: &mut PathContext,
+    ) -> S {
+        S::of(match hit {
+            Some(hit) => direct_light::emitted(self.scene, &segment.ray, hit),
+            None => direct_light::environment(self.scene, &segment.ray, ctx),
+        })
+    }
+
+    /// Traces `pending` rays and all that are deflected from them, each if it survives roulette.
+    fn trace_pending(
+        &self,
+        mut pending: PendingRays<S>,
+        camera_ray: &CameraRay<'_>,
+        ctx: &mut PathContext,
+        profiles: &mut Profiles<S>,
+    ) -> Estimate<S> {
+        let (mut light, mut traced) = (Estimate::ZERO, 0);
+        while let Some(mut next) = pending.pop() {
+            if !survives_roulette(&mut next.throughput, &mut ctx.rng) {
+                continue;
+            }
+            if traced == MAX_EVENTS {
+                ctx.work.capped_rays += 1;
+                break;
+            }
+            traced += 1;
+            let path = self.trace_camera_path(next, camera_ray, &mut pending, ctx, profiles);
+            light.radiance += path.light.radiance;
+            light.indirect += path.light.indirect;
+        }
+        light
     }
 }

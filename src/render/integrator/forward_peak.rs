@@ -1,151 +1,111 @@
-//! Rays that the peaks of phase functions deflect.
+//! Camera rays that the forward peaks of phase functions deflect.
 //!
-//! Fog of droplets scatters half of its light by a few degrees. What photons bring by such a peak is
-//! rare and bright: few fly so nearly at the eye. Seen from the eye the same light varies little, as
-//! it comes from nearly straight ahead. So rays gather photons by the rest of the phase function and
-//! are followed once more where the peak deflects them, as a path tracer would (Veach 1997, section
-//! 8.2), to gather again: a final gather for one lobe. Where they lead past a lamp is bright; since
-//! the peak does not know of lamps, rays are sent nearly at those as well, weighed by the balance
-//! heuristic (Veach 1997, section 9.2.2).
+//! Droplets of fog scatter half of their light by a few degrees. Of the photons that such a peak would
+//! send to the camera few are there, and bright; seen from the camera the same light varies little, as
+//! it comes from nearly straight ahead. So photons are gathered with the rest of the phase function
+//! alone, and the camera ray is deflected by the peak and traced once more (Veach 1997, section 8.2): a
+//! final gather for one lobe. The peak does not know of punctual lights, so rays are sampled near
+//! those as well ([`PunctualDirections`]), with the balance heuristic (Veach 1997, section 9.2.2).
 
 use smallvec::SmallVec;
 
 use crate::director::PixelBudget;
-use crate::math::{Ray, Span, Spectrum, Stream, World, WorldPoint};
+use crate::math::{Ray, Span, Spectrum, World, WorldPoint};
 use crate::medium::{Phase, Profile};
 use crate::photon::PhotonDirection;
-use crate::transport::MAX_EVENTS;
-use crate::transport::direct_light;
+use crate::transport::{PathContext, PunctualDirections, direct_light};
 
-use super::in_scattering::{Asked, Marcher};
-use crate::render::exposure::State;
-use crate::transport::PunctualDirections;
+use super::direct_in_media::LightFilter;
+use super::setup::{Integrator, choose};
 
-/// A ray to follow.
+/// A ray of the camera path that is still to be traced.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Way<S> {
-    pub(super) ray: Ray<World>,
-    /// What its light counts.
-    pub(super) throughput: S,
-    /// What the light of lamps counts of that, where it is scattered once more along the ray.
-    pub(super) lamps: f64,
-    /// What light counts of it that varies little within a pixel: 0 where another ray stands in.
-    pub(super) shared: f64,
-    /// Whether it comes from the eye.
-    pub(super) from_eye: bool,
+pub(super) struct PendingRay<S> {
+    /// The ray (unit direction).
+    pub ray: Ray<World>,
+    /// Weight of its light.
+    pub throughput: S,
+    /// MIS weight of punctual lights where their light is scattered next along the ray.
+    pub punctual_weight: f64,
+    /// Whether it starts at the camera.
+    pub from_camera: bool,
 }
 
-/// Rays that are still to be followed.
-pub(super) type Onward<S> = SmallVec<[Way<S>; 2]>;
+/// Rays that are still to be traced.
+pub(super) type PendingRays<S> = SmallVec<[PendingRay<S>; 2]>;
 
-impl<S: Spectrum> Way<S> {
-    /// The same where the way to its start counts `throughput`.
-    pub(super) fn times(self, throughput: S) -> Self {
-        Self { throughput: self.throughput * throughput, ..self }
-    }
-
-    /// The way, if it survives a game of Russian roulette.
-    fn surviving(self, rng: &mut Stream) -> Option<Self> {
-        let survival = self.throughput.max_element().min(1.0);
-        (rng.uniform() < survival).then(|| Self { throughput: self.throughput / survival, ..self })
-    }
+/// Light of the forward peak at one point of a ray.
+pub(super) struct PeakResult<S> {
+    /// The deflected ray on which more of it comes; `None` where nothing has a peak.
+    pub deflected: Option<PendingRay<S>>,
+    /// The light of punctual lights from nearly straight ahead, W/(m² sr).
+    pub radiance: S,
 }
 
-impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
-    /// The light along `onward` and all rays deflected from those, W/(m² sr), and what of it stands
-    /// in for that of other rays.
-    pub(super) fn follow_deflected(
-        &self,
-        mut onward: Onward<S>,
-        budget: &PixelBudget,
-        state: &mut State<S>,
-    ) -> (S, S) {
-        let shared = state.shared;
-        let (mut light, mut stands_in, mut followed) = (S::ZERO, S::ZERO, 0);
-        while let Some(way) = onward.pop() {
-            let Some(way) = way.surviving(&mut state.ctx.rng) else { continue };
-            if followed == MAX_EVENTS {
-                state.ctx.work.capped_rays += 1;
-                break;
-            }
-            followed += 1;
-            state.shared = way.shared;
-            let found = self.follow(way, budget, &mut onward, state);
-            light += found.light;
-            stands_in += found.shared;
-        }
-        state.shared = shared;
-        (light, stands_in)
-    }
-
-    /// The ray on which the light comes that a peak scatters along `ray`, from a place spread by
-    /// opacity, and what of that light lamps send nearly straight to that place, W/(m² sr).
-    pub(super) fn deflected(
+impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
+    /// Samples a point of `ray` by opacity, deflects the ray there by a forward peak, and adds what
+    /// punctual lights send to it nearly along the ray. `memory` is for the march toward those.
+    pub(super) fn sample_forward_peak(
         &self,
         ray: &Ray<World>,
         profile: &Profile<S>,
         budget: &PixelBudget,
-        state: &mut State<S>,
-    ) -> (Option<Way<S>>, S) {
-        let nothing = (None, S::ZERO);
-        if !self.peaked {
+        ctx: &mut PathContext,
+        memory: &mut Profile<S>,
+    ) -> PeakResult<S> {
+        let nothing = PeakResult { deflected: None, radiance: S::ZERO };
+        if !self.media.has_forward_peak {
             return nothing;
         }
-        let Some(place) = profile.sample(state.ctx.rng.uniform2()) else { return nothing };
+        let Some(place) = profile.sample(ctx.rng.uniform2()) else { return nothing };
         let p = ray.at(place.t);
-        let Some((peak, share)) = self.peak_at(p, state) else { return nothing };
-        let weight = place.weight * share;
-        let toward = PunctualDirections::new(&self.scene.lights, p);
-        let rng = &mut state.ctx.rng;
-        let (direction, pdf) = peak.sample(ray.direction, rng.uniform2());
-        let way = Way {
+        let Some((peak, albedo)) = self.choose_peak(p, ctx) else { return nothing };
+        let weight = place.weight * albedo;
+        let punctual = PunctualDirections::new(&self.scene.lights, p);
+        let (direction, pdf) = peak.sample(ray.direction, ctx.rng.uniform2());
+        let deflected = Some(PendingRay {
             ray: Ray::new(p, direction),
             throughput: weight,
-            lamps: toward.left(direction, pdf),
-            shared: state.shared,
-            from_eye: false,
-        };
-        let Some((direction, pdf)) = toward.sample(rng.uniform(), rng.uniform2()) else {
-            return (Some(way), S::ZERO);
+            punctual_weight: punctual.mis_weight(direction, pdf),
+            from_camera: false,
+        });
+        let sample = punctual.sample(ctx.rng.uniform(), ctx.rng.uniform2());
+        let Some((direction, pdf)) = sample else {
+            return PeakResult { deflected, radiance: S::ZERO };
         };
         let value = peak.eval(ray.direction.dot(direction));
         if value == 0.0 {
-            return (Some(way), S::ZERO);
+            return PeakResult { deflected, radiance: S::ZERO };
         }
-        let light = self.light_of_lamps(&Ray::new(p, direction), budget, state);
-        (Some(way), weight * light * (value / (pdf + value)))
+        let light = self.punctual_light(&Ray::new(p, direction), budget, ctx, memory);
+        PeakResult { deflected, radiance: weight * light * (value / (pdf + value)) }
     }
 
-    /// A peak of the phase functions at `p`, chosen by what it scatters, and the share of the
-    /// extinction there for which it stands.
-    fn peak_at(&self, p: WorldPoint, state: &mut State<S>) -> Option<(Phase, S)> {
-        state.ctx.work.grid_lookups += self.lookups;
-        let peak = |(medium, share): (usize, S)| {
-            let scattering = &self.maps.scatterings[medium];
-            let share = share * (1.0 - scattering.share);
-            scattering.peak.map(|phase| (phase, share, share.element_sum()))
+    /// A forward peak of the phase functions at `p`, chosen in proportion to what it scatters, and its
+    /// part of the albedo over the probability of that.
+    fn choose_peak(&self, p: WorldPoint, ctx: &mut PathContext) -> Option<(Phase, S)> {
+        ctx.work.grid_lookups += self.media.albedo_lookups;
+        let peak = |(medium, albedo): (usize, S)| {
+            let split = self.phase_split(medium);
+            split.peak.map(|phase| (phase, albedo * (1.0 - split.share)))
         };
-        let peaks: SmallVec<[_; 1]> = self.shares(p).into_iter().filter_map(peak).collect();
-        let total: f64 = peaks.iter().map(|(_, _, weight)| weight).sum();
-        let mut left = state.ctx.rng.uniform() * total;
-        let (phase, share, weight) = peaks.into_iter().find(|(_, _, weight)| {
-            left -= weight;
-            left < 0.0
-        })?;
-        Some((phase, share * (total / weight)))
+        choose(self.albedos(p).into_iter().filter_map(peak).collect(), ctx.rng.uniform())
     }
 
-    /// The light of lamps that the media before the first surface scatter along `ray`, which leads
-    /// nearly at one, W/(m² sr).
-    fn light_of_lamps(&self, ray: &Ray<World>, budget: &PixelBudget, state: &mut State<S>) -> S {
-        let hit = direct_light::first_surface(self.scene, ray, &mut state.ctx);
+    /// Light of punctual lights that the media before the first surface scatter along `ray`, which
+    /// leads nearly at one, W/(m² sr).
+    fn punctual_light(
+        &self,
+        ray: &Ray<World>,
+        budget: &PixelBudget,
+        ctx: &mut PathContext,
+        profile: &mut Profile<S>,
+    ) -> S {
+        let hit = direct_light::first_surface(self.scene, ray, ctx);
         let span = Span::new(0.0, hit.map_or(f64::INFINITY, |hit| hit.t));
-        let jitter = state.ctx.rng.uniform();
-        let mut profile = std::mem::take(&mut state.profile);
+        let jitter = ctx.rng.uniform();
         profile.trace(&self.scene.media, ray, span, budget.step, jitter);
-        profile.count(&mut state.ctx.work);
-        let light = self.direct(ray, &profile, Asked::LAMPS, state);
-        state.profile = profile;
-        light
+        profile.count(&mut ctx.work);
+        self.direct_along(ray, profile, LightFilter::PUNCTUAL, ctx)
     }
 }

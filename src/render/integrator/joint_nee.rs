@@ -1,11 +1,10 @@
-//! Rays sent nearly at lights, beside those that a final gather scatters.
+//! Joint next-event estimation: two scatterings, the nearer to the light sampled first.
 //!
-//! A peaked phase function scatters a light's light back along few directions, those that lead
-//! nearly at it, and there much of it: rays that are scattered without knowing of lights find it
-//! seldom, and the picture has grain. So wherever one is scattered another is sent nearly at a light,
-//! off it as far as the phase function deflects, and what both may find is weighed by the balance
-//! heuristic (Veach 1997, section 9.2.2): a scattering there and the next are sampled as one (after
-//! Georgiev et al. 2013, "Joint Importance Sampling of Low-Order Volumetric Scattering").
+//! A peaked phase function scatters a light's light back along the few directions that lead nearly at
+//! it, and there much of it. Phase-function sampling seldom finds them. So at each scattering of a
+//! final gather a second ray is sampled from the phase function round the direction to a light, and
+//! both are combined by the balance heuristic (Veach 1997, section 9.2.2); after Georgiev et al. 2013,
+//! "Joint Importance Sampling of Low-Order Volumetric Scattering".
 
 use glam::DVec3;
 
@@ -13,19 +12,19 @@ use crate::light::LightSample;
 use crate::math::{Ray, Spectrum, World, WorldPoint, warp};
 use crate::medium::Phase;
 use crate::photon::PhotonDirection;
-use crate::transport::{PathContext, direct_light};
+use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
+use crate::transport::{PathContext, PathState, Scattering, direct_light};
 
-use super::final_gather::{Flown, Scattered, Walk};
-use super::in_scattering::Marcher;
+use super::setup::Integrator;
 
-/// Where on a light is aimed.
+/// The two numbers for the position on a light that directions are sampled round.
 const MIDDLE: [f64; 2] = [0.5; 2];
 
-impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
-    /// Light that comes straight from lights and is scattered twice, the second time at `p` by
-    /// `medium`, back along a ray that came there along the unit `incoming`: what of it rays sent
-    /// nearly at lights find, W/(m² sr).
-    pub(super) fn sent_at_lights(
+impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
+    /// Direct light that is scattered twice, the second time at `p` by `medium`, back along a ray that
+    /// arrived along the unit `incoming`, W/(m² sr): the part of it that joint sampling has by the
+    /// balance heuristic.
+    pub(super) fn sample_joint(
         &self,
         p: WorldPoint,
         incoming: DVec3,
@@ -33,54 +32,72 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
         ctx: &mut PathContext,
     ) -> S {
         let phase = &self.scene.media.get(medium).phase;
-        if !self.aims[medium] {
+        if !self.media.joint_nee[medium] {
             return S::ZERO;
         }
         let middle = |_, _: &mut PathContext| MIDDLE;
-        direct_light::each_light(self.scene, p, ctx, middle, |index, light, choice, ctx| {
-            if self.found[index] {
+        direct_light::sample_lights(self.scene, p, ctx, middle, |index, light, choice, ctx| {
+            if self.lights.handled_by_gather[index] {
                 return S::ZERO;
             }
-            let (direction, aimed) = phase.sample(light.direction, ctx.rng.uniform2());
+            let (direction, pdf) = phase.sample(light.direction, ctx.rng.uniform2());
             let value = phase.eval(incoming.dot(direction));
-            let share = value / (value + choice * aimed);
-            // About what is found, over what isotropic scattering would leave of the light.
-            let survival = (share * aimed / warp::uniform_sphere_pdf()).min(1.0);
+            let weight = value / (value + choice * pdf);
+            // Roulette by what is found, about, over what isotropic scattering would leave of it.
+            let survival = (weight * pdf / warp::uniform_sphere_pdf()).min(1.0);
             if ctx.rng.uniform() >= survival {
                 return S::ZERO;
             }
             let ray = Ray::new(p, direction);
-            self.scattered_once(&ray, index, ctx) * (share / survival)
+            self.single_scattering(&ray, index, ctx) * (weight / survival)
         })
     }
 
-    /// Light that comes straight from the light `index` and is scattered once along `ray`, W/(m² sr).
-    fn scattered_once(&self, ray: &Ray<World>, index: usize, ctx: &mut PathContext) -> S {
+    /// Direct light of the light `index` that is scattered once along `ray`, W/(m² sr).
+    fn single_scattering(&self, ray: &Ray<World>, index: usize, ctx: &mut PathContext) -> S {
         let hit = direct_light::first_surface(self.scene, ray, ctx);
-        let mut walk = Walk::along(*ray);
-        let flown = self.fly(&mut walk, hit.map_or(f64::INFINITY, |hit| hit.t), ctx);
-        let Flown::Scattered(t, medium) = flown else { return S::ZERO };
+        let mut path = PathState::new(*ray);
+        let end = self.fly(&mut path, hit.map_or(f64::INFINITY, |hit| hit.t), ctx);
+        let FlightEnd::Scattered { t, medium } = end else { return S::ZERO };
         let p = ray.at(t);
         let light = self.scene.lights.lights[index].sample(p, ctx.rng.uniform2());
         let Some(light) = light.filter(LightSample::shines) else { return S::ZERO };
         let scatterers: [(&Phase, S); 1] = [(&self.scene.media.get(medium).phase, S::ONE)];
+        let wo = -ray.direction;
         let light =
-            direct_light::scattered(self.scene, p, -ray.direction, &scatterers, &light, ctx)
-                / light.pdf;
-        walk.throughput * light
+            direct_light::in_scattered(self.scene, p, wo, &scatterers, &light, ctx) / light.pdf;
+        path.throughput * light
     }
 
-    /// Share of the light that comes straight from the light `index`, and is scattered back along the
-    /// unit `direction`, that is left to a ray that was `scattered` there.
-    pub(super) fn left_to(&self, scattered: &Scattered, direction: DVec3, index: usize) -> f64 {
-        let Scattered { at, medium, pdf } = *scattered;
+    /// MIS weight of direct light from the light `index` that phase-function sampling at `last`
+    /// finds, scattered back along the unit `direction`, against [`sample_joint`](Self::sample_joint).
+    pub(super) fn mis_weight(&self, last: &Scattering, direction: DVec3, index: usize) -> f64 {
+        let Some(medium) = last.medium else { return 1.0 };
         let lights = &self.scene.lights;
-        if !self.aims[medium] || self.found[index] {
+        if !self.media.joint_nee[medium] || self.lights.handled_by_gather[index] {
             return 1.0;
         }
-        let middle = lights.lights[index].sample(at, MIDDLE).filter(LightSample::shines);
-        let Some(middle) = middle else { return 1.0 };
-        let aimed = self.scene.media.get(medium).phase.eval(middle.direction.dot(direction));
-        pdf / (pdf + lights.pick_probability(at, index) * aimed)
+        let middle = lights.lights[index].sample(last.position, MIDDLE);
+        let Some(middle) = middle.filter(LightSample::shines) else { return 1.0 };
+        let pdf = self.scene.media.get(medium).phase.eval(middle.direction.dot(direction));
+        last.pdf / (last.pdf + lights.pick_probability(last.position, index) * pdf)
+    }
+
+    /// Flies through the media as far as `end` metres and adds what they emit. A gather is never
+    /// absorbed.
+    pub(super) fn fly(
+        &self,
+        path: &mut PathState<S>,
+        end: f64,
+        ctx: &mut PathContext,
+    ) -> FlightEnd {
+        let PathState { ray, throughput, radiance, .. } = path;
+        let media = &self.scene.media;
+        let visit = |step: &FlightStep<S>, ctx: &mut PathContext| {
+            if ctx.needs.emission {
+                tracking::add_emission(radiance, media, ray, step, ctx);
+            }
+        };
+        tracking::fly(media, ray, end, throughput, Absorption::Weighted, ctx, visit)
     }
 }

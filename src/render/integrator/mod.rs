@@ -1,12 +1,20 @@
-//! Estimators of the light along a camera ray.
+//! Estimators of the radiance along a camera ray.
+//!
+//! A ray reads from [`camera_path`] (media, mirrors, first diffuse surface) through [`in_scattering`]
+//! (what media scatter along a ray) to the estimators that this sums: [`direct_in_media`],
+//! [`radiance_cache`], [`final_gather`] with [`joint_nee`], [`photon_gather`] and [`forward_peak`].
+//! [`reference`] is an integrator of its own.
 
-mod cached;
 mod camera_path;
+mod direct_in_media;
 mod final_gather;
 mod forward_peak;
 mod in_scattering;
 mod joint_nee;
+mod photon_gather;
+mod radiance_cache;
 mod reference;
+mod setup;
 
-pub(super) use in_scattering::Marcher;
 pub(super) use reference::PathTracer;
+pub(super) use setup::Integrator;

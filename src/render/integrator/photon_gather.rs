@@ -1,0 +1,88 @@
+//! Density estimates: indirect light from the photon maps, in media and on surfaces.
+
+use std::time::Instant;
+
+use crate::math::{Ray, Span, Spectrum, World};
+use crate::medium::Profile;
+use crate::photon::PhotonDirection;
+use crate::surface::{SurfaceHit, TransportMode};
+use crate::transport::{PathContext, direct_light};
+
+use super::setup::{Estimate, Integrator, Scatterers};
+
+/// Distance beyond a surface, in gather radii, at which a beam gather ends at most. A ray that meets
+/// the surface at a slant would need an unbounded distance.
+const MAX_BEYOND: f64 = 4.0;
+
+impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
+    /// Light of the volume photons that media scatter along `ray` to its origin, W/(m² sr): the beam
+    /// radiance estimate (Jarosz, Zwicker and Jensen 2008) of
+    /// [`PhotonMaps::along`](crate::photon::PhotonMaps::along), times `weight`.
+    pub(super) fn volume_photons_along(
+        &self,
+        ray: &Ray<World>,
+        hit: Option<&SurfaceHit<'_>>,
+        profile: &Profile<S>,
+        radius: f64,
+        weight: f64,
+        ctx: &mut PathContext,
+    ) -> S {
+        if self.maps.volume[0].is_empty() || profile.pieces().is_empty() {
+            return S::ZERO;
+        }
+        let start = Instant::now();
+        // Where the ray meets a surface at a slant, the kernel's disk at its end lies partly behind
+        // the surface; photons in front of it, beyond the end, replace those.
+        let end = hit.map_or(f64::INFINITY, |h| h.t);
+        let beyond = hit.map_or(0.0, |h| {
+            let cosine = ray.direction.dot(h.normal).abs().min(1.0);
+            radius * ((1.0 - cosine * cosine).sqrt() / cosine).min(MAX_BEYOND)
+        });
+        let work = &mut ctx.work;
+        work.gathers += 1;
+        let before = work.gathered;
+        let span = Span::new(0.0, end + beyond);
+        let respond = |t: f64| {
+            let t = t.min(end);
+            let Some((transmittance, sigma_t)) = profile.at(t) else {
+                return Scatterers::new();
+            };
+            let attenuated = transmittance * sigma_t;
+            let scatterer = |(medium, albedo): (usize, S)| {
+                let split = self.phase_split(medium);
+                (&split.phase, albedo * attenuated * split.share)
+            };
+            self.albedos(ray.at(t)).into_iter().map(scatterer).collect()
+        };
+        work.directed_gathers += u64::from(H::KNOWN);
+        let light = self.maps.along(ray, span, radius, &mut work.gathered, respond);
+        work.grid_lookups += (work.gathered - before) * self.media.albedo_lookups;
+        ctx.amortized.gathers += start.elapsed();
+        light * weight
+    }
+
+    /// Light that a diffuse surface reflects along `ray` back to its origin: direct light, and the
+    /// surface photons' irradiance times `indirect_weight`.
+    pub(super) fn reflected(
+        &self,
+        ray: &Ray<World>,
+        hit: &SurfaceHit<'_>,
+        indirect_weight: f64,
+        ctx: &mut PathContext,
+    ) -> Estimate<S> {
+        let (media, stratified) = (&self.scene.media, ctx.stratified.next_light());
+        let direct: S =
+            direct_light::direct_on_surface(self.scene, media, ray.direction, hit, stratified, ctx);
+        if self.maps.surface.is_empty() || indirect_weight == 0.0 {
+            return Estimate { radiance: direct, indirect: S::ZERO };
+        }
+        let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
+        ctx.work.surface_gathers += 1;
+        let start = Instant::now();
+        let irradiance = self.maps.irradiance(hit.point, facing, &mut ctx.work.gathered);
+        ctx.amortized.gathers += start.elapsed();
+        let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
+        let indirect = S::of(reflectance) * indirect_weight * irradiance;
+        Estimate { radiance: direct + indirect, indirect }
+    }
+}

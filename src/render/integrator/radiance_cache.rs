@@ -1,0 +1,94 @@
+//! In-scattered light from caches: fluence grids, direct light and final gathers kept per cell.
+
+use crate::cache::{FinalGatherCache, SamplePass};
+use crate::math::{Ray, Spectrum, World, WorldPoint};
+use crate::medium::Profile;
+use crate::photon::PhotonDirection;
+use crate::strategy::GatherTermination;
+use crate::transport::{PathContext, PathState, SobolPoint};
+
+use super::final_gather::GatherPath;
+use super::setup::{Integrator, stratum};
+
+impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
+    /// Cached light that media scatter along `ray` to its origin, W/(m² sr), looked up at points
+    /// sampled by opacity.
+    pub(super) fn cached_in_scattering(
+        &self,
+        ray: &Ray<World>,
+        profile: &Profile<S>,
+        radius: f64,
+        pass: SamplePass,
+        ctx: &mut PathContext,
+    ) -> S {
+        let level = self.maps.level(radius);
+        let count = self.maps.places_at(level);
+        let mut sum = S::ZERO;
+        for index in 0..count {
+            let u = stratum(index, count, &mut ctx.rng);
+            let Some(place) = profile.sample([u, ctx.rng.uniform()]) else { break };
+            let p = ray.at(place.t);
+            ctx.work.gathers += 1;
+            ctx.work.grid_lookups += self.media.albedo_lookups;
+            for (medium, albedo) in self.albedos(p) {
+                sum += place.weight * albedo * self.cached_at(medium, p, level, pass, ctx);
+            }
+        }
+        sum / f64::from(count)
+    }
+
+    /// Cached light that a medium scatters at `p` toward the camera, per unit of sigma_s: direct
+    /// light, and either fluence or final gathers.
+    fn cached_at(
+        &self,
+        medium: usize,
+        p: WorldPoint,
+        level: usize,
+        pass: SamplePass,
+        ctx: &mut PathContext,
+    ) -> S {
+        let direct = self.direct_caches().get(medium);
+        let direct = direct.map_or(S::ZERO, |cache| cache.near(self.scene, p, ctx));
+        let Some(termination) = self.gather() else {
+            let grid = self.fluence_grids().get(medium);
+            return direct + grid.map_or(S::ZERO, |grid| grid.at(p, level));
+        };
+        let Some(cache) = self.gather_caches().get(medium) else { return direct };
+        direct + self.cached_gather(termination, cache, medium, p, pass, ctx)
+    }
+
+    /// The final gathers of the cell round `p`; an empty cell makes its own.
+    fn cached_gather(
+        &self,
+        termination: &GatherTermination,
+        cache: &FinalGatherCache<S>,
+        medium: usize,
+        p: WorldPoint,
+        pass: SamplePass,
+        ctx: &mut PathContext,
+    ) -> S {
+        cache.near(self.scene, p, pass, ctx, |place, count, ctx| {
+            self.mean_of_gathers(termination, medium, place, count, ctx)
+        })
+    }
+
+    /// The mean of `count` final gathers that start at `p`, where a medium scatters toward the camera.
+    fn mean_of_gathers(
+        &self,
+        termination: &GatherTermination,
+        medium: usize,
+        p: WorldPoint,
+        count: u32,
+        ctx: &mut PathContext,
+    ) -> S {
+        let from_camera = Ray::new(p, -self.scene.camera.toward(p));
+        let scramble = ctx.rng.scramble();
+        let mut sum = S::ZERO;
+        for index in 0..count {
+            let [_, _, c, d] = SobolPoint { index, scramble }.scattering();
+            let gather = GatherPath::new(termination, PathState::new(from_camera), 0, 1.0);
+            sum += self.trace_gather(gather, p, medium, [c, d], ctx).radiance;
+        }
+        (sum / f64::from(count)).not_negative()
+    }
+}

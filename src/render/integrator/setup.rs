@@ -1,0 +1,193 @@
+//! What the estimators of one render share: scene, photon maps, caches, and what is known of media and
+//! lights before the first ray.
+
+use smallvec::SmallVec;
+
+use crate::cache::{DirectLightCache, FinalGatherCache, FluenceGrid};
+use crate::light::Light;
+use crate::math::{Rgb, Spectrum, Stream, WorldPoint};
+use crate::medium::Phase;
+use crate::photon::{PhotonDirection, PhotonMaps};
+use crate::scene::Scene;
+use crate::scene::plan::Needs;
+use crate::strategy::{GatherTermination, PhaseSplit};
+
+/// [`concentration`](Phase::concentration) of a phase function above which final gathers sample it
+/// jointly with lights, without unit. Broader lobes hit lights often enough by themselves, and joint
+/// sampling costs a flight.
+const JOINT_CONCENTRATION: f64 = 6.0;
+
+/// Phase functions with their weights at a point.
+pub(super) type Scatterers<'a, S> = SmallVec<[(&'a Phase, S); 1]>;
+
+/// Radiance of an estimate, W/(m² sr).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Estimate<S> {
+    /// All of it.
+    pub radiance: S,
+    /// The part of it that is indirect light estimated for other rays of the pixel too.
+    pub indirect: S,
+}
+
+impl<S: Spectrum> Estimate<S> {
+    /// No light.
+    pub const ZERO: Self = Self { radiance: S::ZERO, indirect: S::ZERO };
+}
+
+/// Estimates the radiance along camera rays through a scene lit by its photon maps. It does not change
+/// while rays are traced.
+///
+/// [`radiance`](Self::radiance) is the entrance; the call path of a ray reads from there:
+/// `camera_path`, `in_scattering`, and the estimators that this sums.
+#[derive(Debug)]
+pub struct Integrator<'a, S: Spectrum, H: PhotonDirection> {
+    pub(super) scene: &'a Scene,
+    pub(super) maps: &'a PhotonMaps<S, H>,
+    pub(super) needs: Needs,
+    pub(super) media: MediumTraits,
+    pub(super) lights: LightEstimators,
+}
+
+/// What is known of the media of a scene before rays are traced.
+#[derive(Debug)]
+pub(super) struct MediumTraits {
+    /// Phase function of each medium.
+    phases: Vec<Phase>,
+    /// Grid lookups of [`Integrator::albedos`].
+    pub albedo_lookups: u64,
+    /// Whether all phase functions are isotropic.
+    pub is_isotropic: bool,
+    /// Whether camera rays are deflected by the forward peak of any phase function.
+    pub has_forward_peak: bool,
+    /// For each medium whether final gathers sample its phase function jointly with lights.
+    pub joint_nee: Vec<bool>,
+}
+
+/// Which estimator brings the direct light of each light.
+#[derive(Debug)]
+pub(super) struct LightEstimators {
+    /// For each light whether caches hold its direct light.
+    pub cached: Vec<bool>,
+    /// Whether that is so for all lights.
+    pub all_cached: bool,
+    /// For each light whether final gathers hit it with their own rays: an environment whose direct
+    /// light is cached.
+    pub handled_by_gather: Vec<bool>,
+}
+
+impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
+    /// The integrator of `scene`, as far as `needs` say that it is needed.
+    pub fn new(scene: &'a Scene, maps: &'a PhotonMaps<S, H>, needs: Needs) -> Self {
+        let media = MediumTraits::new(scene, &maps.scatterings);
+        let lights = LightEstimators::new(scene, maps);
+        Self { scene, maps, needs, media, lights }
+    }
+
+    /// When final gathers end; `None` where there are none.
+    pub(super) const fn gather(&self) -> Option<&'a GatherTermination> {
+        self.maps.gather.as_ref()
+    }
+
+    /// The fluence grid of each medium; empty where there are none.
+    pub(super) fn fluence_grids(&self) -> &'a [FluenceGrid<S>] {
+        &self.maps.lattices
+    }
+
+    /// The direct-light cache of each medium; empty where there are none.
+    pub(super) fn direct_caches(&self) -> &'a [DirectLightCache<S>] {
+        &self.maps.direct
+    }
+
+    /// The final-gather cache of each medium; empty where there are none.
+    pub(super) fn gather_caches(&self) -> &'a [FinalGatherCache<S>] {
+        &self.maps.gathered
+    }
+
+    /// How a medium scatters the light of photons.
+    pub(super) fn phase_split(&self, medium: usize) -> &'a PhaseSplit {
+        &self.maps.scatterings[medium]
+    }
+
+    /// The albedo sigma_s / sigma_t at `p`, divided among the media that scatter there: index and part
+    /// of each.
+    pub(super) fn albedos(&self, p: WorldPoint) -> SmallVec<[(usize, S); 1]> {
+        let media = &self.scene.media;
+        if media.len() == 1 {
+            let albedo = S::of(media.get(0).albedo.at(p));
+            return (albedo != S::ZERO).then_some((0, albedo)).into_iter().collect();
+        }
+        let sigma_t = media.sigma_t_at(p);
+        let mixture = media.mixture_at(p);
+        mixture.iter().map(|(medium, sigma_s)| (*medium, albedo_of(*sigma_s, sigma_t))).collect()
+    }
+
+    /// The phase functions of the media that scatter at `p`, each weighed by its part of the albedo.
+    pub(super) fn scatterers(&self, p: WorldPoint) -> Scatterers<'_, S> {
+        let scatterer = |(medium, albedo): (usize, S)| (&self.media.phases[medium], albedo);
+        self.albedos(p).into_iter().map(scatterer).collect()
+    }
+}
+
+impl MediumTraits {
+    fn new(scene: &Scene, splits: &[PhaseSplit]) -> Self {
+        let media = &scene.media;
+        let lookups = media.scattering_grids();
+        // The albedo of a single medium does not depend on its density.
+        let albedo_lookups = match media.len() {
+            1 => lookups - media.density_grids(),
+            _ => lookups + media.density_grids(),
+        };
+        Self {
+            phases: media.iter().map(|m| m.phase).collect(),
+            albedo_lookups,
+            is_isotropic: media.iter().all(|m| m.phase.is_isotropic()),
+            has_forward_peak: splits.iter().any(|split| split.peak.is_some()),
+            joint_nee: media
+                .iter()
+                .map(|m| m.phase.concentration() > JOINT_CONCENTRATION)
+                .collect(),
+        }
+    }
+}
+
+impl LightEstimators {
+    fn new<S: Spectrum, H: PhotonDirection>(scene: &Scene, maps: &PhotonMaps<S, H>) -> Self {
+        let is_cached = |(index, light): (usize, &Light)| {
+            !maps.direct.is_empty()
+                && match light.is_environment() {
+                    true => !maps.lattices.is_empty(),
+                    false => maps.direct.iter().all(|d| d.keeps(index)),
+                }
+        };
+        let lights = &scene.lights.lights;
+        let cached: Vec<bool> = lights.iter().enumerate().map(is_cached).collect();
+        let all_cached = cached.iter().all(|&cached| cached);
+        let is_handled = |(light, cached): (&Light, &bool)| {
+            maps.gather.is_some() && *cached && light.is_environment()
+        };
+        let handled_by_gather = lights.iter().zip(&cached).map(is_handled).collect();
+        Self { cached, all_cached, handled_by_gather }
+    }
+}
+
+/// sigma_s / sigma_t; 0 where there is no extinction.
+fn albedo_of<S: Spectrum>(sigma_s: Rgb, sigma_t: Rgb) -> S {
+    S::of(Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO))
+}
+
+/// One of `parts`, chosen in proportion to its weight's sum over channels, with the weight divided
+/// by the probability of that; `None` where all weights are 0. `u` is uniform in [0, 1).
+pub(super) fn choose<T, S: Spectrum>(parts: SmallVec<[(T, S); 1]>, u: f64) -> Option<(T, S)> {
+    let total: f64 = parts.iter().map(|(_, weight)| weight.element_sum()).sum();
+    let mut left = u * total;
+    let (part, weight) = parts.into_iter().find(|(_, weight)| {
+        left -= weight.element_sum();
+        left < 0.0
+    })?;
+    Some((part, weight * (total / weight.element_sum())))
+}
+
+/// A uniform number in the stratum `index` of `count` of the unit interval.
+pub(super) fn stratum(index: u32, count: u32, rng: &mut Stream) -> f64 {
+    (f64::from(index) + rng.uniform()) / f64::from(count)
+}

@@ -1,0 +1,98 @@
+//! Steps of paths through mirrors and glass.
+//!
+//! Paths that follow mirrors and glass end after a number of such steps, by what follows them:
+//!
+//! | path | limit |
+//! | --- | --- |
+//! | camera rays | [`MAX_CAMERA_BOUNCES`] |
+//! | rays of the director's snapshot | [`MAX_SNAPSHOT_BOUNCES`] |
+//! | rays that look for features and for what the camera sees | [`MAX_PROBE_BOUNCES`] |
+//!
+//! Final gathers and the reference have no limit of their own: Russian roulette ends them.
+
+use crate::math::{Ray, Rgb, Stream, World};
+use crate::surface::{SurfaceHit, TransportMode};
+
+/// Mirrors and glass that a camera ray follows, in bounces. It decides the picture, so it is high:
+/// glass that reflects inside of itself ends here, darkened.
+pub const MAX_CAMERA_BOUNCES: u32 = 64;
+
+/// Mirrors and glass that a ray of the director's snapshot follows, in bounces. The snapshot directs
+/// rays only; a path that is longer is seen faintly.
+pub const MAX_SNAPSHOT_BOUNCES: u32 = 16;
+
+/// Mirrors and glass that rays follow which look for denoiser features and for the media that the
+/// camera sees, in bounces.
+pub const MAX_PROBE_BOUNCES: u32 = 8;
+
+/// Where a path goes on behind a mirror or a pane of glass.
+#[derive(Debug, Clone, Copy)]
+pub struct SpecularStep {
+    /// The reflected or refracted ray.
+    pub ray: Ray<World>,
+    /// Value times cosine over density.
+    pub weight: Rgb,
+    /// +1 where the ray enters a solid, -1 where it leaves one, else 0.
+    pub crossing: i8,
+}
+
+/// Reflects or refracts radiance that arrives along `ray` at the specular surface `hit`; `None`
+/// where the surface absorbs it.
+pub fn scatter_specular(
+    ray: &Ray<World>,
+    hit: &SurfaceHit<'_>,
+    rng: &mut Stream,
+) -> Option<SpecularStep> {
+    let u = std::array::from_fn(|_| rng.uniform());
+    let scattered = hit.material.scatter(ray.direction, hit, u, TransportMode::Radiance)?;
+    Some(SpecularStep {
+        ray: hit.leave(scattered.direction),
+        weight: scattered.weight,
+        crossing: scattered.crossing,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::math::{Span, Stage, WorldPoint};
+    use crate::scene::Scene;
+    use crate::transport::EnclosingSolids;
+
+    /// A ball of glass without tint.
+    const BALL: &str = r#"
+        [camera]
+        position = [0.0, 0.0, 5.0]
+        target = [0.0, 0.0, 0.0]
+        fov = 30.0
+        [film]
+        size = [16, 16]
+        [[surface]]
+        shape = "sphere"
+        center = [0.0, 0.0, 0.0]
+        radius = 1.0
+        material = { type = "glass", ior = 1.5 }
+    "#;
+
+    /// Along a diameter nothing is refracted: the ray enters, is reflected inside or not, and leaves
+    /// along the same line, outside of the ball exactly where the count of solids is 0.
+    #[test]
+    fn a_ray_through_a_ball_of_glass_is_inside_between_its_faces() {
+        let scene = Scene::of_text(BALL);
+        let mut rng = Stream::new(1, Stage::Test, 0, 0);
+        for _ in 0..100 {
+            let mut ray = Ray::new(WorldPoint::new(0.0, 0.0, 3.0), DVec3::NEG_Z);
+            let mut solids = EnclosingSolids::NONE;
+            while let Some(hit) = scene.surfaces.intersect(&ray, Span::AHEAD) {
+                let step = scatter_specular(&ray, &hit, &mut rng).unwrap();
+                solids = solids.after(step.crossing);
+                ray = step.ray;
+                assert!(ray.direction.x.abs() + ray.direction.y.abs() < 1e-9);
+                let leaves = ray.direction.dot(hit.normal) > 0.0;
+                assert_eq!(solids.is_none(), leaves);
+            }
+        }
+    }
+}
