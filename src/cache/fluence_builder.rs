@@ -14,7 +14,7 @@ use super::cell_walk::{Line, Steps};
 use super::fluence_grid::FluenceGrid;
 use super::mip::Mip;
 use super::moments::{FIRST, MOST, of_flight};
-use super::sparse_cells::{BRICK, SparseCells, VOLUME, cell_index};
+use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
 use crate::transport::FlightSegment;
 
 /// How much the phase function may change along a flight through a brick, as a share of its value,
@@ -72,8 +72,8 @@ impl<'a, S: Spectrum> FluenceBuilder<'a, S> {
     pub fn new(cells: SparseCells, origin: WorldPoint, holds: CellContents<'a>) -> Self {
         let sums = vec![S::F32::default(); cells.bricks() * holds.planes() * VOLUME];
         let wide = matches!(holds, CellContents::Moments)
-            .then(|| Box::new(Self::new(cells.wider(), origin, CellContents::SecondMoments)));
-        let origin = cells.local(origin);
+            .then(|| Box::new(Self::new(cells.coarser(), origin, CellContents::SecondMoments)));
+        let origin = cells.to_cells(origin);
         let totals = vec![S::ZERO; if sums.len() <= FEW { sums.len() } else { 0 }];
         Self { cells, sums, totals, origin, holds, wide }
     }
@@ -81,7 +81,7 @@ impl<'a, S: Spectrum> FluenceBuilder<'a, S> {
     /// The box that holds all cells.
     pub fn bounds(&self) -> Aabb<World> {
         let size = (self.cells.size << BRICK).as_dvec3();
-        Aabb::new(self.cells.corner, self.cells.world(size))
+        Aabb::new(self.cells.corner, self.cells.to_world(size))
     }
 
     /// Adds flights. Each layer of bricks is filled by one thread, in the order of the flights, so
@@ -121,7 +121,7 @@ impl<'a, S: Spectrum> FluenceBuilder<'a, S> {
 
     /// The layers of bricks that a flight may cross.
     fn crossed(&self, track: &FlightSegment<S>) -> Range<usize> {
-        let (axis, side) = (self.cells.layered, f64::from(1 << BRICK));
+        let (axis, side) = (self.cells.layer_axis, f64::from(1 << BRICK));
         let place = |p: DVec3| ((self.origin[axis] + p[axis] / self.cells.edge) / side).floor();
         let (start, end) = (place(track.start()), place(track.end()));
         let layers = self.cells.layers.len() - 1;
@@ -171,7 +171,7 @@ impl<S: Spectrum> Layer<'_, S> {
         let start = origin + track.start() / cells.edge;
         let end = origin + track.end() / cells.edge;
         let line = Line::new(start, end - start);
-        let axis = cells.layered;
+        let axis = cells.layer_axis;
         let (mut low, mut high) = (IVec3::ZERO, cells.size);
         (low[axis], high[axis]) = (self.index as i32, self.index as i32 + 1);
         let side = f64::from(1 << BRICK);
@@ -216,7 +216,7 @@ impl<S: Spectrum> Layer<'_, S> {
                 CellContents::TowardEye(phase, camera) => (phase, camera),
             };
             let toward = |u: f64| {
-                let p = cells.world(line.at(u));
+                let p = cells.to_world(line.at(u));
                 phase.eval(direction.dot(camera.toward(p)))
             };
             let (first, last) = (toward(from), toward(to));
@@ -266,7 +266,7 @@ mod tests {
         let region = Cuboid::new(DVec3::ZERO, DVec3::ONE, &DAffine3::IDENTITY).unwrap();
         let density = Density::Homogeneous(Region::Box(region));
         let origin = WorldPoint::new(0.0, 0.0, 0.0);
-        let cells = SparseCells::around(&density, 2.0, 1).unwrap();
+        let cells = SparseCells::covering(&density, 2.0, 1).unwrap();
         let camera = camera();
         let holds = CellContents::TowardEye(&Phase::ISOTROPIC, &camera);
         let mut builder = FluenceBuilder::<f64>::new(cells, origin, holds);
@@ -299,7 +299,7 @@ mod tests {
             let (low, high) = (DVec3::new(-1.0, -0.7, -0.4), DVec3::new(1.0, 0.8, 0.5));
             let region = Cuboid::new(low + shift, high + shift, &DAffine3::IDENTITY).unwrap();
             let density = Density::Homogeneous(Region::Box(region));
-            let cells = SparseCells::around(&density, 0.17, holds.planes()).unwrap();
+            let cells = SparseCells::covering(&density, 0.17, holds.planes()).unwrap();
             let origin = WorldPoint::from_xyz(shift + DVec3::new(0.3, 0.2, 0.1));
             let mut rng = Stream::new(4, Stage::Test, 0, 0);
             let mut place = |scale: f64| {
@@ -324,7 +324,7 @@ mod tests {
                 at(9.0, 0.1, 0.1),
                 Rgb::ONE,
             ));
-            let corner = cells.world(DVec3::splat(3.0));
+            let corner = cells.to_world(DVec3::splat(3.0));
             tracks.push(FlightSegment::new(origin, corner, corner + DVec3::Y, Rgb::ONE));
             tracks.push(FlightSegment::new(origin, at(0.1, 0.2, 0.3), at(0.1, 0.2, 0.3), Rgb::ONE));
 
@@ -334,8 +334,8 @@ mod tests {
                 for index in 0..POINTS {
                     let u = (f64::from(index) + 0.5) / f64::from(POINTS);
                     let p = origin + start.lerp(end, u);
-                    let cell = cells.local(p).floor().as_ivec3();
-                    let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { continue };
+                    let cell = cells.to_cells(p).floor().as_ivec3();
+                    let Some(brick) = cells.find_brick(cell >> BRICK) else { continue };
                     let direction = (end - start).normalize();
                     let share = match holds {
                         CellContents::TowardEye(phase, camera) => {
@@ -352,7 +352,7 @@ mod tests {
                         power * share * track.length() / f64::from(POINTS) / cells.edge.powi(3);
                 }
             }
-            let places = cells.places();
+            let places = cells.brick_positions();
             let mut builder = FluenceBuilder::new(cells, origin, holds);
             builder.add(&[&tracks[..100], &tracks[100..201]]);
             let bounds = builder.bounds();
@@ -363,7 +363,7 @@ mod tests {
                     let within = IVec3::new(index >> 6, index >> 3 & 7, index & 7);
                     // A little inward, so that rounding asks no cell beyond the first.
                     let center = ((*at << BRICK) + within).as_dvec3() + 0.5 + 1e-6;
-                    let p = bounds.min + center * lattice.edge();
+                    let p = bounds.min + center * lattice.cell_width();
                     let right = right[number * VOLUME + index as usize];
                     let value = match holds {
                         CellContents::FirstMoments => {

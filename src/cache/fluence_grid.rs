@@ -5,7 +5,7 @@ use glam::{DVec3, IVec3};
 use crate::math::{Rgb, Spectrum, WorldPoint};
 
 use super::moments::{FIRST, MOST, Scattered};
-use super::sparse_cells::{BRICK, SparseCells};
+use crate::medium::{BRICK, SparseCells};
 
 /// Values along an edge of a brick: its own and its neighbours' first.
 pub(super) const SIDE: usize = (1 << BRICK) + 1;
@@ -35,8 +35,8 @@ pub(super) struct Level<S: Spectrum> {
 }
 
 impl<S: Spectrum> FluenceGrid<S> {
-    /// Edge of the finest cells, in metres.
-    pub fn edge(&self) -> f64 {
+    /// Width of the finest cells, in metres.
+    pub fn cell_width(&self) -> f64 {
         self.levels.first().map_or(0.0, |level| level.cells.edge)
     }
 
@@ -73,10 +73,10 @@ impl<S: Spectrum> FluenceGrid<S> {
         let none = [S::ZERO; N];
         let Some(level) = self.levels.get(level).or(self.levels.last()) else { return none };
         let cells = &level.cells;
-        let local = cells.local(p) - 0.5;
+        let local = cells.to_cells(p) - 0.5;
         let low = local.floor();
         let cell = low.as_ivec3();
-        let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { return none };
+        let Some(brick) = cells.find_brick(cell >> BRICK) else { return none };
         let within = cell & ((1 << BRICK) - 1);
         level.blend(brick, within, local - low).map(|short| S::to_f64(short) * self.scale)
     }

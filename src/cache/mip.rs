@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::math::Spectrum;
 
 use super::fluence_grid::{HELD, Level, SIDE};
-use super::sparse_cells::{BRICK, SparseCells, VOLUME, cell_index};
+use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
 
 /// Cells of a brick along an edge.
 const EDGE: i32 = 1 << BRICK;
@@ -26,7 +26,7 @@ impl<S: Spectrum> Mip<S> {
 
     /// The same light on cells twice as wide: means of those cells that are held.
     pub fn wider(&self) -> Self {
-        let cells = self.cells.wider();
+        let cells = self.cells.coarser();
         let planes = self.planes;
         let mut values = vec![S::F32::default(); cells.bricks() * planes * VOLUME];
         let fill = |(at, values): (IVec3, &mut [S::F32])| {
@@ -34,7 +34,7 @@ impl<S: Spectrum> Mip<S> {
                 let within = IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & (EDGE - 1);
                 let first = ((at << BRICK) + within) * 2;
                 // All eight lie in one brick, whose edge is even.
-                let Some(brick) = self.cells.brick_anywhere(first >> BRICK) else { continue };
+                let Some(brick) = self.cells.find_brick(first >> BRICK) else { continue };
                 for plane in 0..planes {
                     let corner = |i: i32| {
                         let by = IVec3::new(i & 1, i >> 1 & 1, i >> 2);
@@ -46,7 +46,7 @@ impl<S: Spectrum> Mip<S> {
             }
         };
         let bricks = values.par_chunks_mut(VOLUME * planes);
-        cells.places().into_par_iter().zip(bricks).for_each(fill);
+        cells.brick_positions().into_par_iter().zip(bricks).for_each(fill);
         Self { cells, planes, values }
     }
 
@@ -59,7 +59,7 @@ impl<S: Spectrum> Mip<S> {
             for (index, values) in values.chunks_mut(*planes).enumerate() {
                 let (x, y, z) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
                 let within = IVec3::new(x as i32, y as i32, z as i32);
-                let (brick, within) = match cells.brick_anywhere(at + (within >> BRICK)) {
+                let (brick, within) = match cells.find_brick(at + (within >> BRICK)) {
                     Some(brick) => (brick, within & (EDGE - 1)),
                     None => (own, within.min(IVec3::splat(EDGE - 1))),
                 };
@@ -69,7 +69,7 @@ impl<S: Spectrum> Mip<S> {
             }
         };
         let bricks = values.par_chunks_mut(HELD * planes);
-        cells.places().into_par_iter().zip(bricks).for_each(fill);
+        cells.brick_positions().into_par_iter().zip(bricks).for_each(fill);
         Level { cells: self.cells, planes: self.planes, values }
     }
 }

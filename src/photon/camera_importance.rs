@@ -22,7 +22,7 @@ const WIDER: f64 = 1.2;
 
 /// Places that the camera sees, found by a coarse sheet of rays.
 #[derive(Debug, Default)]
-pub(super) struct CameraImportance {
+pub struct CameraImportance {
     /// Places in media, in proportion to what a scattering there contributes.
     pub media: Vec<WorldPoint>,
     /// Places on surfaces that are not mirrors or glass.

@@ -21,7 +21,7 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
         state: &mut State<S>,
     ) -> S {
         let level = self.maps.level(radius);
-        let places = self.maps.places_at(level);
+        let places = self.choice.places_at(level);
         let mut sum = S::ZERO;
         for index in 0..places {
             let u = stratum(index, places, state);
@@ -38,16 +38,16 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
 
     /// Light kept on the lattices of a medium at `p`.
     fn kept_at(&self, medium: usize, p: WorldPoint, level: usize, state: &mut State<S>) -> S {
-        let Self { scene, maps, .. } = self;
-        let direct = maps.direct.get(medium);
-        let direct = direct.map_or(S::ZERO, |d| d.near(scene, p, &mut state.ctx));
-        let Some(gather) = &maps.gather else {
-            return direct + maps.lattices.get(medium).map_or(S::ZERO, |l| l.at(p, level));
+        let Self { scene, caches, choice, .. } = self;
+        let direct = caches.direct.get(medium);
+        let direct = direct.map_or(S::ZERO, |d| d.sample(scene, p, &mut state.ctx));
+        let Some(gather) = &choice.termination else {
+            return direct + caches.fluence.get(medium).map_or(S::ZERO, |l| l.at(p, level));
         };
-        let Some(gathered) = maps.gathered.get(medium) else { return direct };
+        let Some(gathered) = caches.final_gathers.get(medium) else { return direct };
         let round = state.round;
         direct
-            + gathered.near(scene, p, round, &mut state.ctx, |place, count, ctx| {
+            + gathered.sample(scene, p, round, &mut state.ctx, |place, count, ctx| {
                 self.gathers(gather, medium, place, count, round, ctx)
             })
     }

@@ -1,7 +1,7 @@
 //! The final gather: rays that media scatter, followed until moments of photons' light say the rest.
 //!
 //! See [`GatherTermination`] for when that is. Where a lattice keeps what is found, rays start at its cells; see
-//! [`FinalGatherCache`](crate::photon::FinalGatherCache). Else each is scattered at a place spread by
+//! [`FinalGatherCache`](crate::cache::FinalGatherCache). Else each is scattered at a place spread by
 //! opacity along the eye's. It flies on as the phase function says, by null-collision tracking. Wherever
 //! it is scattered again, light that comes straight from lights is sampled, of which rays sent nearly at
 //! those find a part; light from all around is found where it leaves the media, weighed by the balance
@@ -141,8 +141,8 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
     ) -> bool {
         let phase = &self.scene.media.get(medium).phase;
         let incoming = walk.ray.direction;
-        let Some(left) = gather.after(walk.left, medium) else {
-            let lattice = &self.maps.lattices[medium];
+        let Some(left) = gather.next(walk.left, medium) else {
+            let lattice = &self.caches.fluence[medium];
             let light = lattice.toward(p, walk.level, -incoming, gather.legendre(medium));
             walk.light += walk.throughput * light;
             return false;

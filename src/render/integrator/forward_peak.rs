@@ -121,7 +121,7 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
     fn peak_at(&self, p: WorldPoint, state: &mut State<S>) -> Option<(Phase, S)> {
         state.ctx.work.grid_lookups += self.lookups;
         let peak = |(medium, share): (usize, S)| {
-            let scattering = &self.maps.scatterings[medium];
+            let scattering = &self.choice.splits[medium];
             let share = share * (1.0 - scattering.share);
             scattering.peak.map(|phase| (phase, share, share.element_sum()))
         };

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use smallvec::SmallVec;
 
+use crate::cache::Caches;
 use crate::director::PixelBudget;
 use crate::light::Light;
 use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint};
@@ -16,6 +17,8 @@ use crate::transport::direct_light;
 
 use super::forward_peak::Way;
 use crate::render::exposure::State;
+use crate::render::photon_pass::PhotonPass;
+use crate::strategy::{Choice, Strategy};
 use crate::transport::EquiangularLights;
 
 /// Places along a ray, spread by opacity, at which direct light in media is evaluated.
@@ -65,6 +68,8 @@ pub(super) struct Crossed<S> {
 pub struct Marcher<'a, S: Spectrum, H: PhotonDirection> {
     pub(super) scene: &'a Scene,
     pub(super) maps: &'a PhotonMaps<S, H>,
+    pub(super) caches: &'a Caches<S>,
+    pub(super) choice: &'a Choice,
     pub(super) needs: Needs,
     /// Whether any phase function has a peak that rays follow.
     pub(super) peaked: bool,
@@ -85,7 +90,8 @@ pub struct Marcher<'a, S: Spectrum, H: PhotonDirection> {
 
 impl<'a, S: Spectrum, H: PhotonDirection> Marcher<'a, S, H> {
     /// Marches through `scene` for what `needs` say.
-    pub fn new(scene: &'a Scene, maps: &'a PhotonMaps<S, H>, needs: Needs) -> Self {
+    pub fn new(scene: &'a Scene, photons: &'a PhotonPass<S, H>, needs: Needs) -> Self {
+        let PhotonPass { maps, caches, choice } = photons;
         let media = &scene.media;
         let lookups = media.scattering_grids();
         // One medium's share of the extinction does not depend on the density.
@@ -95,22 +101,36 @@ impl<'a, S: Spectrum, H: PhotonDirection> Marcher<'a, S, H> {
         };
         let isotropic = media.iter().all(|m| m.phase.is_isotropic());
         let is_kept = |(index, light): (usize, &Light)| {
-            !maps.direct.is_empty()
+            choice.caches_direct
                 && match light.is_environment() {
-                    true => !maps.lattices.is_empty(),
-                    false => maps.direct.iter().all(|d| d.keeps(index)),
+                    true => choice.strategy != Strategy::Beams,
+                    false => caches.direct.iter().all(|d| d.caches(index)),
                 }
         };
         let kept: Vec<bool> = scene.lights.lights.iter().enumerate().map(is_kept).collect();
         let all_kept = kept.iter().all(|&kept| kept);
         let found = scene.lights.lights.iter().zip(&kept);
         let found = found
-            .map(|(light, kept)| maps.gather.is_some() && *kept && light.is_environment())
+            .map(|(light, kept)| choice.termination.is_some() && *kept && light.is_environment())
             .collect();
         let phases = media.iter().map(|m| m.phase).collect();
-        let peaked = maps.scatterings.iter().any(|scattering| scattering.peak.is_some());
+        let peaked = choice.splits.iter().any(|split| split.peak.is_some());
         let aims = media.iter().map(|m| m.phase.concentration() > AIMED).collect();
-        Self { scene, maps, needs, peaked, lookups, isotropic, phases, kept, all_kept, found, aims }
+        Self {
+            scene,
+            maps,
+            caches,
+            choice,
+            needs,
+            peaked,
+            lookups,
+            isotropic,
+            phases,
+            kept,
+            all_kept,
+            found,
+            aims,
+        }
     }
 
     /// What the media in front of `hit` do to the ray of `way`.
@@ -151,31 +171,53 @@ impl<'a, S: Spectrum, H: PhotonDirection> Marcher<'a, S, H> {
     ) -> S {
         let ray = &way.ray;
         let holds = way.from_eye || self.isotropic;
-        let keeps_direct = holds && !self.maps.direct.is_empty();
-        let gathers = self.maps.gather.is_some();
-        let keeps_flights = holds && !gathers && !self.maps.lattices.is_empty();
+        let keeps_direct = holds && self.choice.caches_direct;
         let mut light = S::ZERO;
         if !(keeps_direct && self.all_kept) {
             let kept = if keeps_direct { &self.kept } else { &self.found };
             let asked = Asked { kept, lamps: way.lamps, others: true };
             light += self.direct(ray, profile, asked, state);
         }
-        let keeps_gathers = holds && !self.maps.gathered.is_empty();
-        if let Some(gather) = self.maps.gather.as_ref().filter(|_| !keeps_gathers) {
-            light += self.gathered(gather, ray, profile, radius, state);
-        }
-        if keeps_direct || keeps_flights {
-            light += self.kept_along(ray, profile, radius, state);
-        }
-        if !gathers && !keeps_flights && state.shared > 0.0 {
-            let start = Instant::now();
-            let indirect = self.indirect(ray, hit, profile, radius, state);
-            state.gathering += start.elapsed();
-            let stands_in = indirect * state.shared;
-            state.stands_in += stands_in;
-            light += stands_in;
+        let strategy = self.choice.strategy;
+        match if holds { strategy } else { strategy.away_from_camera() } {
+            Strategy::FluenceTowardEye | Strategy::SharedGathers => {
+                light += self.kept_along(ray, profile, radius, state);
+            }
+            Strategy::Moments => {
+                if let Some(gather) = &self.choice.termination {
+                    light += self.gathered(gather, ray, profile, radius, state);
+                }
+                if keeps_direct {
+                    light += self.kept_along(ray, profile, radius, state);
+                }
+            }
+            Strategy::Beams => {
+                if keeps_direct {
+                    light += self.kept_along(ray, profile, radius, state);
+                }
+                if state.shared > 0.0 {
+                    light += self.beams(ray, hit, profile, radius, state);
+                }
+            }
         }
         light
+    }
+
+    /// Light of the photons along `ray`, weighed for the rays that share it.
+    fn beams(
+        &self,
+        ray: &Ray<World>,
+        hit: Option<&SurfaceHit<'_>>,
+        profile: &Profile<S>,
+        radius: f64,
+        state: &mut State<S>,
+    ) -> S {
+        let start = Instant::now();
+        let indirect = self.indirect(ray, hit, profile, radius, state);
+        state.gathering += start.elapsed();
+        let stands_in = indirect * state.shared;
+        state.stands_in += stands_in;
+        stands_in
     }
 
     /// Light that comes straight from a light and is scattered once along `ray`: evaluated at
@@ -283,8 +325,8 @@ impl<'a, S: Spectrum, H: PhotonDirection> Marcher<'a, S, H> {
             };
             let here = transmittance * sigma_t;
             let scatterer = |(medium, share): (usize, S)| {
-                let scattering = &self.maps.scatterings[medium];
-                (&scattering.phase, share * here * scattering.share)
+                let split = &self.choice.splits[medium];
+                (&split.phase, share * here * split.share)
             };
             self.shares(ray.at(t)).into_iter().map(scatterer).collect()
         };
