@@ -1,7 +1,5 @@
 //! Which estimator lights each medium, decided once before photons are shot.
 
-use serde::{Deserialize, Serialize};
-
 use crate::math::WorldPoint;
 use crate::medium::{Medium, Phase, SparseCells};
 use crate::scene::{FinalGather, Scene};
@@ -11,6 +9,7 @@ use super::cell_width::{
     direct_light_cells, final_gather_cells, thin_width, thin_width_for_moments, width_for_flights,
 };
 use super::gather_termination::GatherTermination;
+use super::kind::{MediumStrategy, Strategy, Summary};
 use super::phase_blur::{self, PhaseSplit};
 
 /// Largest ratio of the noise-optimal to the thin cell width of [`Strategy::FluenceTowardEye`], where
@@ -31,48 +30,6 @@ const PLACES: u32 = 8;
 /// is denoised, which removes the noise of few places.
 const MIN_PLACES: u32 = 2;
 
-/// Estimator of the light that a medium scatters after it was scattered, reflected or emitted before.
-/// Light that is scattered once comes from sampling lights, or from a cache of that.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Strategy {
-    /// The beam radiance estimate: photons are gathered along each ray (Jarosz, Zwicker and Jensen
-    /// 2008). The only one for a camera inside of a medium.
-    Beams,
-    /// Flights of photons leave the light that they scatter toward the camera on a sparse grid, which
-    /// rays read by trilinear interpolation.
-    FluenceTowardEye,
-    /// Flights leave moments of radiance on a sparse grid. Each ray makes a final gather (Jensen 1996)
-    /// that is scattered on until those moments tell the rest.
-    Moments,
-    /// As [`Moments`](Self::Moments), with final gathers that start in cells and are shared by all
-    /// rays that read those (Keller, Dahm and Binder 2014, "Path Space Filtering").
-    SharedGathers,
-}
-
-impl Strategy {
-    /// The estimator for rays whose light is not scattered toward the camera, as behind a mirror:
-    /// what caches toward the camera hold does not apply to them.
-    #[must_use]
-    pub const fn away_from_camera(self) -> Self {
-        match self {
-            Self::FluenceTowardEye => Self::Beams,
-            Self::SharedGathers => Self::Moments,
-            Self::Beams | Self::Moments => self,
-        }
-    }
-
-    /// In words, for a table.
-    pub const fn about(self) -> &'static str {
-        match self {
-            Self::Beams => "photon beams gathered along rays",
-            Self::FluenceTowardEye => "light scattered toward the camera, cached on a grid",
-            Self::Moments => "a final gather a ray, ended by moments on a grid",
-            Self::SharedGathers => "final gathers cached on a grid, ended by moments",
-        }
-    }
-}
-
 /// What the choice depends on beside the scene.
 #[derive(Debug, Clone, Copy)]
 pub struct Conditions {
@@ -92,19 +49,6 @@ pub struct Conditions {
     pub film_pixels: f64,
     /// Whether photons are stored in media at all.
     pub volume_photons: bool,
-}
-
-/// The strategy of one medium, for reports.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct MediumStrategy {
-    /// The estimator.
-    pub strategy: Strategy,
-    /// Width of the grid's cells in metres; `None` for beams, whose radii vary.
-    pub cell_width: Option<f64>,
-    /// Width of the cells of shared gathers in metres, where those are.
-    pub gather_cell_width: Option<f64>,
-    /// Width of the cells of direct light in metres, where that is cached.
-    pub direct_cell_width: Option<f64>,
 }
 
 /// The cells of the caches that a choice asks for: one grid a medium, or none.
@@ -166,15 +110,6 @@ impl Choice {
     pub fn summary(&self) -> Summary {
         Summary { reason: self.reason.into(), media: self.media.clone() }
     }
-}
-
-/// How light in media was estimated, for reports.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Summary {
-    /// Why, as one sentence.
-    pub reason: String,
-    /// Each medium's strategy, in the scene's order.
-    pub media: Vec<MediumStrategy>,
 }
 
 /// Decides how light in the media of `scene` is estimated. `visible` are places in media that the
