@@ -72,7 +72,7 @@ fn light_of_the_sky_is_its_radiance_as_far_as_it_arrives() {
     for level in 0..3 {
         let mean =
             |f: &dyn Fn(WorldPoint) -> Rgb| places(500).into_iter().map(f).sum::<Rgb>() / 500.0;
-        let light = mean(&|p| maps.caches.fluence[0].at(p, level));
+        let light = mean(&|p| maps.caches.fluence[0].toward_camera(p, level));
         // What is left of the sky on the way to a place.
         let mut rng = Stream::new(9, Stage::Test, 0, 0);
         let mut right = Rgb::ZERO;
@@ -124,8 +124,9 @@ fn the_same_on_any_number_of_threads() {
     let values = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let maps = pool.install(|| kept(&scene, 20_000, None, 1));
-        let value =
-            |p| (0..2).map(|level| maps.caches.fluence[0].at(p, level).to_array()).collect();
+        let value = |p| {
+            (0..2).map(|level| maps.caches.fluence[0].toward_camera(p, level).to_array()).collect()
+        };
         places(100).into_iter().map(value).collect::<Vec<Vec<[f64; 3]>>>()
     };
     assert_eq!(values(1), values(2));

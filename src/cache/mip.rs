@@ -1,20 +1,20 @@
-//! Cells with their values, before bricks share their borders.
+//! Coarser levels of a fluence grid.
 
 use glam::IVec3;
 use rayon::prelude::*;
 
 use crate::math::Spectrum;
 
-use super::fluence_grid::{HELD, Level, SIDE};
+use super::fluence_grid::{Level, SIDE, STORED};
 use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
 
 /// Cells of a brick along an edge.
 const EDGE: i32 = 1 << BRICK;
 
-/// Cells with the mean of the light in each, 8³ a brick and [`planes`](Self::planes) times those.
+/// Means of light in cells, 8³ a brick for each of [`planes`](Self::planes).
 pub(super) struct Mip<S: Spectrum> {
     pub cells: SparseCells,
-    /// How many numbers a cell has, brick by brick: first the first of all its cells.
+    /// Values a cell. A brick stores the first value of all its cells, then the second.
     pub planes: usize,
     pub values: Vec<S::F32>,
 }
@@ -24,8 +24,8 @@ impl<S: Spectrum> Mip<S> {
         self.values[(brick * self.planes + plane) * VOLUME + cell_index(within)]
     }
 
-    /// The same light on cells twice as wide: means of those cells that are held.
-    pub fn wider(&self) -> Self {
+    /// The same light on cells twice as wide: means of eight cells.
+    pub fn coarser(&self) -> Self {
         let cells = self.cells.coarser();
         let planes = self.planes;
         let mut values = vec![S::F32::default(); cells.bricks() * planes * VOLUME];
@@ -50,12 +50,12 @@ impl<S: Spectrum> Mip<S> {
         Self { cells, planes, values }
     }
 
-    /// Bricks that hold their neighbours' first values as well.
+    /// The level of a grid, whose bricks store the first values of their neighbours as well.
     pub fn level(self) -> Level<S> {
         let Self { cells, planes, .. } = &self;
-        let mut values = vec![S::Stored::default(); cells.bricks() * HELD * planes];
+        let mut values = vec![S::Stored::default(); cells.bricks() * STORED * planes];
         let fill = |(at, values): (IVec3, &mut [S::Stored])| {
-            let own = cells.brick(at).expect("only bricks that are held are listed");
+            let own = cells.brick(at).expect("only stored bricks are listed");
             for (index, values) in values.chunks_mut(*planes).enumerate() {
                 let (x, y, z) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
                 let within = IVec3::new(x as i32, y as i32, z as i32);
@@ -68,7 +68,7 @@ impl<S: Spectrum> Mip<S> {
                 }
             }
         };
-        let bricks = values.par_chunks_mut(HELD * planes);
+        let bricks = values.par_chunks_mut(STORED * planes);
         cells.brick_positions().into_par_iter().zip(bricks).for_each(fill);
         Level { cells: self.cells, planes: self.planes, values }
     }

@@ -16,6 +16,7 @@ mod caches;
 mod cell_walk;
 mod direct_light;
 mod final_gather;
+mod flight;
 mod fluence_builder;
 mod fluence_grid;
 mod gather_origin;

@@ -42,7 +42,8 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
         let direct = caches.direct.get(medium);
         let direct = direct.map_or(S::ZERO, |d| d.sample(scene, p, &mut state.ctx));
         let Some(gather) = &choice.termination else {
-            return direct + caches.fluence.get(medium).map_or(S::ZERO, |l| l.at(p, level));
+            return direct
+                + caches.fluence.get(medium).map_or(S::ZERO, |grid| grid.toward_camera(p, level));
         };
         let Some(gathered) = caches.final_gathers.get(medium) else { return direct };
         let round = state.round;

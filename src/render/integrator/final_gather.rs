@@ -143,7 +143,7 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
         let incoming = walk.ray.direction;
         let Some(left) = gather.next(walk.left, medium) else {
             let lattice = &self.caches.fluence[medium];
-            let light = lattice.toward(p, walk.level, -incoming, gather.legendre(medium));
+            let light = lattice.scattered(p, walk.level, -incoming, gather.legendre(medium));
             walk.light += walk.throughput * light;
             return false;
         };
