@@ -1,12 +1,21 @@
-//! Settings of a photon pass, and the memory that it takes.
+//! Settings of a photon pass, its batches, and the memory that it takes.
 
 use crate::math::Spectrum;
 use crate::scene::plan::Needs;
 use crate::transport::FlightSegment;
 use crate::work::Work;
 
-use super::shoot::MAX_PATHS_IN_MEMORY;
 use super::{BeamMap, Photon, PhotonAt, PhotonDirection};
+
+/// Paths that are traced as one task.
+pub(super) const CHUNK: u64 = 512;
+
+/// Tasks whose flights are recorded together.
+pub(super) const BATCH: usize = 32;
+
+/// Paths whose flights are in memory at once: those of one batch while they are recorded, those of
+/// the next while it is traced.
+const MAX_PATHS_IN_MEMORY: u64 = 2 * BATCH as u64 * CHUNK;
 
 /// How photons are shot.
 #[derive(Debug, Clone, Copy)]

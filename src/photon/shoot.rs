@@ -15,19 +15,10 @@ use super::emitters::Emitters;
 use super::extents::{Extents, endless};
 use super::path::{Deposits, PhotonTracer, Units};
 use super::pilot::PathPilot;
+use super::settings::{BATCH, CHUNK};
 use super::{
     PhotonDirection, PhotonMaps, PhotonSettings, build, emission_target, emitter_importance,
 };
-
-/// Paths that are traced as one task.
-const CHUNK: u64 = 512;
-
-/// Tasks whose flights are recorded together.
-const BATCH: usize = 32;
-
-/// Paths whose flights are in memory at once: those of one batch while they are recorded, those of
-/// the next while it is traced.
-pub(super) const MAX_PATHS_IN_MEMORY: u64 = 2 * BATCH as u64 * CHUNK;
 
 /// Takes the flights of a batch of paths, one slice a task.
 pub type FlightSink<'a, S> = dyn FnMut(&[&[FlightSegment<S>]]) + Send + 'a;

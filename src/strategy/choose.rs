@@ -9,7 +9,7 @@ use super::cell_width::{
     direct_light_cells, final_gather_cells, thin_width, thin_width_for_moments, width_for_flights,
 };
 use super::gather_termination::GatherTermination;
-use super::kind::{MediumStrategy, Strategy, Summary};
+use super::kind::{Conditions, MediumStrategy, Strategy, Summary};
 use super::phase_blur::{self, PhaseSplit};
 
 /// Largest ratio of the noise-optimal to the thin cell width of [`Strategy::FluenceTowardEye`], where
@@ -29,27 +29,6 @@ const PLACES: u32 = 8;
 /// Fewest places along a ray at which caches are sampled: at the widest level, and where the picture
 /// is denoised, which removes the noise of few places.
 const MIN_PLACES: u32 = 2;
-
-/// What the choice depends on beside the scene.
-#[derive(Debug, Clone, Copy)]
-pub struct Conditions {
-    /// Photon paths.
-    pub photons: u64,
-    /// Highest order of volume scattering in the picture; `None` means all.
-    pub max_scatter: Option<u32>,
-    /// Whether final gathers are forced, forbidden or chosen.
-    pub final_gather: FinalGather,
-    /// Whether the picture is denoised.
-    pub denoise: bool,
-    /// Gather radius and cell width in metres, where one is given.
-    pub radius: Option<f64>,
-    /// Rays a pixel, at most.
-    pub rays: u32,
-    /// Pixels of the film, along each side, that one pixel of the picture covers.
-    pub film_pixels: f64,
-    /// Whether photons are stored in media at all.
-    pub volume_photons: bool,
-}
 
 /// The cells of the caches that a choice asks for: one grid a medium, or none.
 #[derive(Debug, Default)]

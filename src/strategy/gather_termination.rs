@@ -11,7 +11,7 @@ use crate::light::Light;
 use crate::medium::Medium;
 use crate::scene::{FinalGather, Scene};
 
-use super::choose::Conditions;
+use super::kind::Conditions;
 
 /// Largest second Legendre moment left unresolved when a gather ends, for [`REFERENCE_PHOTONS`]
 /// photons, where cells hold moments of the first degree.

@@ -1,8 +1,10 @@
-//! The strategies, and what a report says of those that were chosen.
+//! The strategies, what their choice depends on, and what a report says of it.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+
+use crate::scene::FinalGather;
 
 /// Estimator of the light that a medium scatters after it was scattered, reflected or emitted before.
 /// Light that is scattered once comes from sampling lights, or from a cache of that.
@@ -44,6 +46,27 @@ impl Strategy {
             Self::SharedGathers => "final gathers cached on a grid, ended by moments",
         }
     }
+}
+
+/// What the choice depends on beside the scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Conditions {
+    /// Photon paths.
+    pub photons: u64,
+    /// Highest order of volume scattering in the picture; `None` means all.
+    pub max_scatter: Option<u32>,
+    /// Whether final gathers are forced, forbidden or chosen.
+    pub final_gather: FinalGather,
+    /// Whether the picture is denoised.
+    pub denoise: bool,
+    /// Gather radius and cell width in metres, where one is given.
+    pub radius: Option<f64>,
+    /// Rays a pixel, at most.
+    pub rays: u32,
+    /// Pixels of the film, along each side, that one pixel of the picture covers.
+    pub film_pixels: f64,
+    /// Whether photons are stored in media at all.
+    pub volume_photons: bool,
 }
 
 /// The strategy of one medium, for reports.

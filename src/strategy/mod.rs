@@ -11,7 +11,7 @@ mod kind;
 mod phase_blur;
 
 pub use cell_width::{thin_width, thin_width_for_moments, width_for_flights};
-pub use choose::{CacheCells, Choice, Conditions, choose, direct_cells};
+pub use choose::{CacheCells, Choice, choose, direct_cells};
 pub use gather_termination::GatherTermination;
-pub use kind::{MediumStrategy, Strategy, Summary};
+pub use kind::{Conditions, MediumStrategy, Strategy, Summary};
 pub use phase_blur::{PhaseSplit, phases, scatterings};
