@@ -2,7 +2,8 @@
 //! threads.
 
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, WorldPoint, warp};
-use fogbow::photon::{PhotonMaps, PhotonSettings, shoot};
+use fogbow::photon::PhotonSettings;
+use fogbow::render::{PassSettings, PhotonPass};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{FinalGather, LoadOptions, Scene};
 use fogbow::transport::{PathContext, direct_light};
@@ -42,22 +43,18 @@ radiance = [0.5, 0.6, 0.7]";
 
 const FORWARD: &str = "{ type = 'henyey-greenstein', g = 0.5 }";
 
-fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> PhotonMaps {
+fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> PhotonPass {
     let needs = Needs::EVERYTHING;
-    let shooting = PhotonSettings {
+    let photons =
+        PhotonSettings { photons, seed: 3, max_scatter, radius: None, levels, needs, traced: None };
+    let settings = PassSettings {
         photons,
-        seed: 3,
-        max_scatter,
         final_gather: FinalGather::Never,
         denoise: false,
-        radius: None,
-        levels,
-        needs,
-        traced: None,
         rays: 4,
-        pixels: 1.0,
+        film_pixels: 1.0,
     };
-    shoot(scene, &shooting, &|_| {}).unwrap().0
+    PhotonPass::new(scene, &settings, &|_| {}).unwrap().0
 }
 
 /// Places inside the haze.
@@ -75,7 +72,7 @@ fn light_of_the_sky_is_its_radiance_as_far_as_it_arrives() {
     for level in 0..3 {
         let mean =
             |f: &dyn Fn(WorldPoint) -> Rgb| places(500).into_iter().map(f).sum::<Rgb>() / 500.0;
-        let light = mean(&|p| maps.lattices[0].at(p, level));
+        let light = mean(&|p| maps.caches.fluence[0].toward_camera(p, level));
         // What is left of the sky on the way to a place.
         let mut rng = Stream::new(9, Stage::Test, 0, 0);
         let mut right = Rgb::ZERO;
@@ -99,12 +96,12 @@ fn direct_light_is_that_found_at_the_place() {
     const DRAWS: u32 = 256;
     let scene = haze(SUN, FORWARD);
     let maps = kept(&scene, 1000, None, 0);
-    let [direct] = &maps.direct[..] else { panic!("the sun's light is kept") };
-    assert!(direct.keeps(0));
+    let [direct] = &maps.caches.direct[..] else { panic!("the sun's light is kept") };
+    assert!(direct.caches(0));
     let mut ctx = PathContext::new(Stream::new(1, Stage::Test, 0, 0), Needs::EVERYTHING);
     let mut mean = Rgb::ZERO;
     for p in places(200) {
-        let light: Rgb = (0..DRAWS).map(|_| direct.near(&scene, p, &mut ctx)).sum();
+        let light: Rgb = (0..DRAWS).map(|_| direct.sample(&scene, p, &mut ctx)).sum();
         let light = light / f64::from(DRAWS);
         let phase = &scene.media.get(0).phase;
         let toward = scene.camera.toward(p);
@@ -127,7 +124,9 @@ fn the_same_on_any_number_of_threads() {
     let values = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let maps = pool.install(|| kept(&scene, 20_000, None, 1));
-        let value = |p| (0..2).map(|level| maps.lattices[0].at(p, level).to_array()).collect();
+        let value = |p| {
+            (0..2).map(|level| maps.caches.fluence[0].toward_camera(p, level).to_array()).collect()
+        };
         places(100).into_iter().map(value).collect::<Vec<Vec<[f64; 3]>>>()
     };
     assert_eq!(values(1), values(2));

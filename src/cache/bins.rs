@@ -1,16 +1,16 @@
-//! Flights by the layers of bricks that they cross.
+//! Flights sorted by the layers of bricks that they cross.
 
 use std::ops::Range;
 
-/// The numbers of some flights by layers, ascending in each.
+/// Indices of flights by layers, ascending in each.
 pub(super) struct Bins {
-    /// Where the numbers of each layer begin, and where those of the last end.
+    /// Where the indices of each layer begin, and where those of the last end.
     first: Vec<usize>,
     numbers: Vec<u32>,
 }
 
 impl Bins {
-    /// Of so many `layers`, where each flight crosses a range of them (counting sort).
+    /// Counting sort of flights that each cross a range of `layers` layers.
     pub fn new(crossed: impl Iterator<Item = Range<usize>>, layers: usize) -> Self {
         let crossed: Vec<Range<usize>> = crossed.collect();
         let mut first = vec![0; layers + 1];
@@ -45,12 +45,12 @@ mod tests {
             ends in prop::collection::vec((0..9_usize, 0..9_usize), 0..20)
         ) {
             let crossed = || ends.iter().map(|&(a, b)| a.min(b)..a.max(b));
-            let layered = Bins::new(crossed(), 8);
+            let bins = Bins::new(crossed(), 8);
             for layer in 0..8 {
                 let right: Vec<u32> = (0..).zip(crossed())
                     .filter_map(|(number, crossed)| crossed.contains(&layer).then_some(number))
                     .collect();
-                prop_assert_eq!(layered.of(layer), &right[..]);
+                prop_assert_eq!(bins.of(layer), &right[..]);
             }
         }
     }

@@ -1,8 +1,11 @@
-//! A line through cubes, one after the other (Amanatides and Woo 1987).
+//! The cells that a line crosses, by a 3D-DDA (Amanatides and Woo 1987, "A Fast Voxel Traversal
+//! Algorithm for Ray Tracing"). The trees of voxel grids have a walk of their own
+//! (`vdb/walk.rs`), which descends nodes of several sizes and skips empty ones: it shares no step with
+//! this one over dense bricks of one size.
 
 use glam::{DVec3, IVec3};
 
-/// A stretch of a line, from 0 to 1, in cells.
+/// A line segment in cell coordinates, of parameter 0 to 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
     start: DVec3,
@@ -43,14 +46,14 @@ impl Line {
     }
 }
 
-/// The cubes that a line crosses, each with the part of the line inside. The place is a whole
-/// number along each axis and only moves onward, so that the walk ends whatever rounding does.
+/// The cubes that a line crosses, each with the part of the line inside. The cube is an integer along
+/// each axis and only moves onward, so that the walk ends whatever rounding does.
 pub(super) struct Steps {
     cube: [i32; 3],
-    /// Where the walk leaves the box along each axis.
+    /// The first cube beyond the box along each axis.
     out: [i32; 3],
     step: [i32; 3],
-    /// Where the line crosses the next face along each axis.
+    /// Parameter at which the line crosses the next face along each axis.
     next: [f64; 3],
     between: [f64; 3],
     at: f64,

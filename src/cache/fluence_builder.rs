@@ -1,105 +1,101 @@
-//! From flights to a lattice.
+//! From flights of photons to a fluence grid.
 
 use std::ops::Range;
 
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
-use crate::math::{Aabb, Spectrum, World, WorldPoint, warp};
-use crate::medium::Phase;
+use crate::math::{Aabb, Spectrum, World, WorldPoint};
+use crate::medium::{BRICK, Phase, SparseCells, VOLUME};
 use crate::scene::Camera;
+use crate::transport::FlightSegment;
 
 use super::bins::Bins;
 use super::cell_walk::{Line, Steps};
+use super::flight::Flight;
 use super::fluence_grid::FluenceGrid;
 use super::mip::Mip;
-use super::moments::{FIRST, MOST, of_flight};
-use super::sparse_cells::{BRICK, SparseCells, VOLUME, cell_index};
-use crate::transport::FlightSegment;
+use super::moments::{FIRST, MOST};
 
-/// How much the phase function may change along a flight through a brick, as a share of its value,
-/// for its course between the ends to count as straight.
-const STRAIGHT: f64 = 0.1;
+/// Largest number of values whose sums are held in 64 bits: where cells are few, more flights may
+/// cross one than 32 bits can count.
+const MAX_EXACT_SUMS: usize = 1 << 18;
 
-/// Numbers of a lattice up to which 64 bits hold its sums: where cells are so few, more flights may cross
-/// one than 32 bits can count.
-const FEW: usize = 1 << 18;
+/// Flights for each one that goes to the cells of second moments: those are twice as wide, and four
+/// times as many flights cross them.
+const THINNING: usize = 4;
 
-/// Cells twice as wide are crossed by four times as many flights: one in so many will do.
-const THINNED: usize = 4;
-
-/// A lattice that still takes flights.
+/// A fluence grid to which flights are added.
 pub struct FluenceBuilder<'a, S: Spectrum> {
     cells: SparseCells,
     /// 8³ cells a brick, z fastest, for each plane.
     sums: Vec<S::F32>,
-    /// Where those are few, what they were before the last flights were added.
+    /// Where values are few: their sums before the last flights were added.
     totals: Vec<S>,
-    /// The maps' origin, in cells from the lattice's corner.
+    /// The origin of flights, in cell coordinates.
     origin: DVec3,
-    holds: CellContents<'a>,
-    /// Moments of a higher degree, on cells twice as wide.
-    wide: Option<Box<Self>>,
+    contents: CellContents<'a>,
+    /// Second moments, on cells twice as wide.
+    second: Option<Box<Self>>,
 }
 
-/// What a lattice holds of the light that flies through its cells.
+/// What a cell holds of the light that flies through it.
 #[derive(Clone, Copy)]
 pub enum CellContents<'a> {
-    /// What a phase function scatters toward the eye.
+    /// What a phase function scatters toward the camera.
     TowardEye(&'a Phase, &'a Camera),
-    /// Its fluence and its flux: what of it is scattered anywhere, where it comes from nearly all
-    /// sides.
+    /// Fluence and flux: the moments of degrees 0 and 1.
     FirstMoments,
-    /// Those and, on cells twice as wide, its second moments.
+    /// Those and, on cells twice as wide, the second moments.
     Moments,
-    /// Its second moments alone.
+    /// The second moments alone.
     SecondMoments,
 }
 
 /// The bricks that one thread fills.
 struct Layer<'a, S: Spectrum> {
     index: usize,
-    /// Number of the first.
+    /// Index of the first brick.
     first: usize,
-    /// Cells of a brick, for all planes.
+    /// Values of a brick: its cells times the planes.
     volume: usize,
     sums: &'a mut [S::F32],
 }
 
 impl<'a, S: Spectrum> FluenceBuilder<'a, S> {
-    /// An empty lattice over `cells` that is to hold this of light. Flights are given relative to
-    /// `origin`.
-    pub fn new(cells: SparseCells, origin: WorldPoint, holds: CellContents<'a>) -> Self {
-        let sums = vec![S::F32::default(); cells.bricks() * holds.planes() * VOLUME];
-        let wide = matches!(holds, CellContents::Moments)
-            .then(|| Box::new(Self::new(cells.wider(), origin, CellContents::SecondMoments)));
-        let origin = cells.local(origin);
-        let totals = vec![S::ZERO; if sums.len() <= FEW { sums.len() } else { 0 }];
-        Self { cells, sums, totals, origin, holds, wide }
+    /// An empty grid on `cells` for these contents. Flights are given relative to `origin`.
+    pub fn new(cells: SparseCells, origin: WorldPoint, contents: CellContents<'a>) -> Self {
+        let sums = vec![S::F32::default(); cells.bricks() * contents.planes() * VOLUME];
+        let second = matches!(contents, CellContents::Moments)
+            .then(|| Box::new(Self::new(cells.coarser(), origin, CellContents::SecondMoments)));
+        let origin = cells.to_cells(origin);
+        let totals = vec![S::ZERO; if sums.len() <= MAX_EXACT_SUMS { sums.len() } else { 0 }];
+        Self { cells, sums, totals, origin, contents, second }
     }
 
-    /// The box that holds all cells.
+    /// The box of all cells, in world space.
     pub fn bounds(&self) -> Aabb<World> {
         let size = (self.cells.size << BRICK).as_dvec3();
-        Aabb::new(self.cells.corner, self.cells.world(size))
+        Aabb::new(self.cells.corner, self.cells.to_world(size))
     }
 
     /// Adds flights. Each layer of bricks is filled by one thread, in the order of the flights, so
     /// that the sums are the same on any number of threads.
-    pub fn add(&mut self, tracks: &[&[FlightSegment<S>]]) {
-        if let Some(wide) = &mut self.wide {
+    pub fn add(&mut self, flights: &[&[FlightSegment<S>]]) {
+        if let Some(second) = &mut self.second {
             let few: Vec<Vec<FlightSegment<S>>> =
-                tracks.par_iter().map(|tracks| thinned(tracks)).collect();
-            wide.add(&few.iter().map(Vec::as_slice).collect::<Vec<_>>());
+                flights.par_iter().map(|segments| thinned(segments)).collect();
+            second.add(&few.iter().map(Vec::as_slice).collect::<Vec<_>>());
         }
         let count = self.cells.layers.len() - 1;
-        let sort =
-            |tracks: &&[FlightSegment<S>]| Bins::new(tracks.iter().map(|t| self.crossed(t)), count);
-        let sorted: Vec<Bins> = tracks.par_iter().with_max_len(1).map(sort).collect();
+        let sort = |segments: &&[FlightSegment<S>]| {
+            Bins::new(segments.iter().map(|segment| self.layers_of(segment)), count)
+        };
+        let sorted: Vec<Bins> = flights.par_iter().with_max_len(1).map(sort).collect();
         let mut layers = Vec::with_capacity(count);
         let mut rest = &mut self.sums[..];
-        let (cells, origin, holds) = (&self.cells, self.origin, self.holds);
-        let volume = holds.planes() * VOLUME;
+        let (cells, origin, contents) = (&self.cells, self.origin, self.contents);
+        let volume = contents.planes() * VOLUME;
         for (index, bounds) in cells.layers.windows(2).enumerate() {
             let (sums, others) = rest.split_at_mut((bounds[1] - bounds[0]) as usize * volume);
             rest = others;
@@ -108,9 +104,9 @@ impl<'a, S: Spectrum> FluenceBuilder<'a, S> {
             }
         }
         layers.into_par_iter().with_max_len(1).for_each(|mut layer| {
-            for (tracks, sorted) in tracks.iter().zip(&sorted) {
+            for (segments, sorted) in flights.iter().zip(&sorted) {
                 for number in sorted.of(layer.index) {
-                    layer.add(&tracks[*number as usize], cells, origin, holds);
+                    layer.add(&segments[*number as usize], cells, origin, contents);
                 }
             }
         });
@@ -120,58 +116,59 @@ impl<'a, S: Spectrum> FluenceBuilder<'a, S> {
     }
 
     /// The layers of bricks that a flight may cross.
-    fn crossed(&self, track: &FlightSegment<S>) -> Range<usize> {
-        let (axis, side) = (self.cells.layered, f64::from(1 << BRICK));
-        let place = |p: DVec3| ((self.origin[axis] + p[axis] / self.cells.edge) / side).floor();
-        let (start, end) = (place(track.start()), place(track.end()));
+    fn layers_of(&self, segment: &FlightSegment<S>) -> Range<usize> {
+        let (axis, side) = (self.cells.layer_axis, f64::from(1 << BRICK));
+        let layer = |p: DVec3| ((self.origin[axis] + p[axis] / self.cells.edge) / side).floor();
+        let (start, end) = (layer(segment.start()), layer(segment.end()));
         let layers = self.cells.layers.len() - 1;
-        let within = |place: f64| (place as usize).min(layers);
+        let within = |layer: f64| (layer as usize).min(layers);
         within(start.min(end))..within(start.max(end) + 1.0)
     }
 
-    /// The finished lattice, with this many levels of wider cells. Powers were given in units of
+    /// The finished grid, with `coarser` levels of wider cells. Powers were given in units of
     /// `unit` W.
-    pub fn finish(self, wider: u32, unit: f64) -> FluenceGrid<S> {
-        let Self { cells, mut sums, totals, holds, wide, .. } = self;
+    pub fn finish(self, coarser: u32, unit: f64) -> FluenceGrid<S> {
+        let Self { cells, mut sums, totals, contents, second, .. } = self;
         for (sum, total) in sums.iter_mut().zip(totals) {
             *sum = total.to_f32();
         }
-        let wide = wide.map(|builder| Box::new(builder.finish(wider, unit * THINNED as f64)));
-        // Lengths were counted in cells.
+        let second =
+            second.map(|builder| Box::new(builder.finish(coarser, unit * THINNING as f64)));
+        // Lengths were summed in cells.
         let scale = unit / cells.edge.powi(2);
-        let planes = holds.planes();
+        let planes = contents.planes();
         let mut means = Mip::<S> { cells, planes, values: sums };
         let mut levels = Vec::new();
-        for _ in 0..wider {
-            let next = means.wider();
+        for _ in 0..coarser {
+            let next = means.coarser();
             levels.push(means.level());
             means = next;
         }
         levels.push(means.level());
-        FluenceGrid { levels, scale, wide }
+        FluenceGrid { levels, scale, second }
     }
 }
 
-/// One of each [`THINNED`] flights, another each time, lest flights of paths that are all of one length
-/// be always the same of these.
-fn thinned<S: Spectrum>(tracks: &[FlightSegment<S>]) -> Vec<FlightSegment<S>> {
-    let group = |(index, group): (usize, &[FlightSegment<S>])| group.get(index % THINNED).copied();
-    tracks.chunks(THINNED).enumerate().filter_map(group).collect()
+/// One of each [`THINNING`] flights, another one in each group: paths of one length would otherwise
+/// always give the same of their segments.
+fn thinned<S: Spectrum>(segments: &[FlightSegment<S>]) -> Vec<FlightSegment<S>> {
+    let group = |(index, group): (usize, &[FlightSegment<S>])| group.get(index % THINNING).copied();
+    segments.chunks(THINNING).enumerate().filter_map(group).collect()
 }
 
 impl<S: Spectrum> Layer<'_, S> {
-    /// Adds what lies of a flight in this layer.
+    /// Adds the part of a flight in this layer, brick by brick.
     fn add(
         &mut self,
-        track: &FlightSegment<S>,
+        segment: &FlightSegment<S>,
         cells: &SparseCells,
         origin: DVec3,
-        holds: CellContents<'_>,
+        contents: CellContents<'_>,
     ) {
-        let start = origin + track.start() / cells.edge;
-        let end = origin + track.end() / cells.edge;
+        let start = origin + segment.start() / cells.edge;
+        let end = origin + segment.end() / cells.edge;
         let line = Line::new(start, end - start);
-        let axis = cells.layered;
+        let axis = cells.layer_axis;
         let (mut low, mut high) = (IVec3::ZERO, cells.size);
         (low[axis], high[axis]) = (self.index as i32, self.index as i32 + 1);
         let side = f64::from(1 << BRICK);
@@ -183,56 +180,36 @@ impl<S: Spectrum> Layer<'_, S> {
         if length == 0.0 {
             return;
         }
-        let direction = line.direction / length;
-        let power = track.power() * length as f32;
+        let power = segment.power() * length as f32;
+        let flight = Flight::<S> { line, direction: line.direction / length, power };
         for (brick, from, to) in Steps::new(&line, from, to, low, high, BRICK) {
             let Some(number) = cells.brick(brick) else { continue };
             let first = (number - self.first) * self.volume;
             let sums = &mut self.sums[first..first + self.volume];
-            let (low, high) = (brick << BRICK, (brick + 1) << BRICK);
-            let steps = Steps::new(&line, from, to, low, high, 0);
-            let even = power * warp::uniform_sphere_pdf() as f32;
-            let (phase, camera) = match holds {
+            match contents {
                 CellContents::TowardEye(phase, _) if phase.is_isotropic() => {
-                    for (cell, from, to) in steps {
-                        sums[cell_index(cell - low)] += even * (to - from) as f32;
-                    }
-                    continue;
+                    flight.add_isotropic(sums, brick, from, to);
                 }
-                CellContents::FirstMoments
-                | CellContents::Moments
-                | CellContents::SecondMoments => {
-                    let of_flight = of_flight(direction).map(|m| m as f32);
-                    let second = matches!(holds, CellContents::SecondMoments);
-                    let moments = if second { &of_flight[FIRST..] } else { &of_flight[..FIRST] };
-                    for (cell, from, to) in steps {
-                        let (cell, power) = (cell_index(cell - low), even * (to - from) as f32);
-                        for (plane, moment) in moments.iter().enumerate() {
-                            sums[plane * VOLUME + cell] += power * *moment;
-                        }
-                    }
-                    continue;
+                CellContents::TowardEye(phase, camera) => {
+                    let value = |u: f64| {
+                        let p = cells.to_world(line.at(u));
+                        phase.eval(flight.direction.dot(camera.toward(p)))
+                    };
+                    flight.add_scattered(sums, brick, from, to, value);
                 }
-                CellContents::TowardEye(phase, camera) => (phase, camera),
-            };
-            let toward = |u: f64| {
-                let p = cells.world(line.at(u));
-                phase.eval(direction.dot(camera.toward(p)))
-            };
-            let (first, last) = (toward(from), toward(to));
-            let slope = (last - first) / (to - from);
-            let straight = (last - first).abs() <= STRAIGHT * first.min(last);
-            for (cell, begin, end) in steps {
-                let middle = 0.5 * (begin + end);
-                let share = if straight { first + slope * (middle - from) } else { toward(middle) };
-                sums[cell_index(cell - low)] += power * ((end - begin) * share) as f32;
+                CellContents::FirstMoments | CellContents::Moments => {
+                    flight.add_moments(sums, brick, from, to, 0..FIRST);
+                }
+                CellContents::SecondMoments => {
+                    flight.add_moments(sums, brick, from, to, FIRST..MOST);
+                }
             }
         }
     }
 }
 
 impl CellContents<'_> {
-    /// How many numbers a cell has.
+    /// Values a cell.
     pub const fn planes(self) -> usize {
         match self {
             Self::TowardEye(..) => 1,
@@ -246,7 +223,7 @@ impl CellContents<'_> {
 mod tests {
     use super::*;
     use crate::math::{Rgb, Stage, Stream};
-    use crate::medium::Density;
+    use crate::medium::{Density, cell_index};
     use crate::scene::camera::{Pose, Projection};
     use crate::shape::{Cuboid, Region};
     use glam::DAffine3;
@@ -262,20 +239,20 @@ mod tests {
     }
 
     #[test]
-    fn few_cells_count_any_number_of_flights() {
+    fn few_cells_sum_any_number_of_flights() {
         let region = Cuboid::new(DVec3::ZERO, DVec3::ONE, &DAffine3::IDENTITY).unwrap();
         let density = Density::Homogeneous(Region::Box(region));
         let origin = WorldPoint::new(0.0, 0.0, 0.0);
-        let cells = SparseCells::around(&density, 2.0, 1).unwrap();
+        let cells = SparseCells::covering(&density, 2.0, 1).unwrap();
         let camera = camera();
-        let holds = CellContents::TowardEye(&Phase::ISOTROPIC, &camera);
-        let mut builder = FluenceBuilder::<f64>::new(cells, origin, holds);
+        let contents = CellContents::TowardEye(&Phase::ISOTROPIC, &camera);
+        let mut builder = FluenceBuilder::<f64>::new(cells, origin, contents);
         let mut total_with = |power: f64| {
             let [from, to] = [0.25, 0.75].map(|x| WorldPoint::new(x, 0.5, 0.5));
             builder.add(&[&[FlightSegment::new(origin, from, to, power)]]);
             builder.totals.iter().sum::<f64>()
         };
-        // In 32 bits one is nothing beside so many.
+        // In 32 bits 1 is lost in such a sum.
         let many = total_with(f64::from(1 << 26));
         let with_others = (0..64).map(|_| total_with(1.0)).last().unwrap();
         let share = (with_others - many) / many * f64::from(1 << 26);
@@ -283,13 +260,13 @@ mod tests {
     }
 
     #[test]
-    fn cells_hold_what_brute_force_adds_up() {
+    fn cells_hold_the_sums_of_brute_force() {
         let far = DVec3::new(3e6, -2e6, 1e6);
         let peaked = Phase::henyey_greenstein(0.9).unwrap();
-        // Moments tell what goes to any side by a function of which they are all there is.
-        let (toward, straight) = (DVec3::new(0.36, -0.48, 0.8), 0.3);
+        // The first moments are exact for a phase function that is linear in the cosine, of this slope.
+        let (wo, g) = (DVec3::new(0.36, -0.48, 0.8), 0.3);
         let camera = camera();
-        for (holds, shift) in [
+        for (contents, shift) in [
             (CellContents::TowardEye(&Phase::ISOTROPIC, &camera), DVec3::ZERO),
             (CellContents::TowardEye(&peaked, &camera), DVec3::ZERO),
             (CellContents::TowardEye(&Phase::ISOTROPIC, &camera), far),
@@ -299,14 +276,14 @@ mod tests {
             let (low, high) = (DVec3::new(-1.0, -0.7, -0.4), DVec3::new(1.0, 0.8, 0.5));
             let region = Cuboid::new(low + shift, high + shift, &DAffine3::IDENTITY).unwrap();
             let density = Density::Homogeneous(Region::Box(region));
-            let cells = SparseCells::around(&density, 0.17, holds.planes()).unwrap();
+            let cells = SparseCells::covering(&density, 0.17, contents.planes()).unwrap();
             let origin = WorldPoint::from_xyz(shift + DVec3::new(0.3, 0.2, 0.1));
             let mut rng = Stream::new(4, Stage::Test, 0, 0);
             let mut place = |scale: f64| {
                 let at = DVec3::from([(); 3].map(|()| (2.0 * rng.uniform() - 1.0) * scale));
                 WorldPoint::from_xyz(at + shift)
             };
-            let mut tracks: Vec<FlightSegment> = (0..200)
+            let mut segments: Vec<FlightSegment> = (0..200)
                 .map(|i| {
                     FlightSegment::new(
                         origin,
@@ -318,58 +295,61 @@ mod tests {
                 .collect();
             // Along an axis, along a face, and of no length.
             let at = |x, y, z| WorldPoint::from_xyz(DVec3::new(x, y, z) + shift);
-            tracks.push(FlightSegment::new(
+            segments.push(FlightSegment::new(
                 origin,
                 at(-9.0, 0.1, 0.1),
                 at(9.0, 0.1, 0.1),
                 Rgb::ONE,
             ));
-            let corner = cells.world(DVec3::splat(3.0));
-            tracks.push(FlightSegment::new(origin, corner, corner + DVec3::Y, Rgb::ONE));
-            tracks.push(FlightSegment::new(origin, at(0.1, 0.2, 0.3), at(0.1, 0.2, 0.3), Rgb::ONE));
+            let corner = cells.to_world(DVec3::splat(3.0));
+            segments.push(FlightSegment::new(origin, corner, corner + DVec3::Y, Rgb::ONE));
+            segments.push(FlightSegment::new(
+                origin,
+                at(0.1, 0.2, 0.3),
+                at(0.1, 0.2, 0.3),
+                Rgb::ONE,
+            ));
 
             let mut right = vec![DVec3::ZERO; cells.bricks() * VOLUME];
-            for track in &tracks[..201] {
-                let (start, end) = (track.start(), track.end());
+            for segment in &segments[..201] {
+                let (start, end) = (segment.start(), segment.end());
                 for index in 0..POINTS {
                     let u = (f64::from(index) + 0.5) / f64::from(POINTS);
                     let p = origin + start.lerp(end, u);
-                    let cell = cells.local(p).floor().as_ivec3();
-                    let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { continue };
+                    let cell = cells.to_cells(p).floor().as_ivec3();
+                    let Some(brick) = cells.find_brick(cell >> BRICK) else { continue };
                     let direction = (end - start).normalize();
-                    let share = match holds {
+                    let share = match contents {
                         CellContents::TowardEye(phase, camera) => {
                             phase.eval(direction.dot(camera.toward(p)))
                         }
-                        // Its first is that of x².
+                        // The first of them is that of x².
                         CellContents::SecondMoments => {
                             (direction.x * direction.x - 1.0 / 3.0) / (4.0 * PI)
                         }
-                        _ => (1.0 + 3.0 * straight * direction.dot(toward)) / (4.0 * PI),
+                        _ => (1.0 + 3.0 * g * direction.dot(wo)) / (4.0 * PI),
                     };
-                    let power = track.power().as_dvec3();
+                    let power = segment.power().as_dvec3();
                     right[brick * VOLUME + cell_index(cell & ((1 << BRICK) - 1))] +=
-                        power * share * track.length() / f64::from(POINTS) / cells.edge.powi(3);
+                        power * share * segment.length() / f64::from(POINTS) / cells.edge.powi(3);
                 }
             }
-            let places = cells.places();
-            let mut builder = FluenceBuilder::new(cells, origin, holds);
-            builder.add(&[&tracks[..100], &tracks[100..201]]);
+            let positions = cells.brick_positions();
+            let mut builder = FluenceBuilder::new(cells, origin, contents);
+            builder.add(&[&segments[..100], &segments[100..201]]);
             let bounds = builder.bounds();
             let (total, mut off) = (right.iter().map(|r| r.abs()).sum::<DVec3>(), DVec3::ZERO);
-            let lattice = builder.finish(0, 1.0);
-            for (number, at) in places.iter().enumerate() {
+            let grid = builder.finish(0, 1.0);
+            for (number, at) in positions.iter().enumerate() {
                 for index in 0..VOLUME as i32 {
                     let within = IVec3::new(index >> 6, index >> 3 & 7, index & 7);
-                    // A little inward, so that rounding asks no cell beyond the first.
+                    // A little inward, lest rounding read the cell before the first.
                     let center = ((*at << BRICK) + within).as_dvec3() + 0.5 + 1e-6;
-                    let p = bounds.min + center * lattice.edge();
+                    let p = bounds.min + center * grid.cell_width();
                     let right = right[number * VOLUME + index as usize];
-                    let value = match holds {
-                        CellContents::FirstMoments => {
-                            lattice.toward(p, 0, toward, [straight, 0.0, 0.0])
-                        }
-                        _ => lattice.at(p, 0),
+                    let value = match contents {
+                        CellContents::FirstMoments => grid.scattered(p, 0, wo, [g, 0.0, 0.0]),
+                        _ => grid.toward_camera(p, 0),
                     };
                     off += (value - right).abs();
                 }

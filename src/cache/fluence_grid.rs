@@ -1,42 +1,44 @@
-//! The finished lattice.
+//! The finished fluence grid.
 
 use glam::{DVec3, IVec3};
 
 use crate::math::{Rgb, Spectrum, WorldPoint};
 
-use super::moments::{FIRST, MOST, Scattered};
-use super::sparse_cells::{BRICK, SparseCells};
+use super::moments::{FIRST, MOST, ScatteredMoments};
+use crate::medium::{BRICK, SparseCells};
 
-/// Values along an edge of a brick: its own and its neighbours' first.
+/// Values along an edge of a brick: its own and the first of its neighbours, so that interpolation
+/// reads one brick.
 pub(super) const SIDE: usize = (1 << BRICK) + 1;
 
-/// Cells whose values a brick holds, z fastest.
-pub(super) const HELD: usize = SIDE * SIDE * SIDE;
+/// Cells whose values a brick stores, z fastest.
+pub(super) const STORED: usize = SIDE * SIDE * SIDE;
 
-/// Light in a medium on a lattice of cubic cells; see the module's documentation.
+/// Light in a medium on a sparse grid of cubic cells, from the lengths of photons' flights; see the
+/// module's documentation.
 #[derive(Debug)]
 pub struct FluenceGrid<S: Spectrum = Rgb> {
-    /// The finest, and others each with cells twice as wide.
+    /// The finest level, and others each with cells twice as wide.
     pub(super) levels: Vec<Level<S>>,
-    /// W/(m² sr) that a value of 1 stands for.
+    /// W/(m² sr) for which a value of 1 stands.
     pub(super) scale: f64,
-    /// Where moments of the second degree are held as well: those, on cells twice as wide.
-    pub(super) wide: Option<Box<Self>>,
+    /// Second moments, where those are held, on cells twice as wide.
+    pub(super) second: Option<Box<Self>>,
 }
 
-/// Light on cells of one width.
+/// Values on cells of one width.
 #[derive(Debug)]
 pub(super) struct Level<S: Spectrum> {
     pub cells: SparseCells,
-    /// How many numbers a cell has: one, or moments.
+    /// Values a cell: one, or moments.
     pub planes: usize,
-    /// Those of each cell that a brick holds, brick by brick.
+    /// Values of the cells that each brick stores, brick by brick.
     pub values: Vec<S::Stored>,
 }
 
 impl<S: Spectrum> FluenceGrid<S> {
-    /// Edge of the finest cells, in metres.
-    pub fn edge(&self) -> f64 {
+    /// Width of the finest cells, in metres.
+    pub fn cell_width(&self) -> f64 {
         self.levels.first().map_or(0.0, |level| level.cells.edge)
     }
 
@@ -44,51 +46,51 @@ impl<S: Spectrum> FluenceGrid<S> {
     pub fn memory_bytes(&self) -> usize {
         let of = |level: &Level<S>| size_of_val(&level.values[..]) + level.cells.memory_bytes();
         let own: usize = self.levels.iter().map(of).sum();
-        own + self.wide.as_ref().map_or(0, |wide| wide.memory_bytes())
+        own + self.second.as_ref().map_or(0, |second| second.memory_bytes())
     }
 
-    /// The light scattered toward the eye at `p` per unit of sigma_s, W/(m² sr): trilinear between
+    /// Light scattered toward the camera at `p` per unit of sigma_s, W/(m² sr): trilinear between
     /// the centres of cells 2^`level` times as wide as the finest, 0 where there are none.
-    pub fn at(&self, p: WorldPoint, level: usize) -> S {
-        let [light] = self.blended(p, level);
+    pub fn toward_camera(&self, p: WorldPoint, level: usize) -> S {
+        let [light] = self.interpolated(p, level);
         light
     }
 
-    /// The light scattered at `p` into the unit direction `toward`, per unit of sigma_s,
-    /// W/(m² sr), where the lattice holds moments: as far as those tell of light, and of the phase
-    /// function its Legendre coefficients of degrees 1 to 3.
-    pub fn toward(&self, p: WorldPoint, level: usize, toward: DVec3, legendre: [f64; 3]) -> S {
-        let scattered = Scattered::new(toward, legendre);
-        let first: [S; FIRST] = self.blended(p, level);
-        let Some(wide) = &self.wide else { return scattered.of(&first) };
+    /// Light scattered at `p` into the unit direction `wo` per unit of sigma_s, W/(m² sr), where the
+    /// grid holds moments: as far as those resolve the radiance, by the Legendre coefficients of
+    /// degrees 1 to 3 of the phase function. Noise may make it negative.
+    pub fn scattered(&self, p: WorldPoint, level: usize, wo: DVec3, legendre: [f64; 3]) -> S {
+        let scattered = ScatteredMoments::new(wo, legendre);
+        let first: [S; FIRST] = self.interpolated(p, level);
+        let Some(second) = &self.second else { return scattered.of(&first) };
         let mut moments = [S::ZERO; MOST];
         moments[..FIRST].copy_from_slice(&first);
-        moments[FIRST..].copy_from_slice(&wide.blended::<{ MOST - FIRST }>(p, level));
+        moments[FIRST..].copy_from_slice(&second.interpolated::<{ MOST - FIRST }>(p, level));
         scattered.of(&moments)
     }
 
-    /// The first numbers of cells at `p`, trilinear between their centres.
+    /// The first N values of cells, trilinear at `p` between their centres.
     #[inline]
-    fn blended<const N: usize>(&self, p: WorldPoint, level: usize) -> [S; N] {
+    fn interpolated<const N: usize>(&self, p: WorldPoint, level: usize) -> [S; N] {
         let none = [S::ZERO; N];
         let Some(level) = self.levels.get(level).or(self.levels.last()) else { return none };
         let cells = &level.cells;
-        let local = cells.local(p) - 0.5;
+        let local = cells.to_cells(p) - 0.5;
         let low = local.floor();
         let cell = low.as_ivec3();
-        let Some(brick) = cells.brick_anywhere(cell >> BRICK) else { return none };
+        let Some(brick) = cells.find_brick(cell >> BRICK) else { return none };
         let within = cell & ((1 << BRICK) - 1);
-        level.blend(brick, within, local - low).map(|short| S::to_f64(short) * self.scale)
+        level.trilinear(brick, within, local - low).map(|value| S::to_f64(value) * self.scale)
     }
 }
 
 impl<S: Spectrum> Level<S> {
-    /// The trilinear values at the fraction `f` of the way from the centre of the cell `within` a
+    /// Trilinear interpolation at the fraction `f` of the way from the centre of the cell `within` a
     /// brick to the next along each axis.
     #[inline]
-    fn blend<const N: usize>(&self, brick: usize, within: IVec3, f: DVec3) -> [S::F32; N] {
+    fn trilinear<const N: usize>(&self, brick: usize, within: IVec3, f: DVec3) -> [S::F32; N] {
         let first = (within.x as usize * SIDE + within.y as usize) * SIDE + within.z as usize;
-        let first = brick * HELD + first;
+        let first = brick * STORED + first;
         let f = f.as_vec3();
         let mut sums = [S::F32::default(); N];
         for (x, of_x) in [(0, 1.0 - f.x), (1, f.x)] {

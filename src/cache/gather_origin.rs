@@ -1,36 +1,36 @@
-//! Where in a cell gathers start.
+//! Where in a cell final gathers start.
 
 use glam::{DVec3, IVec3};
 
 use crate::math::WorldPoint;
 use crate::medium::Media;
 
-/// How far from a cell's centre, on the way to the mean of the places from which rays ask for it, its
-/// gathers start. At the centre, which may lie outside of the medium, they find too little light; in
-/// the mean place too much, as light falls off ever faster toward where the medium ends. Midway the
-/// scene of `gathers_lose_no_sunlight_in_thick_haze` (tests/gather.rs) is as bright as its reference.
-const MIDWAY: f64 = 0.5;
+/// Share of the way from a cell's centre to the mean of the places at which rays sample it, where
+/// gathers start. At the centre, which can lie outside of the medium, they find too little light; at the
+/// mean too much, as light falls off ever faster toward the medium's edge. Chosen by measuring the mean
+/// of `gathers_lose_no_sunlight_in_thick_haze` (tests/gather.rs) against its reference.
+const TOWARD_MEAN: f64 = 0.5;
 
-/// Standard deviation along an axis, in edges of a cell, of the places from which rays ask for it by
-/// trilinear interpolation.
-const SPREAD: f64 = 0.408;
+/// Standard deviation along an axis, in widths of a cell, of the places at which trilinear
+/// interpolation reads it: 1 / sqrt(6), that of a tent function.
+const LOOKUP_DEVIATION: f64 = 0.408;
 
-/// Optical thickness behind which nothing is seen.
+/// Optical thickness that hides everything.
 const OPAQUE: f64 = 20.0;
 
-/// Places at which [`start`] looks up densities.
-pub(super) const LOOKUPS: u64 = 9;
+/// Places at which [`gather_origin`] looks up densities.
+pub(super) const DENSITY_LOOKUPS: u64 = 9;
 
-/// Where gathers of light that the medium of this index scatters start in the cell of `edge` metres
-/// round `center`, with the eye in the direction `toward`: some of the way to the mean of the places
-/// from which rays ask for it, of which eight stand for all. What lies before them is told for the mean
-/// of the channels.
-pub(super) fn start(
+/// The place where gathers start for light that the medium of this index scatters in the cell of
+/// `width` metres round `center`, toward the camera in the direction `wo`: part of the way to the mean
+/// place at which rays sample the cell, for which eight corners stand. Extinction is the mean of the
+/// channels.
+pub(super) fn gather_origin(
     media: &Media,
     medium: usize,
     center: WorldPoint,
-    edge: f64,
-    toward: DVec3,
+    width: f64,
+    wo: DVec3,
 ) -> WorldPoint {
     // Of this medium, and of all.
     let extinction = |p| {
@@ -43,14 +43,14 @@ pub(super) fn start(
     let (mut moment, mut total) = (DVec3::ZERO, 0.0);
     for corner in 0..8 {
         let corner = IVec3::new(corner >> 2, corner >> 1 & 1, corner & 1) * 2 - 1;
-        let offset = SPREAD * edge * corner.as_dvec3();
+        let offset = LOOKUP_DEVIATION * width * corner.as_dvec3();
         let [own, there] = extinction(center + offset);
-        let nearer = 0.5 * (here + there) * offset.dot(toward);
+        let nearer = 0.5 * (here + there) * offset.dot(wo);
         let weight = own * nearer.clamp(-OPAQUE, OPAQUE).exp();
         moment += weight * offset;
         total += weight;
     }
-    if total > 0.0 { center + MIDWAY / total * moment } else { center }
+    if total > 0.0 { center + TOWARD_MEAN / total * moment } else { center }
 }
 
 #[cfg(test)]
@@ -75,23 +75,23 @@ mod tests {
         }
     }
 
-    fn started(sigma_t: f64, x: f64, toward: DVec3) -> DVec3 {
+    fn origin(sigma_t: f64, x: f64, toward: DVec3) -> DVec3 {
         let center = WorldPoint::new(x, 0.0, 0.0);
         let media = Media::new(vec![medium(sigma_t)]);
-        start(&media, 0, center, 1.0, toward) - WorldPoint::new(0.0, 0.0, 0.0)
+        gather_origin(&media, 0, center, 1.0, toward) - WorldPoint::new(0.0, 0.0, 0.0)
     }
 
     #[test]
     fn gathers_start_in_the_medium() {
         // Well inside, thin: at the centre. At the side: inward, also from outside.
-        assert!((started(1e-9, -4.0, DVec3::Y) - DVec3::new(-4.0, 0.0, 0.0)).length() < 1e-6);
+        assert!((origin(1e-9, -4.0, DVec3::Y) - DVec3::new(-4.0, 0.0, 0.0)).length() < 1e-6);
         for x in [-0.3, 0.0, 0.15] {
-            let p = started(1e-9, x, DVec3::Y);
+            let p = origin(1e-9, x, DVec3::Y);
             assert!(p.x < x - 0.1 && p.x < 0.0, "{p} for {x}");
         }
         // Thick: toward the eye, as far as the way there goes.
-        let p = started(1e9, -4.0, DVec3::Y);
-        assert!((p.y - MIDWAY * SPREAD).abs() < 1e-6, "{p}");
+        let p = origin(1e9, -4.0, DVec3::Y);
+        assert!((p.y - TOWARD_MEAN * LOOKUP_DEVIATION).abs() < 1e-6, "{p}");
     }
 
     #[test]
@@ -99,16 +99,16 @@ mod tests {
         // Thin within a thick one: at the near side, as if thick itself.
         let media = Media::new(vec![medium(1e-9), medium(1e9)]);
         let center = WorldPoint::new(-4.0, 0.0, 0.0);
-        let p = start(&media, 0, center, 1.0, DVec3::Y) - center;
-        assert!((p.y - MIDWAY * SPREAD).abs() < 1e-6, "{p}");
+        let p = gather_origin(&media, 0, center, 1.0, DVec3::Y) - center;
+        assert!((p.y - TOWARD_MEAN * LOOKUP_DEVIATION).abs() < 1e-6, "{p}");
     }
 
     proptest! {
         #[test]
         fn gathers_start_in_their_cell(log in -12.0..12.0f64, x in -2.0..2.0f64, angle in 0.0..6.3f64) {
-            let p = started(10.0_f64.powf(log), x, DVec3::new(angle.cos(), angle.sin(), 0.0));
+            let p = origin(10.0_f64.powf(log), x, DVec3::new(angle.cos(), angle.sin(), 0.0));
             let off = (p - DVec3::new(x, 0.0, 0.0)).abs().max_element();
-            prop_assert!(off <= MIDWAY * SPREAD + 1e-12, "{p}");
+            prop_assert!(off <= TOWARD_MEAN * LOOKUP_DEVIATION + 1e-12, "{p}");
         }
     }
 }

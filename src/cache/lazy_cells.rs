@@ -1,4 +1,4 @@
-//! Light on a lattice, found where it is first asked for.
+//! Sparse cells that are filled where they are first sampled.
 
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -8,49 +8,49 @@ use glam::IVec3;
 use rayon::prelude::*;
 
 use crate::math::{Rgb, Spectrum, Stage, Stream, WorldPoint};
+use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
 use crate::transport::PathContext;
 
-use super::sparse_cells::{BRICK, SparseCells, VOLUME, cell_index};
+/// The lowest bits of a stored value, which hold the pass that it was found in. They cost the value a
+/// relative error of at most 4e-6.
+const PASS_MASK: u32 = 0x1f;
 
-/// The lowest bits of a number, which tell the round of rays that it was found for.
-const ROUND: u32 = 0x1f;
+/// In place of a pass: the cell is empty.
+const EMPTY: u32 = PASS_MASK;
 
-/// In place of a round: a cell that has not been asked for.
-const UNKNOWN: u32 = ROUND;
-
-/// Light at the centres of cubic cells: what a place costs is paid once in a round of rays, not for
-/// each that comes by.
+/// Light at the centres of cubic cells, found by the first ray of a pass that samples a cell and read by
+/// all later ones. Threads may fill cells at once: the value depends on the cell and the pass alone.
 #[derive(Debug)]
 pub struct LazyCells<S = Rgb> {
     cells: SparseCells,
     seed: u64,
-    /// Its index, so that lattices of different media draw different numbers.
+    /// Index of the medium, so that caches of different media draw different random numbers.
     medium: usize,
-    /// Bits of one number a channel, cell by cell, with the round.
+    /// Bits of one f32 a channel with the pass in its lowest bits, cell by cell.
     values: Vec<AtomicU32>,
     channels: PhantomData<S>,
 }
 
-/// A cell whose light is to be found.
+/// A cell to be filled.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EmptyCell {
-    /// Its place in cells.
+    /// Its cell coordinates.
     pub cell: IVec3,
-    /// Its centre.
+    /// Its centre, in world space.
     pub center: WorldPoint,
 }
 
 impl<S: Spectrum> LazyCells<S> {
-    /// A lattice of the medium of this index over `cells`, of which nothing is known.
+    /// Empty cells for the medium of this index.
     pub(super) fn new(cells: SparseCells, seed: u64, medium: usize) -> Self {
         let numbers = cells.bricks() * VOLUME * S::CHANNELS;
-        let unknown = |_| AtomicU32::new(UNKNOWN);
-        let values = (0..numbers).into_par_iter().map(unknown).collect();
+        let empty = |_| AtomicU32::new(EMPTY);
+        let values = (0..numbers).into_par_iter().map(empty).collect();
         Self { cells, seed, medium, values, channels: PhantomData }
     }
 
-    /// Edge of a cell, in metres.
-    pub(super) const fn edge(&self) -> f64 {
+    /// Width of a cell, in metres.
+    pub(super) const fn width(&self) -> f64 {
         self.cells.edge
     }
 
@@ -59,8 +59,8 @@ impl<S: Spectrum> LazyCells<S> {
         self.values.len() * size_of::<AtomicU32>() + self.cells.memory_bytes()
     }
 
-    /// How many cells there are.
-    pub const fn cells(&self) -> usize {
+    /// Number of cells.
+    pub const fn count(&self) -> usize {
         self.values.len() / S::CHANNELS
     }
 
@@ -68,74 +68,74 @@ impl<S: Spectrum> LazyCells<S> {
         &self.values[cell * S::CHANNELS..][..S::CHANNELS]
     }
 
-    /// The bits of what is known of a cell, for storing; nothing where it has not been asked for.
-    pub fn known(&self, cell: usize) -> Option<[u32; 3]> {
+    /// The stored bits of a cell, for a checkpoint; `None` where it is empty.
+    pub fn stored(&self, cell: usize) -> Option<[u32; 3]> {
         let channels = self.channels_of(cell);
-        let known = channels[0].load(Ordering::Acquire);
-        let channel = |c: usize| channels.get(c).map_or(known, |v| v.load(Ordering::Relaxed));
-        (known & ROUND != UNKNOWN).then(|| [known, channel(1), channel(2)])
+        let first = channels[0].load(Ordering::Acquire);
+        let channel = |c: usize| channels.get(c).map_or(first, |v| v.load(Ordering::Relaxed));
+        (first & PASS_MASK != EMPTY).then(|| [first, channel(1), channel(2)])
     }
 
-    /// Takes back what [`known`](Self::known) told of a cell of the same lattice; no work is counted
-    /// for it again.
+    /// Sets a cell to what [`stored`](Self::stored) gave for the same cells; no work is counted for it
+    /// again.
     pub fn restore(&self, cell: usize, value: [u32; 3]) {
-        // The first channel last: it says that the others are there.
+        // The first channel last: its pass says that the others are there.
         for (channel, bits) in self.channels_of(cell).iter().zip(value).rev() {
             channel.store(bits, Ordering::Release);
         }
     }
 
-    /// The light of one of the eight cells round `p`, drawn with the weight that it has in trilinear
-    /// interpolation: that is what comes out on average, and of the cells that few rays ask for an
-    /// eighth has to be found. 0 where there are none. In each `round` of rays `find` finds it anew;
-    /// rounds follow one another. `ctx` counts the work, each cell's once.
+    /// An unbiased sample of trilinear interpolation at `p`: the light of one of the eight nearest
+    /// cells, drawn by its weight, so that a cell which few rays sample is seldom filled. 0 where
+    /// there is no cell. `fill` finds an empty cell's light, anew in each `pass`; passes follow one
+    /// another. `ctx` counts the work, that of each cell once.
     #[inline]
-    pub(super) fn near(
+    pub(super) fn sample(
         &self,
         p: WorldPoint,
-        round: u32,
+        pass: u32,
         ctx: &mut PathContext,
-        find: impl FnOnce(&EmptyCell, &mut PathContext) -> S,
+        fill: impl FnOnce(&EmptyCell, &mut PathContext) -> S,
     ) -> S {
-        let local = self.cells.local(p) - 0.5;
+        let local = self.cells.to_cells(p) - 0.5;
         let low = local.floor();
         let [x, y, z] = (local - low).to_array().map(|share| i32::from(ctx.rng.uniform() < share));
         let cell = low.as_ivec3() + IVec3::new(x, y, z);
-        let Some(brick) = self.cells.brick_anywhere(cell >> BRICK) else { return S::ZERO };
+        let Some(brick) = self.cells.find_brick(cell >> BRICK) else { return S::ZERO };
         let index = brick * VOLUME + cell_index(cell & ((1 << BRICK) - 1));
         let channels = self.channels_of(index);
-        if channels[0].load(Ordering::Acquire) & ROUND == round {
-            let number = |c: usize| f32::from_bits(channels[c].load(Ordering::Relaxed) & !ROUND);
-            return S::to_f64(S::from_channels(number));
+        if channels[0].load(Ordering::Acquire) & PASS_MASK == pass {
+            let value = |c: usize| f32::from_bits(channels[c].load(Ordering::Relaxed) & !PASS_MASK);
+            return S::to_f64(S::from_channels(value));
         }
-        S::to_f64(self.fill(cell, index, round, ctx, find))
+        S::to_f64(self.fill(cell, index, pass, ctx, fill))
     }
 
-    /// Finds the light of a cell. Threads that do so at once find the same.
+    /// Finds and stores the light of a cell. Threads that do so at once find the same.
     fn fill(
         &self,
         cell: IVec3,
         index: usize,
-        round: u32,
+        pass: u32,
         ctx: &mut PathContext,
-        find: impl FnOnce(&EmptyCell, &mut PathContext) -> S,
+        fill: impl FnOnce(&EmptyCell, &mut PathContext) -> S,
     ) -> S::F32 {
         let start = Instant::now();
-        let sample = u64::MAX - u64::from(round);
+        let sample = u64::MAX - u64::from(pass);
         let key = (self.medium as u64) << 32 | index as u64;
         let stream = Stream::new(self.seed, Stage::March, key, sample);
         let mut own = PathContext::new(stream, ctx.needs);
-        let center = self.cells.world(cell.as_dvec3() + 0.5);
-        let light = find(&EmptyCell { cell, center }, &mut own).to_f32();
+        let center = self.cells.to_world(cell.as_dvec3() + 0.5);
+        let light = fill(&EmptyCell { cell, center }, &mut own).to_f32();
         let finite = S::to_f64(light).is_finite();
         own.work.dropped_samples += u64::from(!finite);
         let light = if finite { light } else { S::F32::default() };
-        let bits = |c: usize| S::channel_f32(light, c).to_bits() & !ROUND;
+        let bits = |c: usize| S::channel_f32(light, c).to_bits() & !PASS_MASK;
         let channels = self.channels_of(index);
         for (c, stored) in channels.iter().enumerate().skip(1) {
-            stored.store(bits(c) | round, Ordering::Relaxed);
+            stored.store(bits(c) | pass, Ordering::Relaxed);
         }
-        if channels[0].swap(bits(0) | round, Ordering::AcqRel) & ROUND != round {
+        if channels[0].swap(bits(0) | pass, Ordering::AcqRel) & PASS_MASK != pass {
             ctx.work += own.work;
         }
         ctx.amortized.cells += start.elapsed();
@@ -151,10 +151,10 @@ mod tests {
     use crate::shape::{Cuboid, Region};
     use glam::{DAffine3, DVec3};
 
-    fn filled<S: Spectrum>() -> LazyCells<S> {
+    fn empty<S: Spectrum>() -> LazyCells<S> {
         let region = Cuboid::new(DVec3::ZERO, DVec3::ONE, &DAffine3::IDENTITY).unwrap();
         let density = Density::Homogeneous(Region::Box(region));
-        LazyCells::new(SparseCells::around(&density, 0.2, 1).unwrap(), 1, 0)
+        LazyCells::new(SparseCells::covering(&density, 0.2, 1).unwrap(), 1, 0)
     }
 
     fn ctx() -> PathContext {
@@ -162,14 +162,14 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_is_found_once_a_round() {
-        let (filled, mut ctx) = (filled::<Rgb>(), ctx());
-        let p = filled.cells.world(DVec3::splat(3.5));
-        for round in 0..ROUND {
-            let light = Rgb::new(f64::from(round), 0.1, -1e30);
-            for find in [true, false] {
-                let found = filled.near(p, round, &mut ctx, |cell, own| {
-                    assert!(find && cell.cell == IVec3::splat(3));
+    fn a_cell_is_filled_once_a_pass() {
+        let (cells, mut ctx) = (empty::<Rgb>(), ctx());
+        let p = cells.cells.to_world(DVec3::splat(3.5));
+        for pass in 0..PASS_MASK {
+            let light = Rgb::new(f64::from(pass), 0.1, -1e30);
+            for fills in [true, false] {
+                let found = cells.sample(p, pass, &mut ctx, |cell, own| {
+                    assert!(fills && cell.cell == IVec3::splat(3));
                     own.work.collisions += 1;
                     light
                 });
@@ -177,37 +177,37 @@ mod tests {
                 assert!(off.max_element() < 5e-6, "{found} for {light}");
             }
         }
-        assert_eq!(ctx.work.collisions, u64::from(ROUND));
+        assert_eq!(ctx.work.collisions, u64::from(PASS_MASK));
     }
 
     #[test]
-    fn what_is_not_finite_is_dropped_and_counted() {
-        let (filled, mut ctx) = (filled::<Rgb>(), ctx());
-        let p = filled.cells.world(DVec3::splat(3.5));
-        for (round, wrong) in [f64::NAN, f64::INFINITY, 1e300].into_iter().enumerate() {
-            let found = filled.near(p, round as u32, &mut ctx, |_, _| Rgb::new(1.0, wrong, 1.0));
-            assert_eq!((found, ctx.work.dropped_samples), (Rgb::ZERO, round as u64 + 1));
+    fn values_that_are_not_finite_are_dropped_and_counted() {
+        let (cells, mut ctx) = (empty::<Rgb>(), ctx());
+        let p = cells.cells.to_world(DVec3::splat(3.5));
+        for (pass, wrong) in [f64::NAN, f64::INFINITY, 1e300].into_iter().enumerate() {
+            let found = cells.sample(p, pass as u32, &mut ctx, |_, _| Rgb::new(1.0, wrong, 1.0));
+            assert_eq!((found, ctx.work.dropped_samples), (Rgb::ZERO, pass as u64 + 1));
         }
     }
 
     #[test]
-    fn what_is_known_is_recalled() {
+    fn stored_values_are_restored() {
         fn check<S: Spectrum>() {
-            let ([from, to], mut ctx) = ([filled::<S>(), filled::<S>()], ctx());
-            let center = |x: i32| from.cells.world(DVec3::new(f64::from(x) + 0.5, 2.5, 1.5));
+            let ([from, to], mut ctx) = ([empty::<S>(), empty::<S>()], ctx());
+            let center = |x: i32| from.cells.to_world(DVec3::new(f64::from(x) + 0.5, 2.5, 1.5));
             let of = |x: i32| S::of(Rgb::new(0.3, 0.2, 0.7) * f64::from(x));
-            let mut ask = |lattice: &LazyCells<S>, x: i32, known: bool| {
-                lattice.near(center(x), 2, &mut ctx, |_, _| {
+            let mut sample = |cells: &LazyCells<S>, x: i32, known: bool| {
+                cells.sample(center(x), 2, &mut ctx, |_, _| {
                     assert!(!known);
                     of(x)
                 })
             };
-            let told: Vec<S> = (0..5).map(|x| ask(&from, x, false)).collect();
-            let known = (0..from.cells()).filter_map(|cell| Some((cell, from.known(cell)?)));
+            let values: Vec<S> = (0..5).map(|x| sample(&from, x, false)).collect();
+            let known = (0..from.count()).filter_map(|cell| Some((cell, from.stored(cell)?)));
             assert_eq!(known.clone().count(), 5);
             known.for_each(|(cell, value)| to.restore(cell, value));
-            for (x, told) in (0..).zip(told) {
-                assert_eq!(ask(&to, x, true), told);
+            for (x, value) in (0..).zip(values) {
+                assert_eq!(sample(&to, x, true), value);
             }
         }
         check::<Rgb>();

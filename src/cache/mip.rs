@@ -1,20 +1,20 @@
-//! Cells with their values, before bricks share their borders.
+//! Coarser levels of a fluence grid.
 
 use glam::IVec3;
 use rayon::prelude::*;
 
 use crate::math::Spectrum;
 
-use super::fluence_grid::{HELD, Level, SIDE};
-use super::sparse_cells::{BRICK, SparseCells, VOLUME, cell_index};
+use super::fluence_grid::{Level, SIDE, STORED};
+use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
 
 /// Cells of a brick along an edge.
 const EDGE: i32 = 1 << BRICK;
 
-/// Cells with the mean of the light in each, 8³ a brick and [`planes`](Self::planes) times those.
+/// Means of light in cells, 8³ a brick for each of [`planes`](Self::planes).
 pub(super) struct Mip<S: Spectrum> {
     pub cells: SparseCells,
-    /// How many numbers a cell has, brick by brick: first the first of all its cells.
+    /// Values a cell. A brick stores the first value of all its cells, then the second.
     pub planes: usize,
     pub values: Vec<S::F32>,
 }
@@ -24,9 +24,9 @@ impl<S: Spectrum> Mip<S> {
         self.values[(brick * self.planes + plane) * VOLUME + cell_index(within)]
     }
 
-    /// The same light on cells twice as wide: means of those cells that are held.
-    pub fn wider(&self) -> Self {
-        let cells = self.cells.wider();
+    /// The same light on cells twice as wide: means of eight cells.
+    pub fn coarser(&self) -> Self {
+        let cells = self.cells.coarser();
         let planes = self.planes;
         let mut values = vec![S::F32::default(); cells.bricks() * planes * VOLUME];
         let fill = |(at, values): (IVec3, &mut [S::F32])| {
@@ -34,7 +34,7 @@ impl<S: Spectrum> Mip<S> {
                 let within = IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & (EDGE - 1);
                 let first = ((at << BRICK) + within) * 2;
                 // All eight lie in one brick, whose edge is even.
-                let Some(brick) = self.cells.brick_anywhere(first >> BRICK) else { continue };
+                let Some(brick) = self.cells.find_brick(first >> BRICK) else { continue };
                 for plane in 0..planes {
                     let corner = |i: i32| {
                         let by = IVec3::new(i & 1, i >> 1 & 1, i >> 2);
@@ -46,20 +46,20 @@ impl<S: Spectrum> Mip<S> {
             }
         };
         let bricks = values.par_chunks_mut(VOLUME * planes);
-        cells.places().into_par_iter().zip(bricks).for_each(fill);
+        cells.brick_positions().into_par_iter().zip(bricks).for_each(fill);
         Self { cells, planes, values }
     }
 
-    /// Bricks that hold their neighbours' first values as well.
+    /// The level of a grid, whose bricks store the first values of their neighbours as well.
     pub fn level(self) -> Level<S> {
         let Self { cells, planes, .. } = &self;
-        let mut values = vec![S::Stored::default(); cells.bricks() * HELD * planes];
+        let mut values = vec![S::Stored::default(); cells.bricks() * STORED * planes];
         let fill = |(at, values): (IVec3, &mut [S::Stored])| {
-            let own = cells.brick(at).expect("only bricks that are held are listed");
+            let own = cells.brick(at).expect("only stored bricks are listed");
             for (index, values) in values.chunks_mut(*planes).enumerate() {
                 let (x, y, z) = (index / (SIDE * SIDE), index / SIDE % SIDE, index % SIDE);
                 let within = IVec3::new(x as i32, y as i32, z as i32);
-                let (brick, within) = match cells.brick_anywhere(at + (within >> BRICK)) {
+                let (brick, within) = match cells.find_brick(at + (within >> BRICK)) {
                     Some(brick) => (brick, within & (EDGE - 1)),
                     None => (own, within.min(IVec3::splat(EDGE - 1))),
                 };
@@ -68,8 +68,8 @@ impl<S: Spectrum> Mip<S> {
                 }
             }
         };
-        let bricks = values.par_chunks_mut(HELD * planes);
-        cells.places().into_par_iter().zip(bricks).for_each(fill);
+        let bricks = values.par_chunks_mut(STORED * planes);
+        cells.brick_positions().into_par_iter().zip(bricks).for_each(fill);
         Level { cells: self.cells, planes: self.planes, values }
     }
 }

@@ -139,6 +139,9 @@ impl Job<'_> {
             report["denoiser"] =
                 json!(denoiser.map(|d| json!({ "version": d.version(), "path": d.path() })));
         }
+        if let Some(strategy) = &rendered.strategy {
+            report["strategy"] = json!(strategy);
+        }
         if let Some(directed) = rendered.director {
             report["director"] = json!(directed);
         }

@@ -56,6 +56,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "scene": scene.hash,
             "items": items,
             "needs": plan.needs,
+            "strategy": costs.strategy,
             "offers": plan.offers,
             "work": costs.work,
             "memory": costs.memory,
@@ -112,6 +113,10 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, threads: usize) -> 
             count => format!(": {} {}", amount(count), item.counter.replace('_', " ")),
         };
         lines.push(format!("{stage:9} {name:23} {verdict:9} {why}{work}"));
+    }
+    if plan.needs.media {
+        let strategy = costs.strategy.lines();
+        lines.extend(strategy.iter().map(|line| format!("strategy, {line}")));
     }
     lines.push(format!("work, about:{}", list(costs.work.counts(), &amount)));
     let StageSeconds { director, photons, march } = costs.seconds;

@@ -1,4 +1,4 @@
-//! What photons should reach.
+//! Where photons from lights are aimed.
 
 use std::f64::consts::PI;
 
@@ -9,30 +9,32 @@ use super::ground::{Ground, SLACK};
 use super::{checked_place, mixture, one_minus_cos_by_sine};
 use crate::math::{Frame, WorldPoint, warp};
 
-/// The part of the world that photons are emitted toward: a sphere round what is seen of media, and
-/// round that a larger one, at the same centre, for what is about them. Half the photons go to each;
-/// endless ground takes part of the latter's. Where there are foci, half of all go to those.
+/// The part of the world that photons are emitted toward: a sphere round what the camera sees of media,
+/// and round that a larger one with the same centre. Half of the photons go to each; an infinite ground
+/// plane takes part of the latter's. Where there are foci, half of all go to those (emission by
+/// importance, Peter and Pietrek 1998, "Importance Driven Construction of Photon Maps", with balls in
+/// place of an importance map). All densities are mixtures, so that any place gets photons.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EmissionTarget {
     center: WorldPoint,
     radius: f64,
     outer: f64,
-    /// Where there is endless ground.
+    /// The infinite ground plane, where there is one.
     ground: Option<Ground>,
     foci: Vec<TargetSphere>,
     /// Running sum of the foci's weights, ending at 1.
     cdf: Vec<f64>,
 }
 
-/// A ball, inside the smaller sphere of a [`EmissionTarget`] or the image of such a one in a mirror, that deserves
-/// photons above others.
+/// A focus of an [`EmissionTarget`]: a ball in its smaller sphere that gets more photons, or the image
+/// of one in a mirror.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetSphere {
     /// Its centre.
     pub center: WorldPoint,
     /// Its radius, in metres.
     pub radius: f64,
-    /// Photons that it gets, in proportion to those of the other foci.
+    /// Its share of the photons, relative to other foci.
     pub weight: f64,
 }
 
@@ -41,9 +43,9 @@ pub struct TargetSphere {
 enum Target {
     /// The disk that the smaller sphere covers.
     Near,
-    /// The larger sphere's round it.
+    /// The ring between that and the disk of the larger sphere.
     Ring,
-    /// Endless ground.
+    /// Infinite ground.
     Ground(Ground),
 }
 
@@ -51,7 +53,7 @@ impl EmissionTarget {
     /// The sphere of this radius in metres.
     ///
     /// # Errors
-    /// Says what would be right where the centre is not finite or the radius not above 0.
+    /// Where the centre is not finite or the radius not above 0.
     pub fn new(center: WorldPoint, radius: f64) -> Result<Self, String> {
         Self::with_ring(center, radius, radius)
     }
@@ -59,8 +61,7 @@ impl EmissionTarget {
     /// The sphere of `radius` with a larger one of radius `outer`, both in metres.
     ///
     /// # Errors
-    /// Says what would be right where the centre is not finite, `radius` not above 0, or `outer`
-    /// smaller or infinite.
+    /// Where the centre is not finite, `radius` not above 0, or `outer` smaller or infinite.
     pub fn with_ring(center: WorldPoint, radius: f64, outer: f64) -> Result<Self, String> {
         if !(radius > 0.0 && radius <= outer && outer.is_finite()) {
             return Err(format!(
@@ -72,16 +73,15 @@ impl EmissionTarget {
         Ok(Self { center, radius, outer, ground: None, foci: Vec::new(), cdf: Vec::new() })
     }
 
-    /// As `self`; where there is endless ground, from which the centre is about `height` metres away,
-    /// over that.
+    /// As `self`, over infinite ground from which the centre is about `height` metres away; `None` is
+    /// no ground.
     #[must_use]
     pub fn over_ground(self, height: Option<f64>) -> Self {
         let ground = height.map(|height| Ground::new(height.max(self.radius)));
         Self { ground, ..self }
     }
 
-    /// As `self`, with half of all photons for `foci`, of which those without weight count for
-    /// nothing.
+    /// As `self`, with half of all photons for `foci`; those without weight or radius are left out.
     #[must_use]
     pub fn focused_on(mut self, foci: Vec<TargetSphere>) -> Self {
         self.foci = foci;
@@ -102,7 +102,7 @@ impl EmissionTarget {
         &self.foci
     }
 
-    /// The focus that the number `u` in [0, 1) picks, and a number in [0, 1) to go on with.
+    /// A focus chosen by `u` in [0, 1), and `u` remapped to [0, 1).
     fn pick(&self, u: f64) -> (&TargetSphere, f64) {
         let index = self.cdf.partition_point(|&sum| sum <= u).min(self.foci.len() - 1);
         let focus = &self.foci[index];
@@ -110,8 +110,8 @@ impl EmissionTarget {
         (focus, ((u - below) / focus.weight).clamp(0.0, 1.0 - f64::EPSILON))
     }
 
-    /// Splits the number `u` in [0, 1): a focus or nothing, each half of the time where there are
-    /// foci, and a number to go on with.
+    /// A focus or `None`, each with probability 1/2 where there are foci, chosen by `u` in [0, 1), and
+    /// `u` remapped to [0, 1).
     pub(super) fn choose(&self, u: f64) -> (Option<&TargetSphere>, f64) {
         if self.foci.is_empty() {
             return (None, u);
@@ -138,32 +138,32 @@ impl EmissionTarget {
         self.outer
     }
 
-    /// As `self` without endless ground, for light that comes from there.
+    /// As `self` without the ground, for light that comes from there.
     #[must_use]
     pub fn above_ground(&self) -> Self {
         Self { ground: None, ..self.clone() }
     }
 
-    /// The endless ground.
+    /// The infinite ground.
     pub(super) const fn ground(&self) -> Option<Ground> {
         self.ground
     }
 
-    /// Whether the larger sphere is more than the smaller.
+    /// Whether the larger sphere is larger than the smaller.
     pub(super) fn has_ring(&self) -> bool {
         self.outer > self.radius
     }
 
-    /// 1 - cos of the half angle of the cone from `from` round the sphere of `radius` metres at
-    /// the centre, with the axis; nothing where `from` lies inside.
+    /// Axis of the cone from `from` round the sphere of `radius` metres at the centre, and 1 - cos of
+    /// its half angle; `None` where `from` lies inside.
     pub(super) fn cone(&self, from: WorldPoint, radius: f64) -> Option<(DVec3, f64)> {
         let toward = self.center - from;
         let distance = toward.length();
         (distance > radius).then(|| (toward / distance, one_minus_cos_by_sine(radius / distance)))
     }
 
-    /// A place outside the reach from which light along the unit `direction` comes in, and its
-    /// density per area perpendicular to the direction, 1/m².
+    /// Origin, outside of the target, of a photon along the unit `direction`, and its density per area
+    /// perpendicular to the direction, 1/m².
     ///
     /// Uniform over the disk that the sphere of `radius` covers or, one time in two where there
     /// is more, log-uniform in the distance from the axis from there to `outer`, or by half of those
@@ -193,14 +193,14 @@ impl EmissionTarget {
         (self.center + across - direction * self.outer, pdf)
     }
 
-    /// What light from far away goes to, in the order of a [`mixture`].
+    /// The parts that light from far away is aimed at, in the order of a [`mixture`].
     fn targets(&self) -> SmallVec<[Target; 3]> {
         let ring = self.has_ring().then_some(Target::Ring);
         let ground = self.ground.map(Target::Ground);
         std::iter::once(Target::Near).chain(ring).chain(ground).collect()
     }
 
-    /// A place on the disks of both spheres or on ground, in metres from their centre.
+    /// A point on the disks of both spheres or on the ground, in metres from their centre.
     fn offset(&self, u: [f64; 2]) -> DVec2 {
         let targets = self.targets();
         let (index, first) = mixture::pick(u[0], targets.len());

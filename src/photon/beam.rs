@@ -20,18 +20,18 @@ pub struct BeamMap<S: Spectrum = Rgb, H = Octahedral> {
     bvh: Option<CwBvh>,
     /// In the order of the hierarchy's leaves, so that neighbours lie side by side.
     photons: Vec<Sphere<S, H>>,
-    /// What places are relative to, so that 32 bits do far from the world's origin.
+    /// What positions are relative to, so that 32 bits suffice far from the world's origin.
     origin: WorldPoint,
-    /// No radius is larger, in metres.
+    /// The largest radius, in metres.
     widest: f64,
     /// Distance from the origin within which all spheres lie, in metres.
     extent: f64,
 }
 
-/// A photon with its place and radius: 32 bytes in colour and with its heading, 20 without either.
+/// A photon with its position and radius: 32 bytes in colour and with its direction, 20 without either.
 #[derive(Debug, Clone, Copy)]
 struct Sphere<S: Spectrum, H> {
-    placed: PhotonAt<S, H>,
+    at: PhotonAt<S, H>,
     radius: f32,
 }
 
@@ -40,19 +40,20 @@ struct Sphere<S: Spectrum, H> {
 pub struct BeamHit<'a, S: Spectrum = Rgb, H = Octahedral> {
     /// The photon.
     pub photon: &'a Photon<S, H>,
-    /// Where the ray passes it closest, in metres along the ray.
+    /// Distance along the ray of the point closest to the photon, in metres.
     pub t: f64,
-    /// Squared distance from there, in m².
+    /// Squared distance of the photon from that point, in m².
     pub distance2: f64,
     /// Radius of its sphere, in metres.
     pub radius: f64,
 }
 
-/// Tells the random numbers here from those of photon paths.
-const TIES: u64 = 2;
+/// Stream index of the jitter against ties, which photon paths do not use.
+const TIE_STREAM: u64 = 2;
 
-/// Share of the photons' extent that is the least unit of length.
-const FINEST: f64 = 1e-6;
+/// Smallest unit of length of the hierarchy, as a share of the photons' extent: the rounding of 32-bit
+/// positions.
+const MIN_UNIT: f64 = 1e-6;
 
 struct Ball {
     center: Vec3A,
@@ -66,10 +67,10 @@ impl Boundable for Ball {
 }
 
 impl<S: Spectrum, H: PhotonDirection> BeamMap<S, H> {
-    /// Bytes of a photon with its place and radius.
+    /// Bytes of a photon with its position and radius.
     pub(super) const SPHERE: usize = size_of::<Sphere<S, H>>();
 
-    /// Builds the hierarchy over `photons`, whose places are relative to `origin`, with a radius in
+    /// Builds the hierarchy over `photons`, whose positions are relative to `origin`, with a radius in
     /// metres for each.
     ///
     /// # Panics
@@ -78,19 +79,19 @@ impl<S: Spectrum, H: PhotonDirection> BeamMap<S, H> {
         assert_eq!(photons.len(), radii.len(), "one radius a photon");
         let center = |p: &PhotonAt<S, H>| DVec3::from(p.place.map(f64::from));
         let extent = photons.iter().map(|p| center(p).length()).fold(0.0, f64::max);
-        // Not below the places' rounding: in units of a narrower sphere they would be too large
-        // for 32 bits.
-        let widest = f64::from(radii.iter().copied().fold(0.0, f32::max)).max(FINEST * extent);
+        // Not below the rounding of positions: in units of a narrower sphere they would overflow the
+        // precision of 32 bits.
+        let widest = f64::from(radii.iter().copied().fold(0.0, f32::max)).max(MIN_UNIT * extent);
         // A little more than the radius, for the hierarchy's rounding.
         let margin = |radius: f64| 1e-3 * radius + 1e-6 * extent;
-        // Where photons lie on one another, as in media of very short free paths, ties would make
-        // the hierarchy a chain: within the margin each is moved elsewhere.
-        let mut rng = Stream::new(0, Stage::Photons, 0, TIES);
+        // Where photons coincide, as in media of very short free paths, ties would make the hierarchy a
+        // chain: each box is jittered within the margin.
+        let mut rng = Stream::new(0, Stage::Photons, 0, TIE_STREAM);
         let ball = |(p, radius): (&PhotonAt<S, H>, &f32)| {
             let radius = f64::from(*radius);
-            let aside = DVec3::from(std::array::from_fn(|_| 0.5 * rng.uniform() - 0.25));
+            let jitter = DVec3::from(std::array::from_fn(|_| 0.5 * rng.uniform() - 0.25));
             Ball {
-                center: ((center(p) + aside * margin(radius)) / widest).as_vec3a(),
+                center: ((center(p) + jitter * margin(radius)) / widest).as_vec3a(),
                 radius: ((radius + margin(radius)) / widest) as f32,
             }
         };
@@ -102,7 +103,7 @@ impl<S: Spectrum, H: PhotonDirection> BeamMap<S, H> {
         };
         let bvh = (!balls.is_empty()).then(build);
         let order = bvh.as_ref().map_or(&[][..], |bvh| &bvh.primitive_indices);
-        let sphere = |i: &u32| Sphere { placed: photons[*i as usize], radius: radii[*i as usize] };
+        let sphere = |i: &u32| Sphere { at: photons[*i as usize], radius: radii[*i as usize] };
         let photons = order.par_iter().map(sphere).collect();
         Self { bvh, photons, origin, widest, extent: extent + widest + margin(widest) }
     }
@@ -118,8 +119,7 @@ impl<S: Spectrum, H: PhotonDirection> BeamMap<S, H> {
     }
 
     /// Calls `f` with each photon whose sphere, `scale` times as wide (at most 1), `ray` (unit
-    /// direction) crosses and whose closest place on the ray lies in `span`, in an order that is
-    /// the same each time.
+    /// direction) crosses and whose closest point on the ray lies in `span`, in a fixed order.
     pub fn along(
         &self,
         ray: &Ray<World>,
@@ -143,7 +143,7 @@ impl<S: Spectrum, H: PhotonDirection> BeamMap<S, H> {
         let length = ((far - near) / self.widest) as f32;
         let query = obvhs::ray::Ray::new(entry, direction, 0.0, length);
         bvh.ray_traverse_anyhit(query, |_, index| {
-            let Sphere { placed: PhotonAt { place, photon }, radius } = &self.photons[index];
+            let Sphere { at: PhotonAt { place, photon }, radius } = &self.photons[index];
             let radius = f64::from(*radius) * scale;
             let to = DVec3::from(place.map(f64::from)) - local;
             let along = to.dot(ray.direction);

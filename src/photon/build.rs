@@ -1,6 +1,7 @@
-//! The maps of photons that are gathered.
+//! From photons to maps.
 
 use crate::math::{Spectrum, WorldPoint, warp};
+use crate::medium::Phase;
 use crate::scene::Scene;
 
 use super::camera_importance::CameraImportance;
@@ -8,17 +9,19 @@ use super::extents::Extents;
 use super::maps::THINNING;
 use super::path::Deposits;
 use super::radius::{self, Radii};
-use super::{BeamMap, Photon, PhotonAt, PhotonDirection, PhotonSettings, SurfaceMap};
-use crate::strategy::PhaseSplit;
+use super::{BeamMap, Photon, PhotonAt, PhotonDirection, SurfaceMap};
 
-/// The map of the photons in media and thinned ones of it, with the gather radius in metres that is
-/// typical of what the camera sees. They are scattered by `scatterings`.
+/// Largest radius of a surface photon, as a share of the diagonal of all surfaces and media.
+const MAX_SURFACE_RADIUS: f64 = 0.1;
+
+/// The map of the photons in media with `levels` thinned ones, and the gather radius in metres that is
+/// typical of what the camera sees. `phases` scatter the photons of each medium.
 pub(super) fn in_media<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
-    shooting: &PhotonSettings,
+    levels: u32,
     extents: &Extents,
-    visible: &CameraImportance,
-    scatterings: &[PhaseSplit],
+    importance: &CameraImportance,
+    phases: &[Phase],
     deposits: &Deposits<S, H>,
 ) -> (Vec<BeamMap<S, H>>, f64) {
     let Extents { origin, depth, margin, .. } = *extents;
@@ -26,16 +29,15 @@ pub(super) fn in_media<S: Spectrum, H: PhotonDirection>(
     let radii = match extents.radius {
         Some(radius) => Radii::constant(radius, photons.len()),
         None => {
-            let weight =
-                |p: &PhotonAt<S, H>| toward_camera(scene, scatterings, p.at(origin), &p.photon);
+            let weight = |p: &PhotonAt<S, H>| toward_camera(scene, phases, p.at(origin), &p.photon);
             let independent = deposits.independent.iter();
             let independent: Vec<PhotonAt<S, H>> =
                 independent.map(|index| photons[*index]).collect();
-            let seen = &visible.media;
-            Radii::adaptive(origin, photons, &independent, seen, depth, weight, margin)
+            let visible = &importance.media;
+            Radii::adaptive(origin, photons, &independent, visible, depth, weight, margin)
         }
     };
-    (thinned_maps(origin, photons, &radii.each, shooting.levels), radii.typical)
+    (thinned_maps(origin, photons, &radii.each, levels), radii.typical)
 }
 
 /// The map of the photons on surfaces.
@@ -45,7 +47,10 @@ pub(super) fn on_surfaces<S: Spectrum>(
 ) -> SurfaceMap<S> {
     let radii = match extents.radius {
         Some(radius) => vec![radius as f32; photons.len()],
-        None => radius::on_surfaces(extents.origin, photons, 0.1 * extents.of_surfaces()),
+        None => {
+            let most = MAX_SURFACE_RADIUS * extents.of_surfaces();
+            radius::on_surfaces(extents.origin, photons, most)
+        }
     };
     SurfaceMap::new(extents.origin, photons, &radii)
 }
@@ -58,25 +63,24 @@ fn thinned_maps<S: Spectrum, H: PhotonDirection>(
     levels: u32,
 ) -> Vec<BeamMap<S, H>> {
     let map = |level: u32| {
-        let (step, wider) = (THINNING.pow(level), (1_u32 << level) as f32);
-        let left: Vec<PhotonAt<S, H>> = photons.iter().step_by(step).copied().collect();
-        let radii: Vec<f32> = radii.iter().step_by(step).map(|r| r * wider).collect();
-        BeamMap::new(origin, &left, &radii)
+        let (step, widening) = (THINNING.pow(level), (1_u32 << level) as f32);
+        let thinned: Vec<PhotonAt<S, H>> = photons.iter().step_by(step).copied().collect();
+        let radii: Vec<f32> = radii.iter().step_by(step).map(|r| r * widening).collect();
+        BeamMap::new(origin, &thinned, &radii)
     };
     let all = BeamMap::new(origin, photons, radii);
     std::iter::once(all).chain((1..=levels).map(map)).collect()
 }
 
-/// How much more a photon's light scatters toward the camera than if it were spread evenly, by the
-/// most peaked phase function.
+/// Ratio of the light that a photon scatters toward the camera to that of an isotropic phase function,
+/// by the most peaked of `phases`.
 fn toward_camera<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
-    scatterings: &[PhaseSplit],
+    phases: &[Phase],
     p: WorldPoint,
     photon: &Photon<S, H>,
 ) -> f64 {
-    let (heading, toward) = (photon.heading(), scene.camera.toward(p));
-    let phases = scatterings.iter().map(|scattering| &scattering.phase);
-    let most = phases.map(|phase| heading.spread(phase, toward)).fold(0.0, f64::max);
+    let (direction, wo) = (photon.stored_direction(), scene.camera.toward(p));
+    let most = phases.iter().map(|phase| direction.scattered(phase, wo)).fold(0.0, f64::max);
     most / warp::uniform_sphere_pdf()
 }

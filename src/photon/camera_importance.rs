@@ -22,7 +22,7 @@ const MARGIN: f64 = 1.2;
 
 /// Points that the camera sees, sampled by a coarse grid of rays.
 #[derive(Debug, Default)]
-pub(super) struct CameraImportance {
+pub struct CameraImportance {
     /// Points in media, in proportion to what a scattering there contributes.
     pub media: Vec<WorldPoint>,
     /// Points on surfaces that are not mirrors or glass.

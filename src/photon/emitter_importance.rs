@@ -1,4 +1,5 @@
-//! How many photons each emitter deserves.
+//! Importance of emission: how many photons each emitter gets (after Peter and Pietrek 1998,
+//! "Importance Driven Construction of Photon Maps").
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,85 +9,86 @@ use crate::math::{Spectrum, WorldPoint};
 
 use super::camera_importance::CameraImportance;
 use super::path::{Deposits, PhotonTracer};
-use super::pilot::ONE_IN;
+use super::pilot::PHOTONS_PER_PATH;
 use super::{PhotonAt, PhotonDirection};
 use crate::transport::FlightSegment;
 
-/// Paths that are asked at most, of all emitters together.
-const PATHS: u64 = 4096;
+/// Most paths of the pilot, of all emitters together.
+const MAX_PATHS: u64 = 4096;
 
-/// Paths that are asked of each emitter at least.
-const LEAST: u64 = 64;
+/// Fewest paths of the pilot from each emitter.
+const MIN_PATHS: u64 = 64;
 
-/// Paths that one piece of work asks.
+/// Paths that one task traces.
 const CHUNK: u64 = 16;
 
-/// Shares the photons of `paths` out among the emitters: half by power, half by the light that
-/// comes from each to what the camera sees, but for what pass 2 samples directly. By power alone a
+/// Sets the probabilities of the emitters of `paths`: half by power, half by the light that
+/// comes from each to what the camera sees, but for light that rays sample directly. By power alone a
 /// moon that shines on all the land would take nearly every photon from the headlamps in view.
-pub(super) fn share_out<S: Spectrum, H: PhotonDirection>(
+pub(super) fn choose_emitters<S: Spectrum, H: PhotonDirection>(
     paths: &mut PhotonTracer<'_>,
-    visible: &CameraImportance,
+    importance: &CameraImportance,
 ) {
     let count = paths.emitters.len();
     if count < 2 {
         return;
     }
-    let seen = Seen::new(visible, paths.origin);
-    // Flights tell all that photons left beside them would.
+    let visible = Visible::new(importance, paths.origin);
+    // Flights alone measure light in media with less noise than photons do.
     let keep = std::mem::replace(&mut paths.keep, 0.0);
     let photons = paths.shooting.photons;
-    let asked = PATHS.min(photons / ONE_IN);
-    let each = (asked / count as u64).max(LEAST).min(photons);
+    let pilot = MAX_PATHS.min(photons / PHOTONS_PER_PATH);
+    let each = (pilot / count as u64).max(MIN_PATHS).min(photons);
     let arriving: Vec<[f64; 2]> = (0..count)
         .map(|index| {
             paths.emitters.choose_by(|other| if other == index { 1.0 } else { 0.0 });
-            arriving::<S, H>(paths, each, &seen)
+            arriving::<S, H>(paths, each, &visible)
         })
         .collect();
     paths.keep = keep;
     let total = |of: usize| arriving.iter().map(|light| light[of]).sum::<f64>();
     let totals = [total(0), total(1)].map(|sum| if sum > 0.0 { sum } else { f64::INFINITY });
-    let worth = |index: usize| arriving[index][0] / totals[0] + arriving[index][1] / totals[1];
-    let all: f64 = (0..count).map(worth).sum();
+    let arriving_share =
+        |index: usize| arriving[index][0] / totals[0] + arriving[index][1] / totals[1];
+    let all: f64 = (0..count).map(arriving_share).sum();
     let power: Vec<f64> = paths.emitters.powers().to_vec();
     let sum: f64 = power.iter().sum();
-    let by_worth = |index| if all > 0.0 { worth(index) / all } else { 0.0 };
-    paths.emitters.choose_by(|index| power[index] / sum + by_worth(index));
+    let by_importance = |index| if all > 0.0 { arriving_share(index) / all } else { 0.0 };
+    paths.emitters.choose_by(|index| power[index] / sum + by_importance(index));
 }
 
-/// What comes to the media and to the surfaces that are seen, of this many paths, in any unit.
+/// Light that this many paths bring to visible media and to visible surfaces, in any unit.
 fn arriving<S: Spectrum, H: PhotonDirection>(
     paths: &PhotonTracer<'_>,
     count: u64,
-    seen: &Seen,
+    visible: &Visible,
 ) -> [f64; 2] {
     let chunk = |chunk: u64| {
         let Deposits { tracks, surface, .. } =
             paths.trace::<S, H>(chunk * CHUNK..count.min((chunk + 1) * CHUNK));
-        let media: f64 = tracks.iter().map(|track| seen.in_media(track)).sum();
-        let surfaces: f64 = surface.iter().map(|photon| seen.on_surfaces(photon)).sum();
+        let media: f64 = tracks.iter().map(|track| visible.in_media(track)).sum();
+        let surfaces: f64 = surface.iter().map(|photon| visible.on_surfaces(photon)).sum();
         [media, surfaces]
     };
     let chunks: Vec<[f64; 2]> = (0..count.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
     [0, 1].map(|of| chunks.iter().map(|chunk| chunk[of]).sum())
 }
 
-/// What the camera sees, relative to the maps' origin.
-struct Seen {
-    /// Balls of one size that hold the places in media, by how much those contribute.
+/// What the camera sees, as balls.
+struct Visible {
+    /// Balls round the visible places in media, weighed by their contribution.
     media: Vec<TargetSphere>,
-    /// Balls that hold the places on surfaces.
+    /// Balls round the visible places on surfaces.
     surfaces: Vec<TargetSphere>,
     origin: WorldPoint,
 }
 
-impl Seen {
-    fn new(visible: &CameraImportance, origin: WorldPoint) -> Self {
-        Self { media: visible.foci(), surfaces: visible.surface_foci(), origin }
+impl Visible {
+    fn new(importance: &CameraImportance, origin: WorldPoint) -> Self {
+        Self { media: importance.foci(), surfaces: importance.surface_foci(), origin }
     }
 
-    /// How much of a flight's light the camera may see: power times length in each ball.
+    /// Light of a flight that the camera may see: power times length in each ball.
     fn in_media<S: Spectrum>(&self, track: &FlightSegment<S>) -> f64 {
         let (start, end) = (track.start(), track.end());
         let power = S::to_f64(track.power()).element_sum();
@@ -96,7 +98,7 @@ impl Seen {
         power * self.media.iter().map(length).sum::<f64>()
     }
 
-    /// How much of a photon's light the camera may see on surfaces: its power in each ball.
+    /// Light of a photon that the camera may see on surfaces: its power in each ball.
     fn on_surfaces<S: Spectrum>(&self, photon: &PhotonAt<S>) -> f64 {
         let p = photon.at(self.origin);
         let holds = |ball: &&TargetSphere| (p - ball.center).length() <= ball.radius;
@@ -105,15 +107,15 @@ impl Seen {
     }
 }
 
-/// Length, in metres, that the stretch from `start` on to `start + way` has in the ball of this
-/// radius round the origin.
-fn chord(start: DVec3, way: DVec3, radius: f64) -> f64 {
-    let length = way.length();
+/// Length, in metres, of the segment from `start` to `start + offset` inside the ball of this radius
+/// round the origin.
+fn chord(start: DVec3, offset: DVec3, radius: f64) -> f64 {
+    let length = offset.length();
     if length == 0.0 {
         return 0.0;
     }
-    let closest = -start.dot(way) / length;
-    let aside2 = (start + way * (closest / length)).length_squared();
+    let closest = -start.dot(offset) / length;
+    let aside2 = (start + offset * (closest / length)).length_squared();
     let half = (radius * radius - aside2).max(0.0).sqrt();
     ((closest + half).min(length) - (closest - half).max(0.0)).max(0.0)
 }

@@ -1,4 +1,4 @@
-//! Which light a photon path starts from.
+//! Which light or emissive medium a photon path starts from.
 
 use crate::error::Result;
 use crate::light::EmissionTarget;
@@ -11,15 +11,15 @@ use crate::scene::Scene;
 #[derive(Debug)]
 pub struct Emitters<'a> {
     scene: &'a Scene,
-    reach: EmissionTarget,
-    /// Whether lattices keep light that comes straight from the sky.
-    keeps_sky: bool,
+    target: EmissionTarget,
+    /// Whether flights straight from the sky are recorded for a cache.
+    records_sky: bool,
     /// How many surfaces are infinite.
     infinite: usize,
     emitters: Vec<Emitter>,
     /// About the power of each, W.
     powers: Vec<f64>,
-    /// Running sum of the weights by which they are chosen.
+    /// Running sum of the weights by which they are chosen, not normalized.
     cdf: Vec<f64>,
 }
 
@@ -37,22 +37,22 @@ pub struct PathStart {
     pub ray: Ray<World>,
     /// Its power if it were the only path, in W.
     pub power: Rgb,
-    /// Whether it comes from a light that pass 2 samples directly.
+    /// Whether it comes from a light that rays sample directly.
     pub direct: bool,
-    /// Whether pass 2 finds that light in media even where lattices keep light.
+    /// Whether rays sample that light in media even where flights are recorded.
     pub sampled: bool,
 }
 
 impl<'a> Emitters<'a> {
-    /// The emitters of `scene`, whose photons should reach `reach`; `keeps_sky` says whether
-    /// lattices keep light that comes straight from the sky.
+    /// The emitters of `scene`, whose photons are aimed at `target`. `records_sky` says whether
+    /// flights straight from the sky are recorded for a cache.
     ///
     /// # Errors
-    /// Where a medium glows without end.
-    pub fn new(scene: &'a Scene, reach: EmissionTarget, keeps_sky: bool) -> Result<Self> {
+    /// Where an unbounded medium emits light.
+    pub fn new(scene: &'a Scene, target: EmissionTarget, records_sky: bool) -> Result<Self> {
         let (mut emitters, mut powers) = (Vec::new(), Vec::new());
         for (index, light) in scene.lights.lights.iter().enumerate() {
-            let power = luminance(light.power(&reach));
+            let power = luminance(light.power(&target));
             if power > 0.0 {
                 powers.push(power);
                 emitters.push(Emitter::Light(index));
@@ -65,8 +65,8 @@ impl<'a> Emitters<'a> {
             }
         }
         let cdf = running_sum(powers.iter().copied());
-        let infinite = scene.surfaces.infinite_feet(reach.center()).count();
-        Ok(Self { scene, reach, keeps_sky, infinite, emitters, powers, cdf })
+        let infinite = scene.surfaces.infinite_feet(target.center()).count();
+        Ok(Self { scene, target, records_sky, infinite, emitters, powers, cdf })
     }
 
     /// Chooses emitters in proportion to what `weight` gives for their numbers from now on.
@@ -94,21 +94,22 @@ impl<'a> Emitters<'a> {
         self.emitters.len()
     }
 
-    /// The start of a path; nothing where the light sends this one nowhere. `u` chooses the light
-    /// and how it emits.
+    /// The start of a path; `None` where the light emits nothing for `u`, which chooses the light and
+    /// how it emits.
     pub fn emit(&self, u: [f64; 5], rng: &mut Stream) -> Option<PathStart> {
         let [choice, u @ ..] = u;
         let total = *self.cdf.last()?;
-        let target = choice * total;
-        let index = self.cdf.partition_point(|&sum| sum <= target).min(self.cdf.len() - 1);
+        let at = choice * total;
+        let index = self.cdf.partition_point(|&sum| sum <= at).min(self.cdf.len() - 1);
         let below = if index == 0 { 0.0 } else { self.cdf[index - 1] };
         let probability = (self.cdf[index] - below) / total;
         let (ray, power, direct, sampled) = match &self.emitters[index] {
             Emitter::Light(light) => {
                 let light = &self.scene.lights.lights[*light];
-                let start = light.emit(&self.reach, u)?;
-                let ray = if light.is_infinite() { self.before_all(start.ray) } else { start.ray };
-                (ray, start.power, true, !(self.keeps_sky && light.is_environment()))
+                let start = light.emit(&self.target, u)?;
+                let ray =
+                    if light.is_infinite() { self.before_surfaces(start.ray) } else { start.ray };
+                (ray, start.power, true, !(self.records_sky && light.is_environment()))
             }
             Emitter::Medium(medium, sampler) => {
                 let start = sampler.emit(self.scene.media.get(*medium), rng)?;
@@ -123,9 +124,9 @@ impl<'a> Emitters<'a> {
         })
     }
 
-    /// `ray`, which comes from infinitely far, from before it meets any surface: of those only infinite ones
-    /// may lie behind its origin.
-    fn before_all(&self, ray: Ray<World>) -> Ray<World> {
+    /// `ray`, which comes from infinitely far, moved back before all surfaces: only infinite ones can
+    /// lie behind its origin.
+    fn before_surfaces(&self, ray: Ray<World>) -> Ray<World> {
         let surfaces = &self.scene.surfaces;
         let mut back = Ray::new(ray.origin, -ray.direction);
         for _ in 0..self.infinite {
@@ -150,7 +151,7 @@ mod tests {
     use super::*;
     use crate::math::{Stage, WorldPoint};
 
-    /// Lamps of one channel each, which tells whence a path starts.
+    /// Lamps of one channel each, which tells where a path starts.
     const LAMPS: &str = r#"
         [camera]
         position = [0.0, 0.0, 5.0]
@@ -177,7 +178,7 @@ mod tests {
     /// Each emitter starts its share of the paths, to five standard deviations (false alarm 6e-7 each),
     /// and the mean of all starts is the power of each lamp however they are chosen.
     #[test]
-    fn emitters_are_chosen_as_they_are_weighed() {
+    fn emitters_are_chosen_by_weight() {
         let scene = Scene::of_text(LAMPS);
         let reach = EmissionTarget::new(WorldPoint::new(0.0, 0.0, 0.0), 3.0).unwrap();
         let mut emitters = Emitters::new(&scene, reach, false).unwrap();

@@ -1,12 +1,15 @@
-//! How large a scene is for photons.
+//! Extents of a scene for photons.
 
 use crate::math::{Aabb, World, WorldPoint};
 use crate::scene::Scene;
 
 use super::camera_importance::CameraImportance;
 
-/// Radius, in metres, that stands for everything.
+/// Radius, in metres, that stands for infinity.
 pub(super) const ENDLESS: f64 = 1e15;
+
+/// Largest gather radius where none is given, as a share of the size of the media.
+const MAX_RADIUS: f64 = 0.02;
 
 /// Boxes and lengths of a scene that follow from its media, its surfaces and what its camera sees.
 #[derive(Debug, Clone, Copy)]
@@ -15,15 +18,15 @@ pub(super) struct Extents {
     pub media: Aabb<World>,
     /// The box round all media and finite surfaces.
     pub everything: Aabb<World>,
-    /// How large the media are, in metres; of endless ones what is seen of them.
+    /// Diagonal of the media, in metres; of unbounded ones that of what the camera sees.
     pub size: f64,
     /// The gather radius in metres, where the scene names one.
     pub radius: Option<f64>,
-    /// How far gathers reach beyond a medium at most, in metres.
+    /// Largest gather radius, in metres: how far gathers reach beyond a medium.
     pub margin: f64,
-    /// What stored places are relative to.
+    /// What stored positions are relative to.
     pub origin: WorldPoint,
-    /// How deep media are seen, in metres.
+    /// Depth to which the camera sees media, in metres: a typical mean free path.
     pub depth: f64,
 }
 
@@ -32,7 +35,7 @@ impl Extents {
     pub fn of(scene: &Scene, visible: &CameraImportance, radius: Option<f64>) -> Self {
         let media = scene.media.bounds();
         let everything = media.union(scene.surfaces.bounds());
-        // An endless medium is as large as what is seen of it.
+        // Of an unbounded medium what the camera sees.
         let seen = visible.sphere().map(|(_, radius)| (2.0 * radius).min(ENDLESS));
         let size = seen.filter(|_| scene.media.is_endless()).unwrap_or(extent(media, everything));
         // A gather wider than all there is finds nothing more and spoils the rest.
@@ -42,13 +45,13 @@ impl Extents {
             everything,
             size,
             radius,
-            margin: radius.unwrap_or(0.02 * size),
+            margin: radius.unwrap_or(MAX_RADIUS * size),
             origin: visible.sphere().map_or_else(|| middle(everything), |(center, _)| center),
             depth: visible.depth(scene).min(size),
         }
     }
 
-    /// How large surfaces are together with the media, in metres.
+    /// Diagonal of surfaces and media together, in metres.
     pub fn of_surfaces(&self) -> f64 {
         extent(self.everything, self.media)
     }

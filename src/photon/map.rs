@@ -11,16 +11,16 @@ use super::{Octahedral, Photon, PhotonAt, PhotonDirection};
 pub struct PhotonMap<S: Spectrum = Rgb, H = Octahedral> {
     tree: Option<ImmutableKdTree<f32, 3>>,
     photons: Vec<Photon<S, H>>,
-    /// What the tree's coordinates are relative to, so that 32 bits do far from the world's origin.
+    /// What the tree's coordinates are relative to, so that 32 bits suffice far from the world's origin.
     origin: WorldPoint,
 }
 
 impl<S: Spectrum, H: PhotonDirection> PhotonMap<S, H> {
-    /// Builds the map; places are relative to `origin`. The tree is the same on any number of
-    /// threads.
+    /// Builds the map of photons whose positions are relative to `origin`. The tree is the same on any
+    /// number of threads.
     ///
     /// # Panics
-    /// If there are over 2^32 photons, or one whose place is not finite.
+    /// If there are over 2^32 photons, or one whose position is not finite.
     pub fn new(origin: WorldPoint, photons: &[PhotonAt<S, H>]) -> Self {
         let places: Vec<[f32; 3]> = photons.iter().map(|p| p.place).collect();
         let build = || ImmutableKdTree::new_from_slice_parallel(&places).expect("finite places");
@@ -38,13 +38,13 @@ impl<S: Spectrum, H: PhotonDirection> PhotonMap<S, H> {
         self.photons.is_empty()
     }
 
-    /// Bytes in memory: the photons, and the tree's copy of their places and indices.
+    /// Bytes in memory: the photons, and the tree's copy of their positions and indices.
     pub const fn memory_bytes(&self) -> usize {
         self.photons.len() * (size_of::<Photon<S, H>>() + 16)
     }
 
-    /// Calls `f` with each photon within `radius` metres of `p` and its squared distance, in an
-    /// order that is the same each time.
+    /// Calls `f` with each photon within `radius` metres of `p` and its squared distance in m², in a
+    /// fixed order.
     pub fn within(&self, p: WorldPoint, radius: f64, mut f: impl FnMut(&Photon<S, H>, f64)) {
         let Some(tree) = &self.tree else { return };
         let query = (p - self.origin).as_vec3().to_array();
@@ -54,7 +54,7 @@ impl<S: Spectrum, H: PhotonDirection> PhotonMap<S, H> {
             .visit(|found| f(&self.photons[found.item as usize], f64::from(found.distance)));
     }
 
-    /// Index of the photon nearest to `p`; nothing where the map is empty.
+    /// Index of the photon nearest to `p`; `None` where the map is empty.
     pub fn nearest(&self, p: WorldPoint) -> Option<usize> {
         let query = (p - self.origin).as_vec3().to_array();
         let found = self.tree.as_ref()?.query(&query).nearest_one::<SquaredEuclidean<f32>>();
@@ -62,7 +62,7 @@ impl<S: Spectrum, H: PhotonDirection> PhotonMap<S, H> {
     }
 
     /// Calls `f` with the `k` photons nearest to `p` (with all where there are fewer) and returns
-    /// the distance to the farthest of them, in metres; nothing where there is none.
+    /// the distance to the farthest of them, in metres; `None` where there is none.
     pub fn nearest_photons(
         &self,
         p: WorldPoint,
@@ -78,7 +78,7 @@ impl<S: Spectrum, H: PhotonDirection> PhotonMap<S, H> {
     }
 
     /// Distance from `p` to the `k`-th nearest photon (to the farthest where there are fewer), in
-    /// metres; nothing where the map is empty or `k` is 0.
+    /// metres; `None` where the map is empty or `k` is 0.
     pub fn distance_to_nearest(&self, p: WorldPoint, k: usize) -> Option<f64> {
         self.nearest_photons(p, k, |_| {})
     }

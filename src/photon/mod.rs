@@ -1,10 +1,9 @@
-//! Pass 1: photons are shot from the lights through surfaces and media and kept in maps, from
-//! which pass 2 estimates the light that arrives anywhere.
+//! Photons: shot from lights and emissive media through the scene, and stored in immutable maps.
 //!
-//! Light in media estimates fluence, not collision density, so thin regions and the edges of a
-//! medium get their share and no energy is lost at a medium's boundary. Where cells can be thin
-//! and the eye lies outside, flights leave their length on a lattice; elsewhere a photon is kept at
-//! tentative collisions and weighs one over their rate.
+//! Photons in media estimate fluence, not collision density, so that thin regions and the edges of a
+//! medium get their share and no energy is lost at a boundary: a photon is stored at tentative
+//! collisions with a weight of one over their rate. Flights can be recorded as well, for caches that
+//! are built from their lengths. This module knows no rays, pixels or caches.
 
 mod beam;
 mod build;
@@ -17,7 +16,6 @@ mod extents;
 mod kernel;
 mod map;
 mod maps;
-mod memory;
 mod path;
 mod pilot;
 mod radius;
@@ -28,10 +26,10 @@ mod stored;
 mod surface;
 
 pub use beam::{BeamHit, BeamMap};
+pub use camera_importance::CameraImportance;
 pub use map::PhotonMap;
 pub use maps::PhotonMaps;
-pub use memory::{PhotonMemory, memory};
-pub use settings::PhotonSettings;
-pub use shoot::shoot;
+pub use settings::{PhotonMemory, PhotonSettings, memory};
+pub use shoot::{AimedPhotons, FlightSink, Recording};
 pub use stored::{NoDirection, Octahedral, Photon, PhotonAt, PhotonDirection};
 pub use surface::SurfaceMap;

@@ -1,4 +1,4 @@
-//! What the first paths tell of all.
+//! The pilot: what the first paths tell of all.
 
 use rayon::prelude::*;
 
@@ -7,118 +7,125 @@ use super::path::{Deposits, PhotonTracer};
 use crate::math::Spectrum;
 use crate::transport::FlightSegment;
 
-/// Paths that are asked at most.
-const PATHS: u64 = 2048;
+/// Most paths of the pilot.
+const MAX_PATHS: u64 = 2048;
 
-/// Paths that are asked at least, if there are so many.
-const FEWEST: u64 = 128;
+/// Fewest paths of the pilot, if there are so many.
+const MIN_PATHS: u64 = 128;
 
-/// Of so many paths one is asked, unless photons have to be thinned.
-pub(super) const ONE_IN: u64 = 16;
+/// Photon paths of the render for each path of a pilot: the pilot traces 1/16 of the paths, or more
+/// where photons have to be thinned.
+pub(super) const PHOTONS_PER_PATH: u64 = 16;
 
-/// How many times too many photons may be left before that is done with care.
-const MANY: f64 = 2.0;
+/// Excess of the expected number of stored photons over the wanted one above which more paths are
+/// traced, so that the share to store is known well.
+const MAX_EXCESS: f64 = 2.0;
 
-/// Paths that are asked at once at first: few, since one may leave very many photons.
-const AT_ONCE: u64 = 8;
+/// Paths of the pilot's first round: few, since one may leave very many photons.
+const FIRST_ROUND: u64 = 8;
 
-/// Share of the paths asked so far that are asked at once later.
-const MORE: f64 = 0.25;
+/// Paths of each later round, as a share of those traced before.
+const LATER_ROUND: f64 = 0.25;
 
-/// Volume photons, about, kept of one path.
-const KEPT: f64 = 4.0;
+/// Volume photons to be stored of a path, in the mean.
+const STORED_PER_PATH: f64 = 4.0;
 
-/// Volume photons, about, that are kept at least, if there are so many: those of thick media lie
-/// mostly where nobody sees them, so that of few paths many must be kept.
-const SPARED: f64 = 200_000.0;
+/// Fewest volume photons to be stored, if there are so many: those of thick media lie mostly where
+/// the camera does not see them, so that few paths must store many.
+const MIN_STORED: f64 = 200_000.0;
 
-/// Volume photons after which enough is known of how many a path leaves: as at a spike of density.
-const ENOUGH: usize = 1_000_000;
+/// Volume photons after which the pilot ends: a spike of density makes one path leave very many.
+const MAX_PILOT_PHOTONS: usize = 1_000_000;
 
-/// How many times as many events splitting may make of the same paths.
-const DEARER: f64 = 2.0;
+/// Largest ratio of the events of paths with splitting to those without.
+const MAX_SPLITTING_COST: f64 = 2.0;
 
-/// How often the window for splitting is raised at most.
-const RAISES: u32 = 8;
+/// Most raises of the weight window in search of one whose splitting is cheap enough.
+const MAX_RAISES: u32 = 8;
 
-/// What is known of all paths before they are shot.
+/// Estimates for all paths of a render.
 #[derive(Debug)]
 pub(super) struct PathPilot {
-    /// Share of the volume photons to keep, so that a path leaves few.
+    /// Share of the volume photons to store.
     pub keep: f64,
-    /// Length in metres of all flights through media, of each path at most once across them: what a
-    /// path leaves beyond lies beside what it left before.
-    pub flown: f64,
-    /// Power, summed over channels, of flights in media, in the unit of tracks: half of their length
-    /// is flown with less. Nothing where there are none.
-    usual_power: Option<f64>,
-    /// Collisions and surfaces met, a path.
+    /// Length in metres of all flights through media. A path counts at most the diagonal of the media:
+    /// a longer one crosses the same places again, which lowers noise little.
+    pub flight_length: f64,
+    /// Median power of flights in media by length, summed over channels, in the unit of flights;
+    /// `None` where there are none.
+    median_power: Option<f64>,
+    /// Collisions and surface intersections a path.
     events: f64,
 }
 
 impl PathPilot {
-    /// Gives `paths` a window round the usual power in media, raised where splitting heavier photons
-    /// would make them too dear, and tells what `count` paths then leave.
-    pub fn windowed<S: Spectrum, H: PhotonDirection>(
+    /// Sets the weight window of `paths` to the median power of flights in media, raised where splitting
+    /// would make paths too expensive, and traces the pilot of `count` paths with it (weight windows of
+    /// Vorba and Křivánek 2016, "Adjoint-Driven Russian Roulette and Splitting").
+    pub fn with_weight_window<S: Spectrum, H: PhotonDirection>(
         paths: &mut PhotonTracer<'_>,
         count: u64,
     ) -> Self {
-        let whole = Self::by::<S, H>(paths, count);
-        let Some(power) = whole.usual_power else { return whole };
+        let whole = Self::trace::<S, H>(paths, count);
+        let Some(power) = whole.median_power else { return whole };
         let mut window = power * paths.units.surface;
-        for _ in 0..RAISES {
+        for _ in 0..MAX_RAISES {
             paths.window = Some(window);
-            let split = Self::by::<S, H>(paths, count);
-            let dearer = split.events / (DEARER * whole.events).max(1.0);
-            if dearer <= 1.0 {
+            let split = Self::trace::<S, H>(paths, count);
+            let excess = split.events / (MAX_SPLITTING_COST * whole.events).max(1.0);
+            if excess <= 1.0 {
                 return split;
             }
-            window *= dearer.max(1.5);
+            window *= excess.max(1.5);
         }
         paths.window = None;
         whole
     }
 
-    /// Asks the first of `count` paths.
-    fn by<S: Spectrum, H: PhotonDirection>(paths: &PhotonTracer<'_>, count: u64) -> Self {
-        let (mut traced, mut left, mut tracks, mut events) = (0, 0, Vec::new(), 0);
-        let across = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
-        let mut flown = 0.0;
-        let most = PATHS.min(count);
-        let few = (count / ONE_IN).max(FEWEST).min(most);
-        let sought = (KEPT * count as f64).max(SPARED);
-        let expected = |left: usize, traced: u64| left as f64 * count as f64 / traced.max(1) as f64;
-        let wanting = |left, traced| traced < few || expected(left, traced) > MANY * sought;
-        while traced < most && left < ENOUGH && wanting(left, traced) {
-            let more = AT_ONCE.max((MORE * traced as f64) as u64);
-            let until = (traced + more).min(if traced < few { few } else { most });
+    /// Traces the first of `count` paths.
+    fn trace<S: Spectrum, H: PhotonDirection>(paths: &PhotonTracer<'_>, count: u64) -> Self {
+        let (mut traced, mut stored, mut segments, mut events) = (0, 0, Vec::new(), 0);
+        let diagonal = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
+        let mut length = 0.0;
+        let most = MAX_PATHS.min(count);
+        let few = (count / PHOTONS_PER_PATH).max(MIN_PATHS).min(most);
+        let wanted = (STORED_PER_PATH * count as f64).max(MIN_STORED);
+        let expected =
+            |stored: usize, traced: u64| stored as f64 * count as f64 / traced.max(1) as f64;
+        let goes_on =
+            |stored, traced| traced < few || expected(stored, traced) > MAX_EXCESS * wanted;
+        while traced < most && stored < MAX_PILOT_PHOTONS && goes_on(stored, traced) {
+            let round = FIRST_ROUND.max((LATER_ROUND * traced as f64) as u64);
+            let until = (traced + round).min(if traced < few { few } else { most });
             let trace = |path: u64| paths.trace::<S, H>(path..path + 1);
-            let asked: Vec<u64> = (traced..until).collect();
-            let each: Vec<_> = asked.into_par_iter().with_max_len(1).map(trace).collect();
-            for Deposits { volume, tracks: left_behind, work, .. } in each {
-                left += volume.len();
+            let round: Vec<u64> = (traced..until).collect();
+            let each: Vec<_> = round.into_par_iter().with_max_len(1).map(trace).collect();
+            for Deposits { volume, tracks, work, .. } in each {
+                stored += volume.len();
                 events += work.collisions + work.intersections;
-                flown += left_behind.iter().map(FlightSegment::length).sum::<f64>().min(across);
-                tracks.extend(left_behind);
+                length += tracks.iter().map(FlightSegment::length).sum::<f64>().min(diagonal);
+                segments.extend(tracks);
             }
             traced = until;
         }
-        let keep = (sought / expected(left, traced).max(1.0)).min(1.0);
+        let keep = (wanted / expected(stored, traced).max(1.0)).min(1.0);
         let share = traced as f64 / count.max(1) as f64;
-        let flown = flown / share.max(f64::MIN_POSITIVE);
+        let flight_length = length / share.max(f64::MIN_POSITIVE);
         let events = events as f64 / traced.max(1) as f64;
-        Self { keep, flown, usual_power: usual_power(&mut tracks), events }
+        Self { keep, flight_length, median_power: median_power(&mut segments), events }
     }
 }
 
-fn usual_power<S: Spectrum>(tracks: &mut [FlightSegment<S>]) -> Option<f64> {
-    let power = |track: &FlightSegment<S>| S::to_f64(track.power()).element_sum();
-    tracks.sort_by(|a, b| power(a).total_cmp(&power(b)));
-    let total: f64 = tracks.iter().map(FlightSegment::length).sum();
-    let mut flown = 0.0;
-    let middle = tracks.iter().find(|track| {
-        flown += track.length();
-        flown >= 0.5 * total
+/// The power, summed over channels, below which half of the length is flown; `None` where there are no
+/// flights.
+fn median_power<S: Spectrum>(segments: &mut [FlightSegment<S>]) -> Option<f64> {
+    let power = |segment: &FlightSegment<S>| S::to_f64(segment.power()).element_sum();
+    segments.sort_by(|a, b| power(a).total_cmp(&power(b)));
+    let total: f64 = segments.iter().map(FlightSegment::length).sum();
+    let mut length = 0.0;
+    let middle = segments.iter().find(|segment| {
+        length += segment.length();
+        length >= 0.5 * total
     });
     middle.map(power).filter(|power| *power > 0.0)
 }

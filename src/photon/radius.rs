@@ -1,4 +1,4 @@
-//! Gather radii where none is given.
+//! Kernel radii of photons, where the scene gives none.
 
 use std::f64::consts::PI;
 
@@ -8,26 +8,26 @@ use crate::math::{Spectrum, WorldPoint};
 
 use super::{PhotonAt, PhotonDirection, PhotonMap};
 
-/// Photons that a gather along a ray should find.
-const ALONG: f64 = 64.0;
+/// Photons to be found along a ray.
+const PHOTONS_ALONG_RAY: f64 = 64.0;
 
-/// How much wider a photon is spread that counts for more than its neighbours.
-const WIDEST: f64 = 8.0;
+/// Largest factor by which a photon brighter than its neighbours is widened.
+const MAX_WIDENING: f64 = 8.0;
 
-/// Photons that a gather on a surface should find.
-const AROUND: f64 = 100.0;
+/// Photons to be found on a surface.
+const PHOTONS_ON_SURFACE: f64 = 100.0;
 
-/// Photons that the sphere of one volume photon holds at most, where few are near any ray.
-const WITHIN: f64 = 100.0;
+/// Most photons in the sphere of one: bounds the radius where few are near any ray.
+const MAX_PHOTONS_IN_SPHERE: f64 = 100.0;
 
-/// Photons by whose distance their number per volume is measured.
+/// Nearest photons by whose distance the density of photons is measured.
 const NEIGHBOURS: usize = 8;
 
-/// Photons, about, by which the spacing is measured.
-const PROBED: usize = 50_000;
+/// Photons, about, at which that density is measured.
+const PROBES: usize = 50_000;
 
-/// Places at which the spacing of the photons is measured.
-const PLACES: usize = 512;
+/// Places that the camera sees, about, of which the typical radius is the median.
+const VISIBLE_PLACES: usize = 512;
 
 /// The radius of each volume photon, in metres: wide where photons are sparse (Jarosz, Zwicker and
 /// Jensen 2008, section 5).
@@ -45,12 +45,13 @@ impl Radii {
         Self { each: vec![radius as f32; count], typical: radius }
     }
 
-    /// Radii within which a ray that sees the photons over `depth` metres finds about as many as it
-    /// should, at most `most`. Photons that count for more than their neighbours, by power and by
-    /// `weight` (1 where light is spread evenly), are spread wider, so that none stands out.
+    /// Radii within which a ray that sees the photons over `depth` metres finds
+    /// [`PHOTONS_ALONG_RAY`], at most `most`. Photons that contribute more than their neighbours, by
+    /// power and by `weight` (1 for an isotropic phase function), are widened, so that none stands
+    /// out.
     ///
-    /// How dense they lie is told by `independent` ones, one a path: those of one path cluster
-    /// where free paths are short, and radii that fit the clusters would leave gaps between paths.
+    /// The density is that of `independent` photons, one a path: those of one path cluster where
+    /// free paths are short, and radii that fit the clusters would leave gaps between paths.
     pub fn adaptive<S: Spectrum, H: PhotonDirection>(
         origin: WorldPoint,
         photons: &[PhotonAt<S, H>],
@@ -63,43 +64,43 @@ impl Radii {
         let radius = |near: f64, crowd: f64| {
             // Volume that belongs to one photon.
             let volume = 4.0 / 3.0 * PI * near.powi(3) / crowd;
-            let along = (ALONG * volume / (PI * depth)).sqrt();
-            let within = (WITHIN * volume * 3.0 / (4.0 * PI)).cbrt();
+            let along = (PHOTONS_ALONG_RAY * volume / (PI * depth)).sqrt();
+            let within = (MAX_PHOTONS_IN_SPHERE * volume * 3.0 / (4.0 * PI)).cbrt();
             along.min(within)
         };
         let spacing = Spacing::of(origin, independent, photons.len(), most, radius);
-        let each = photons.par_iter().map(|p| spacing.spread(p, weight(p))).collect();
-        let stride = (visible.len() / PLACES).max(1);
+        let each = photons.par_iter().map(|p| spacing.widened(p, weight(p))).collect();
+        let stride = (visible.len() / VISIBLE_PLACES).max(1);
         let seen = visible.iter().step_by(stride).map(|p| spacing.at(*p).0.min(most)).collect();
         Self { each, typical: median(seen).unwrap_or(most) }
     }
 }
 
-/// The radius of each photon on a surface, in metres, at most `most`: within it about as many lie
-/// as a gather should find, and the more the more a photon's power exceeds its neighbours'.
+/// The radius of each photon on a surface, in metres, at most `most`: about [`PHOTONS_ON_SURFACE`]
+/// lie within it, more where a photon's power exceeds its neighbours'.
 pub(super) fn on_surfaces<S: Spectrum>(
     origin: WorldPoint,
     photons: &[PhotonAt<S>],
     most: f64,
 ) -> Vec<f32> {
-    let radius = |near: f64, crowd: f64| near * (AROUND / crowd).sqrt();
+    let radius = |near: f64, crowd: f64| near * (PHOTONS_ON_SURFACE / crowd).sqrt();
     let spacing = Spacing::of(origin, photons, photons.len(), most, radius);
-    photons.par_iter().map(|p| spacing.spread(p, 1.0)).collect()
+    photons.par_iter().map(|p| spacing.widened(p, 1.0)).collect()
 }
 
-/// How wide photons should be spread where they lie, told by some of them.
+/// Radii at some of the photons, from which those of others are taken.
 struct Spacing<S: Spectrum, H> {
     map: PhotonMap<S, H>,
     origin: WorldPoint,
-    /// For each of those the radius in metres and its neighbours' mean power.
+    /// At each probe the radius in metres and the mean power of its neighbours.
     probed: Vec<(f64, f64)>,
     /// The largest radius, in metres.
     most: f64,
 }
 
 impl<S: Spectrum, H: PhotonDirection> Spacing<S, H> {
-    /// Told by some of `probes` for `count` photons that are spread alike; `radius` makes a radius
-    /// of a distance within which so many of those lie.
+    /// Measured at some of `probes` for `count` photons of the same distribution; `radius` is a radius
+    /// by the distance within which a number of those lie.
     fn of(
         origin: WorldPoint,
         probes: &[PhotonAt<S, H>],
@@ -107,7 +108,7 @@ impl<S: Spectrum, H: PhotonDirection> Spacing<S, H> {
         most: f64,
         radius: impl Fn(f64, f64) -> f64 + Sync,
     ) -> Self {
-        let step = (probes.len() / PROBED).max(1);
+        let step = (probes.len() / PROBES).max(1);
         let thin: Vec<PhotonAt<S, H>> = probes.iter().step_by(step).copied().collect();
         let crowd = NEIGHBOURS as f64 * (count as f64 / thin.len().max(1) as f64);
         let map = PhotonMap::new(origin, &thin);
@@ -122,16 +123,16 @@ impl<S: Spectrum, H: PhotonDirection> Spacing<S, H> {
         Self { map, origin, probed, most }
     }
 
-    /// Radius and mean power at `p`, as the nearest probe has them.
+    /// Radius and mean power at `p`: those of the nearest probe.
     fn at(&self, p: WorldPoint) -> (f64, f64) {
         self.map.nearest(p).map_or((self.most, 1.0), |index| self.probed[index])
     }
 
-    /// The radius of a photon that counts `weight` for each unit of its power.
-    fn spread(&self, p: &PhotonAt<S, H>, weight: f64) -> f32 {
+    /// The radius of a photon whose power contributes with this `weight`.
+    fn widened(&self, p: &PhotonAt<S, H>, weight: f64) -> f32 {
         let (radius, power) = self.at(p.at(self.origin));
-        let counts = weight * p.photon.power().element_sum() / power;
-        let radius = radius * counts.sqrt().clamp(1.0, WIDEST);
+        let contribution = weight * p.photon.power().element_sum() / power;
+        let radius = radius * contribution.sqrt().clamp(1.0, MAX_WIDENING);
         radius.min(self.most).max(f64::from(f32::MIN_POSITIVE)) as f32
     }
 }

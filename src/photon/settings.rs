@@ -1,33 +1,75 @@
-//! What is asked of a shot.
+//! Settings of a photon pass, its batches, and the memory that it takes.
 
-use crate::scene;
+use crate::math::Spectrum;
 use crate::scene::plan::Needs;
+use crate::transport::FlightSegment;
+use crate::work::Work;
+
+use super::{BeamMap, Photon, PhotonAt, PhotonDirection};
+
+/// Paths that are traced as one task.
+pub(super) const CHUNK: u64 = 512;
+
+/// Tasks whose flights are recorded together.
+pub(super) const BATCH: usize = 32;
+
+/// Paths whose flights are in memory at once: those of one batch while they are recorded, those of
+/// the next while it is traced.
+const MAX_PATHS_IN_MEMORY: u64 = 2 * BATCH as u64 * CHUNK;
 
 /// How photons are shot.
 #[derive(Debug, Clone, Copy)]
 pub struct PhotonSettings {
-    /// Paths sent out.
+    /// Number of photon paths.
     pub photons: u64,
-    /// Paths of them that are traced, for a look at what all would leave; nothing means all.
+    /// Number of paths that a pilot traces out of those; `None` traces all.
     pub traced: Option<u64>,
     /// Seed of the random streams.
     pub seed: u64,
-    /// Highest order of volume scattering that the picture holds; nothing means all.
+    /// Highest order of volume scattering in the picture; `None` means all.
     pub max_scatter: Option<u32>,
-    /// Where rays are followed before photons are asked.
-    pub final_gather: scene::FinalGather,
-    /// Whether noise is taken off the picture in the end.
-    pub denoise: bool,
-    /// Gather radius in metres, where it is given.
+    /// Gather radius in metres, where one is given.
     pub radius: Option<f64>,
     /// Levels of thinned volume photons beside the full one, for gathers up to 2^levels times as
     /// wide.
     pub levels: u32,
-    /// Rays of each pixel of the picture, at most.
-    pub rays: u32,
-    /// Pixels of the film, along each side, that one of the picture stands for: cells for direct
-    /// light and for final gathers are as much wider.
-    pub pixels: f64,
     /// Which photons are needed.
     pub needs: Needs,
+}
+
+/// Bytes of photon maps and caches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PhotonMemory {
+    /// Once the maps are built.
+    pub held: u64,
+    /// The most while they are built.
+    pub building: u64,
+    /// Of that, what is grown in pieces and then copied together.
+    pub pieces: u64,
+}
+
+/// About what photons take for which `work` is expected, beside caches that take `complete` bytes from
+/// the start of tracing and `lazy` bytes of cells that rays fill.
+pub fn memory<S: Spectrum, H: PhotonDirection>(
+    work: &Work,
+    complete: u64,
+    lazy: u64,
+) -> PhotonMemory {
+    let (volume, surface) = (work.volume_photons, work.surface_photons);
+    let (stored, sphere) = (size_of::<PhotonAt<S, H>>() as u64, BeamMap::<S, H>::SPHERE as u64);
+    let (stored_on_surface, photon) =
+        (size_of::<PhotonAt<S>>() as u64, size_of::<Photon<S>>() as u64);
+    let caches = complete + lazy;
+    let share = (MAX_PATHS_IN_MEMORY as f64 / work.photon_paths.max(1) as f64).min(1.0);
+    // A flight crosses one layer of bricks or two, each of which lists its index.
+    let flight = (size_of::<FlightSegment<S>>() + 2 * size_of::<u32>()) as u64;
+    let flights = (work.tracks as f64 * share) as u64 * flight;
+    // A hierarchy has nodes of 80 bytes and one index of 4 bytes a photon: 24 bytes at about four
+    // photons a node. A kd-tree has position and index a photon.
+    let held = volume * (sphere + 24) + surface * (photon + 16) + caches;
+    // Deposits in one piece, radii, boxes, the two hierarchies that become the last one, and spheres.
+    let building = volume * (stored + 4 + 32 + 64 + 96 + 24 + sphere)
+        + surface * (2 * stored_on_surface + photon + 16);
+    let pieces = volume * stored + surface * stored_on_surface;
+    PhotonMemory { held, building: caches + building.max(flights + complete), pieces }
 }

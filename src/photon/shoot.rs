@@ -1,170 +1,178 @@
-//! Pass 1: many photon paths in parallel, and the maps made of them.
+//! The photon pass: paths are aimed, measured by a pilot, traced in parallel, and made into maps.
 
 use rayon::prelude::*;
 
 use crate::error::Result;
-use crate::math::{Aabb, Spectrum};
-use crate::medium::Medium;
+use crate::math::{Aabb, Spectrum, World, WorldPoint};
+use crate::medium::Phase;
 use crate::scene::Scene;
+use crate::transport::{FlightSegment, camera_position, is_camera_outside};
 use crate::work::Work;
 
 use super::camera_importance::CameraImportance;
 use super::deposit_regions::DepositRegions;
 use super::emitters::Emitters;
 use super::extents::{Extents, endless};
-use super::maps::places;
 use super::path::{Deposits, PhotonTracer, Units};
 use super::pilot::PathPilot;
+use super::settings::{BATCH, CHUNK};
 use super::{
     PhotonDirection, PhotonMaps, PhotonSettings, build, emission_target, emitter_importance,
 };
-use crate::cache::{FluenceBuilder, FluenceGrid};
-use crate::strategy;
-use crate::strategy::{CachePlanner, eye, is_before, needs_beams};
-use crate::transport::FlightSegment;
 
-/// Paths that are traced as one piece of work.
-const CHUNK: u64 = 512;
+/// Takes the flights of a batch of paths, one slice a task.
+pub type FlightSink<'a, S> = dyn FnMut(&[&[FlightSegment<S>]]) + Send + 'a;
 
-/// Pieces of work whose flights are kept together.
-const BATCH: usize = 32;
-
-/// Paths whose flights are in memory at once: of one batch while they are kept, of the next while it
-/// is traced.
-pub(super) const MOST_PATHS: u64 = 2 * BATCH as u64 * CHUNK;
-
-/// Shoots photons into `scene` and builds the maps. `advance` is told how many paths are done. One
-/// channel is right where the scene is grey, photons without heading where all media that scatter
-/// do so to all sides alike.
-///
-/// # Errors
-/// Where an emitter cannot be sampled: a medium that glows without end.
-pub fn shoot<S: Spectrum, H: PhotonDirection>(
-    scene: &Scene,
-    shooting: &PhotonSettings,
-    advance: &(dyn Fn(u64) + Sync),
-) -> Result<(PhotonMaps<S, H>, Work)> {
-    if !shooting.needs.photons() {
-        return Ok((PhotonMaps::empty(shooting.radius.unwrap_or(0.0)), Work::default()));
-    }
-    let visible = CameraImportance::look(scene, shooting.seed, shooting.needs);
-    let extents = Extents::of(scene, &visible, shooting.radius);
-    let keeper = CachePlanner { scene, shooting, visible: &visible.media };
-    let direct = keeper.direct();
-    let mut paths = all_paths(scene, shooting, &visible, &extents, !direct.is_empty())?;
-    let count = if paths.emitters.is_empty() { 0 } else { shooting.photons };
-    emitter_importance::share_out::<S, H>(&mut paths, &visible);
-    let scouted = PathPilot::windowed::<S, H>(&mut paths, count);
-    paths.keep = scouted.keep;
-    let phases = strategy::phases(scene, shooting.photons);
-    let (gather, mut lattices) = keeper.flights(&phases, extents.origin, scouted.flown);
-    let gathered = match &gather {
-        Some(_) if !direct.is_empty() => keeper.gathered(),
-        _ => Vec::new(),
-    };
-    // Cells at a medium's border reach beyond it.
-    paths.tracked = lattices.iter().map(FluenceBuilder::bounds).reduce(Aabb::union);
-    if !lattices.is_empty() && (gather.is_some() || !needs_beams(scene)) {
-        paths.keep = 0.0;
-    }
-    // Lattices keep what is scattered by the blurred functions; orders are not counted along rays.
-    let follows = lattices.is_empty() && shooting.max_scatter.is_none();
-    let scatterings = strategy::scatterings(scene, &phases, follows, |m| is_round_eye(scene, m));
-    let count = shooting.traced.map_or(count, |traced| traced.min(count));
-    let deposits = traced::<S, H>(&paths, count, &mut lattices, advance);
-    let units = paths.units;
-    let lattices: Vec<FluenceGrid<S>> =
-        lattices.into_iter().map(|l| l.finish(shooting.levels, units.surface)).collect();
-    let mut work = deposits.work;
-    work += visible.work;
-    work.photon_paths = count;
-    work.volume_photons = deposits.volume.len() as u64;
-    work.surface_photons = deposits.surface.len() as u64;
-    let ((volume, typical), surface) = rayon::join(
-        || build::in_media(scene, shooting, &extents, &visible, &scatterings, &deposits),
-        || build::on_surfaces(&extents, &deposits.surface),
-    );
-    let maps = PhotonMaps {
-        volume,
-        volume_radius: lattices.iter().map(FluenceGrid::edge).fold(typical, f64::min),
-        lattices,
-        gather,
-        direct,
-        gathered,
-        places: places(shooting.denoise),
-        scatterings,
-        surface,
-        volume_unit: units.volume,
-        surface_unit: units.surface,
-    };
-    Ok((maps, work))
+/// What photons leave behind, beside those on surfaces.
+pub struct Recording<'a, S: Spectrum> {
+    /// Whether photons are stored in media.
+    pub volume_photons: bool,
+    /// The box in which flights are recorded; `None` where they are not.
+    pub flight_bounds: Option<Aabb<World>>,
+    /// Takes the flights in that box. Their powers are in [`AimedPhotons::flight_unit`].
+    pub flights: &'a mut FlightSink<'a, S>,
 }
 
-/// Whether the eye is inside of a medium or near it.
-fn is_round_eye(scene: &Scene, medium: &Medium) -> bool {
-    !is_before(scene, medium)
+/// Photon paths that are aimed and weighed, but not yet traced.
+#[derive(Debug)]
+pub struct AimedPhotons<'a> {
+    tracer: PhotonTracer<'a>,
+    extents: Extents,
+    importance: &'a CameraImportance,
+    pilot: PathPilot,
+    /// Paths of a whole render.
+    count: u64,
 }
 
-/// What all paths share, before it is known which photons and flights are to be kept. `keeps_sky` says
-/// whether lattices keep light that comes straight from the sky.
-fn all_paths<'a>(
+impl<'a> AimedPhotons<'a> {
+    /// Aims photons at what the camera sees, and traces a pilot of the paths. `records_sky` says
+    /// whether flights straight from the sky are recorded: where they are not, its light is sampled.
+    ///
+    /// # Errors
+    /// Where an emitter cannot be sampled: an unbounded medium that emits light.
+    pub fn new<S: Spectrum, H: PhotonDirection>(
+        scene: &'a Scene,
+        settings: &PhotonSettings,
+        importance: &'a CameraImportance,
+        records_sky: bool,
+    ) -> Result<Self> {
+        let extents = Extents::of(scene, importance, settings.radius);
+        let mut tracer = tracer(scene, settings, importance, &extents, records_sky)?;
+        let count = if tracer.emitters.is_empty() { 0 } else { settings.photons };
+        emitter_importance::choose_emitters::<S, H>(&mut tracer, importance);
+        let pilot = PathPilot::with_weight_window::<S, H>(&mut tracer, count);
+        Ok(Self { tracer, extents, importance, pilot, count })
+    }
+
+    /// The point, in world space, that stored positions and flights are relative to.
+    pub const fn origin(&self) -> WorldPoint {
+        self.extents.origin
+    }
+
+    /// Estimated length of all flights through media together, in metres.
+    pub const fn flight_length(&self) -> f64 {
+        self.pilot.flight_length
+    }
+
+    /// W for which a flight of power 1 stands.
+    pub const fn flight_unit(&self) -> f64 {
+        self.tracer.units.surface
+    }
+
+    /// Traces the paths, which leave what `recording` says, and builds the maps. `phases` scatter the
+    /// photons of each medium when they are gathered. `advance` is called with numbers of paths done.
+    pub fn shoot<S: Spectrum, H: PhotonDirection>(
+        mut self,
+        recording: Recording<'_, S>,
+        phases: &[Phase],
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> (PhotonMaps<S, H>, Work) {
+        // What paths leave behind.
+        let Recording { volume_photons, flight_bounds, flights } = recording;
+        self.tracer.keep = if volume_photons { self.pilot.keep } else { 0.0 };
+        self.tracer.tracked = flight_bounds;
+        // Trace them.
+        let settings = self.tracer.shooting;
+        let count = settings.traced.map_or(self.count, |traced| traced.min(self.count));
+        let deposits = trace::<S, H>(&self.tracer, count, flights, advance);
+        // Build the maps.
+        let Self { tracer, extents, importance, .. } = self;
+        let (scene, levels) = (tracer.scene, settings.levels);
+        let ((volume, volume_radius), surface) = rayon::join(
+            || build::in_media(scene, levels, &extents, importance, phases, &deposits),
+            || build::on_surfaces(&extents, &deposits.surface),
+        );
+        // Count the work.
+        let mut work = deposits.work;
+        work.photon_paths = count;
+        work.volume_photons = deposits.volume.len() as u64;
+        work.surface_photons = deposits.surface.len() as u64;
+        let Units { volume: volume_unit, surface: surface_unit } = tracer.units;
+        (PhotonMaps { volume, volume_radius, surface, volume_unit, surface_unit }, work)
+    }
+}
+
+/// What all paths share, for pilots that record all photons and flights.
+fn tracer<'a>(
     scene: &'a Scene,
-    shooting: &PhotonSettings,
-    visible: &CameraImportance,
+    settings: &PhotonSettings,
+    importance: &CameraImportance,
     extents: &Extents,
-    keeps_sky: bool,
+    records_sky: bool,
 ) -> Result<PhotonTracer<'a>> {
-    let reach = emission_target::reach(scene, visible, extents)?;
-    let above_ground = reach.above_ground();
-    let emitters = Emitters::new(scene, reach, keeps_sky)?;
-    let zones = DepositRegions::around(&scene.media, extents.margin);
-    let inside = scene.media.iter().any(|medium| is_round_eye(scene, medium));
-    let flown_in = if scene.media.is_endless() { endless() } else { extents.media };
+    let target = emission_target::emission_target(scene, importance, extents)?;
+    let above_ground = target.above_ground();
+    let emitters = Emitters::new(scene, target, records_sky)?;
+    let regions = DepositRegions::around(&scene.media, extents.margin);
+    let inside = scene.media.iter().any(|medium| !is_camera_outside(scene, medium));
+    let flight_bounds = if scene.media.is_endless() { endless() } else { extents.media };
     Ok(PhotonTracer {
         scene,
-        units: Units::around(emitters.power() / shooting.photons.max(1) as f64, extents.size),
+        units: Units::around(emitters.power() / settings.photons.max(1) as f64, extents.size),
         emitters,
         reach: above_ground,
-        zones: if inside { zones.with_eye(eye(scene), extents.depth) } else { zones },
-        shooting: *shooting,
+        zones: if inside {
+            regions.with_camera(camera_position(scene), extents.depth)
+        } else {
+            regions
+        },
+        shooting: *settings,
         origin: extents.origin,
         keep: 1.0,
-        tracked: shooting.needs.volume_photons.then_some(flown_in),
+        tracked: settings.needs.volume_photons.then_some(flight_bounds),
         window: None,
     })
 }
 
-/// What `count` paths leave, their flights in `lattices`. `advance` is told how many are done.
-fn traced<S: Spectrum, H: PhotonDirection>(
-    paths: &PhotonTracer<'_>,
+/// Traces `count` paths in batches; the flights of one are recorded while the next is traced.
+fn trace<S: Spectrum, H: PhotonDirection>(
+    tracer: &PhotonTracer<'_>,
     count: u64,
-    lattices: &mut [FluenceBuilder<'_, S>],
+    flights: &mut FlightSink<'_, S>,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Deposits<S, H> {
     let mut all = Deposits::none();
     let trace = |batch: &[u64]| -> Vec<Deposits<S, H>> {
-        let piece = |chunk: &u64| {
+        let chunk = |chunk: &u64| {
             let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
             advance(range.end - range.start);
-            paths.trace(range)
+            tracer.trace(range)
         };
-        // One at a time, lest a thread that has none left waits for one that took many.
-        batch.par_iter().with_max_len(1).map(piece).collect()
+        // One chunk a task, lest a thread without work waits for one that took many.
+        batch.par_iter().with_max_len(1).map(chunk).collect()
     };
-    let mut keep = |traced: Vec<Deposits<S, H>>| {
+    let mut record = |traced: Vec<Deposits<S, H>>| {
         traced.iter().for_each(|deposits| all.append(deposits));
-        let tracks: Vec<&[FlightSegment<S>]> = traced.iter().map(|d| &d.tracks[..]).collect();
-        all.work.tracks += tracks.iter().map(|tracks| tracks.len() as u64).sum::<u64>();
-        for lattice in &mut *lattices {
-            lattice.add(&tracks);
-        }
+        let segments: Vec<&[FlightSegment<S>]> = traced.iter().map(|d| &d.tracks[..]).collect();
+        all.work.tracks += segments.iter().map(|segments| segments.len() as u64).sum::<u64>();
+        flights(&segments);
     };
     let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
-    // Neither has threads wait for the last pieces of the other.
+    // Both at once, so that no thread waits for the last tasks of either.
     let mut traced = Vec::new();
     for batch in chunks.chunks(BATCH) {
-        (traced, ()) = rayon::join(|| trace(batch), || keep(traced));
+        (traced, ()) = rayon::join(|| trace(batch), || record(traced));
     }
-    keep(traced);
+    record(traced);
     all
 }

@@ -7,50 +7,49 @@ use glam::DVec3;
 use crate::math::{Rgb, Spectrum, WorldPoint, warp};
 use crate::medium::Phase;
 
-/// A stored photon without its place: 16 bytes in colour and with its heading, 4 without either.
+/// A photon without its position: 16 bytes in colour and with its direction, 4 without either.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Photon<S: Spectrum = Rgb, H = Octahedral> {
     power: S::Stored,
-    heading: H,
+    direction: H,
 }
 
 impl<S: Spectrum, H: PhotonDirection> Photon<S, H> {
     /// A photon of `power` (W on surfaces, W m in media, or a unit of the map's of it) that flew
     /// along the unit `direction`.
     pub fn new(power: S, direction: DVec3) -> Self {
-        Self { power: S::pack(power.to_f32()), heading: H::of(direction) }
+        Self { power: S::pack(power.to_f32()), direction: H::new(direction) }
     }
 
-    /// Its power in the unit it was made with: on a surface power; in a medium power times length,
-    /// the power over the rate of deposits there.
+    /// Its power in the unit that it was made with: in a medium power times length, the power over the
+    /// rate of deposits there.
     pub fn power(&self) -> S {
         S::to_f64(S::unpack(self.power))
     }
 
-    /// Where it flew, as far as that is known.
-    pub const fn heading(&self) -> H {
-        self.heading
+    /// The direction of its flight, as far as it is stored.
+    pub const fn stored_direction(&self) -> H {
+        self.direction
     }
 }
 
 impl<S: Spectrum> Photon<S> {
     /// The unit direction of its flight, to about 3e-5 rad.
     pub fn direction(&self) -> DVec3 {
-        decode(self.heading.0)
+        decode(self.direction.0)
     }
 }
 
-/// What is kept of the direction that a photon flew along.
+/// What is stored of the direction that a photon flew along.
 pub trait PhotonDirection: Copy + Debug + Send + Sync + 'static {
-    /// Whether it is kept.
+    /// Whether it is stored.
     const KNOWN: bool;
 
-    /// Of the unit `direction`.
-    fn of(direction: DVec3) -> Self;
+    /// That of the unit `direction`.
+    fn new(direction: DVec3) -> Self;
 
-    /// The share, 1/sr, of the photon's light that `phase` scatters into the unit direction
-    /// `toward`.
-    fn spread(self, phase: &Phase, toward: DVec3) -> f64;
+    /// Value of `phase`, 1/sr, for scattering into the unit direction `wo`.
+    fn scattered(self, phase: &Phase, wo: DVec3) -> f64;
 }
 
 /// A direction in 4 bytes, to about 3e-5 rad.
@@ -60,32 +59,32 @@ pub struct Octahedral([i16; 2]);
 impl PhotonDirection for Octahedral {
     const KNOWN: bool = true;
 
-    fn of(direction: DVec3) -> Self {
+    fn new(direction: DVec3) -> Self {
         Self(encode(direction))
     }
 
-    fn spread(self, phase: &Phase, toward: DVec3) -> f64 {
-        phase.eval(decode(self.0).dot(toward))
+    fn scattered(self, phase: &Phase, wo: DVec3) -> f64 {
+        phase.eval(decode(self.0).dot(wo))
     }
 }
 
-/// No direction, in no bytes: enough where all that scatters does so to all sides alike.
+/// No direction, in no bytes: enough where all phase functions are isotropic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NoDirection;
 
 impl PhotonDirection for NoDirection {
     const KNOWN: bool = false;
 
-    fn of(_: DVec3) -> Self {
+    fn new(_: DVec3) -> Self {
         Self
     }
 
-    fn spread(self, _: &Phase, _: DVec3) -> f64 {
+    fn scattered(self, _: &Phase, _: DVec3) -> f64 {
         warp::uniform_sphere_pdf()
     }
 }
 
-/// A photon with its place: 28 bytes in colour and with its heading, 16 without either.
+/// A photon with its position: 28 bytes in colour and with its direction, 16 without either.
 #[derive(Debug, Clone, Copy)]
 pub struct PhotonAt<S: Spectrum = Rgb, H = Octahedral> {
     /// Metres from the map's origin.
@@ -95,13 +94,14 @@ pub struct PhotonAt<S: Spectrum = Rgb, H = Octahedral> {
 }
 
 impl<S: Spectrum, H: PhotonDirection> PhotonAt<S, H> {
-    /// Its place in the world, `origin` being the map's.
+    /// Its position in world space, `origin` being the map's.
     pub fn at(&self, origin: WorldPoint) -> WorldPoint {
         origin + DVec3::from(self.place.map(f64::from))
     }
 }
 
-/// Octahedral map of the unit sphere on a square (Cigolle et al. 2014).
+/// Octahedral map of the unit sphere on a square (Cigolle et al. 2014, "A Survey of Efficient
+/// Representations for Independent Unit Vectors").
 fn encode(d: DVec3) -> [i16; 2] {
     let n = d / (d.x.abs() + d.y.abs() + d.z.abs());
     let (x, y) = if n.z < 0.0 {

@@ -7,12 +7,12 @@ use crate::math::{Rgb, Spectrum, WorldPoint};
 use super::kernel::DiskKernel;
 use super::{PhotonAt, PhotonMap};
 
-/// Photons on surfaces, each spread over a disk of its own radius: the sample-point estimator of
+/// Photons on surfaces, each with a kernel of its own radius: the sample-point estimator of
 /// Breiman, Meisel and Purcell 1977, "Variable Kernel Estimates of Multivariate Densities". It
-/// keeps each photon's power, whatever the radius, where a search for the nearest would not.
+/// conserves each photon's power, unlike an estimate from the k nearest photons.
 #[derive(Debug)]
 pub struct SurfaceMap<S: Spectrum = Rgb> {
-    /// Photons of about one radius each, since a tree is searched within one.
+    /// Photons grouped by radius, as a kd-tree is searched within one.
     classes: Vec<Class<S>>,
 }
 
@@ -31,17 +31,17 @@ impl<S: Spectrum> Default for SurfaceMap<S> {
 
 impl<S: Spectrum> SurfaceMap<S> {
     /// The map of `photons`, relative to `origin`, with their radii in metres: those of one octave
-    /// all have its mean.
+    /// get its geometric mean.
     pub(super) fn new(origin: WorldPoint, photons: &[PhotonAt<S>], radii: &[f32]) -> Self {
         let mut sorted: Vec<(i32, u32)> =
             radii.iter().zip(0..).map(|(r, index)| (r.log2().round() as i32, index)).collect();
         sorted.sort_unstable();
         let class = |members: &[(i32, u32)]| {
-            let placed: Vec<_> =
+            let positioned: Vec<_> =
                 members.iter().map(|(_, index)| photons[*index as usize]).collect();
             let octaves = members.iter().map(|(_, i)| f64::from(radii[*i as usize].log2()));
             let radius = (octaves.sum::<f64>() / members.len() as f64).exp2();
-            let photons = PhotonMap::new(origin, &placed);
+            let photons = PhotonMap::new(origin, &positioned);
             Class { kernel: DiskKernel::new(radius), radius, photons }
         };
         Self { classes: sorted.chunk_by(|a, b| a.0 == b.0).map(class).collect() }

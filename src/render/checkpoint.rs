@@ -118,7 +118,7 @@ impl Checkpoints {
         let mut left = self.lock();
         let Some(moment) = left.as_mut() else { return Ok(()) };
         let fits = moment.lattices.len() == lattices.len()
-            && moment.lattices.iter().zip(lattices).all(|(k, lattice)| k.cells == lattice.cells());
+            && moment.lattices.iter().zip(lattices).all(|(k, lattice)| k.cells == lattice.count());
         if !fits {
             return Err(Error::file(
                 &self.path,

@@ -60,8 +60,8 @@ pub(super) fn write<S: Spectrum>(
     lattices: &[&LazyCells<S>],
 ) -> Result<()> {
     let counts = |lattice: &&LazyCells<S>| {
-        let known = (0..lattice.cells()).filter(|&cell| lattice.known(cell).is_some()).count();
-        [lattice.cells() as u64, known as u64]
+        let known = (0..lattice.count()).filter(|&cell| lattice.stored(cell).is_some()).count();
+        [lattice.count() as u64, known as u64]
     };
     let head = Head {
         key: key.clone(),
@@ -86,15 +86,15 @@ pub(super) fn write<S: Spectrum>(
             out.put(features.to_bits().map(u64::to_le_bytes).as_flattened())?;
         }
         for lattice in lattices {
-            let known = |cell: &usize| lattice.known(*cell);
-            for first in (0..lattice.cells()).step_by(64) {
-                let cells = first..lattice.cells().min(first + 64);
-                let bits = cells
-                    .rev()
-                    .fold(0_u64, |bits, cell| bits << 1 | u64::from(lattice.known(cell).is_some()));
+            let known = |cell: &usize| lattice.stored(*cell);
+            for first in (0..lattice.count()).step_by(64) {
+                let cells = first..lattice.count().min(first + 64);
+                let bits = cells.rev().fold(0_u64, |bits, cell| {
+                    bits << 1 | u64::from(lattice.stored(cell).is_some())
+                });
                 out.put(&bits.to_le_bytes())?;
             }
-            for value in (0..lattice.cells()).filter_map(|cell| known(&cell)) {
+            for value in (0..lattice.count()).filter_map(|cell| known(&cell)) {
                 out.put(value.map(u32::to_le_bytes).as_flattened())?;
             }
         }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::exposure::{self, RenderRegion};
 use super::features::FeatureTracer;
 use super::integrator::Integrator;
+use super::photon_pass::PhotonPass;
 use super::photon_rate::PhotonRate;
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::seconds::{self, StageSeconds};
@@ -16,9 +17,10 @@ use crate::error::Result;
 use crate::image::{Accumulator, FeatureMean, Features, Sample, Window};
 use crate::math::{Spectrum, Stage};
 use crate::medium::Medium;
-use crate::photon::{self, PhotonDirection, PhotonMaps, PhotonMemory};
+use crate::photon::{self, PhotonDirection, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
+use crate::strategy::Summary;
 use crate::work::Work;
 
 /// Rays of the look, about.
@@ -46,8 +48,10 @@ const RETAINED: u64 = 32 << 20;
 const WORKING: u64 = 4 << 20;
 
 /// About what a render takes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Costs {
+    /// How light in media is estimated, and why.
+    pub strategy: Summary,
     /// Work, by the counters that the render itself will report; at most so much where a director
     /// hands out rays.
     pub work: Work,
@@ -120,7 +124,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let coarser = (all / RAYS).sqrt().max(1.0);
     let size = [width, height].map(|side| (side / coarser).ceil().max(1.0));
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
-    let budget = PixelBudget::fixed(settings.rays, photons.volume_radius, step);
+    let budget = PixelBudget::fixed(settings.rays, photons.maps.volume_radius, step);
     let integrator = Integrator::new(scene, &photons, needs);
     let seen = FeatureTracer::new(scene, settings.denoise);
     let expose = |seed: u64| {
@@ -160,8 +164,11 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     };
     work.rays = (width * height) as u64 * u64::from(settings.rays);
     work.map_pixels = if needs.maps { map_pixels(scene, settings) } else { 0 };
-    let photons = photon::memory(&work, &photons);
-    Ok(Costs { memory: memory(scene, settings, photons, program + WORKING), work, seconds })
+    let strategy = photons.choice.summary();
+    let [fluence, lazy] = photons.caches.memory_bytes();
+    let photons = photon::memory::<S, H>(&work, fluence, lazy);
+    let memory = memory(scene, settings, photons, program + WORKING);
+    Ok(Costs { strategy, work, memory, seconds })
 }
 
 /// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`], without a look
@@ -179,16 +186,17 @@ fn photon_memory<S: Spectrum, H: PhotonDirection>(
     settings: &RenderSettings,
 ) -> Result<PhotonMemory> {
     let (photons, work) = look::<S, H>(scene, settings)?;
-    Ok(photon::memory(&work, &photons))
+    let [fluence, lazy] = photons.caches.memory_bytes();
+    Ok(photon::memory::<S, H>(&work, fluence, lazy))
 }
 
 /// The maps that a few of the photons leave, and the work that all are.
 fn look<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
-) -> Result<(PhotonMaps<S, H>, Work)> {
+) -> Result<(PhotonPass<S, H>, Work)> {
     let (shooting, paths) = director_pass::look(scene, settings);
-    let (photons, shot) = photon::shoot(scene, &shooting, &|_| ())?;
+    let (photons, shot) = PhotonPass::new(scene, &shooting, &|_| ())?;
     Ok((photons, scaled(&shot, settings.photons as f64 / paths.max(1) as f64)))
 }
 

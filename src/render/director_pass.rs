@@ -9,13 +9,14 @@ use crate::director::{
 use crate::error::Result;
 use crate::image::{Film, Image, Window};
 use crate::math::{Spectrum, Stage};
-use crate::photon::{self, PhotonDirection, PhotonSettings};
+use crate::photon::{PhotonDirection, PhotonSettings};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, Importance, RenderSettings, Scene};
 use crate::work::Work;
 
 use super::exposure::{RenderRegion, expose};
 use super::integrator::Integrator;
+use super::photon_pass::{PassSettings, PhotonPass};
 use super::{Control, Directed, Stages, specialised};
 
 /// Photon paths of a look at few of them, at most.
@@ -177,18 +178,19 @@ impl Pilot {
         settings: &RenderSettings,
     ) -> Result<(Film, Work)> {
         let Self { photons, size, pixels, step } = self;
-        let shooting = PhotonSettings {
-            photons,
-            seed: settings.seed ^ PILOT_SEED,
-            levels: 0,
+        let whole = shooting(scene, settings);
+        let seed = settings.seed ^ PILOT_SEED;
+        let shooting = PassSettings {
+            photons: PhotonSettings { photons, seed, levels: 0, ..whole.photons },
             rays: PILOT_RAYS,
-            pixels,
+            film_pixels: pixels,
             denoise: false,
-            ..shooting(scene, settings)
+            ..whole
         };
-        let (photons, mut work) = photon::shoot::<S, H>(scene, &shooting, &|_| ())?;
-        let budget = PixelBudget::fixed(PILOT_RAYS, photons.volume_radius, step);
-        let integrator = Integrator::new(scene, &photons, shooting.needs);
+        let needs = shooting.photons.needs;
+        let (photons, mut work) = PhotonPass::<S, H>::new(scene, &shooting, &|_| ())?;
+        let budget = PixelBudget::fixed(PILOT_RAYS, photons.maps.volume_radius, step);
+        let integrator = Integrator::new(scene, &photons, needs);
         let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
         // All rays of one place lead through the same pixel, the middle one of its square.
         let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
@@ -199,7 +201,7 @@ impl Pilot {
                 seed: settings.seed ^ PILOT_SEED,
                 stage: Stage::Director,
                 rays: PILOT_RAYS,
-                needs: shooting.needs,
+                needs,
                 features: false,
             },
             |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
@@ -227,26 +229,28 @@ pub(super) fn coarse_look(scene: &Scene, settings: &RenderSettings, look: Pilot)
 }
 
 /// Photons shot where nothing thins them.
-pub(super) fn shooting(scene: &Scene, settings: &RenderSettings) -> PhotonSettings {
-    PhotonSettings {
-        photons: settings.photons,
-        traced: None,
-        seed: settings.seed,
-        max_scatter: settings.max_scatter,
+pub(super) fn shooting(scene: &Scene, settings: &RenderSettings) -> PassSettings {
+    PassSettings {
+        photons: PhotonSettings {
+            photons: settings.photons,
+            traced: None,
+            seed: settings.seed,
+            max_scatter: settings.max_scatter,
+            radius: settings.radius,
+            levels: 0,
+            needs: Needs::of(scene, settings),
+        },
         final_gather: settings.final_gather,
         denoise: settings.denoise,
-        radius: settings.radius,
-        levels: 0,
         rays: settings.rays,
-        pixels: 1.0,
-        needs: Needs::of(scene, settings),
+        film_pixels: 1.0,
     }
 }
 
 /// As [`shooting`], for a look at few of the paths, and how many those are.
-pub(super) fn look(scene: &Scene, settings: &RenderSettings) -> (PhotonSettings, u64) {
+pub(super) fn look(scene: &Scene, settings: &RenderSettings) -> (PassSettings, u64) {
     let paths = PATHS.min(settings.photons);
-    (PhotonSettings { traced: Some(paths), ..shooting(scene, settings) }, paths)
+    (shooting(scene, settings).pilot(paths), paths)
 }
 
 impl Maps {
@@ -257,13 +261,12 @@ impl Maps {
     }
 
     /// How photons are shot: with the levels that the widest gathers need.
-    pub(super) fn shooting(&self, scene: &Scene, settings: &RenderSettings) -> PhotonSettings {
+    pub(super) fn shooting(&self, scene: &Scene, settings: &RenderSettings) -> PassSettings {
         let asked = &settings.directing;
         let level = |xs: &f32| if asked.directed.radius { radius_level(asked, *xs) } else { 0 };
-        PhotonSettings {
-            levels: self.xs.iter().map(level).max().unwrap_or(0),
-            ..shooting(scene, settings)
-        }
+        let levels = self.xs.iter().map(level).max().unwrap_or(0);
+        let whole = shooting(scene, settings);
+        PassSettings { photons: PhotonSettings { levels, ..whole.photons }, ..whole }
     }
 
     /// What each pixel of the film may spend out of `gold`, which all would have had.

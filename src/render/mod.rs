@@ -14,6 +14,7 @@ mod exposure;
 mod features;
 mod integrator;
 mod metering;
+mod photon_pass;
 mod photon_rate;
 mod pixel_sampling;
 mod preview;
@@ -41,6 +42,7 @@ pub use control::{Control, Stop};
 pub use costs::{Costs, Memory, MemoryParts, costs, memory_needed, memory_without_photons};
 pub use director_pass::{Extent, Maps, maps};
 pub use metering::exposure;
+pub use photon_pass::{PassSettings, PhotonPass};
 pub use photon_rate::photons_within;
 pub use preview::preview;
 pub use progress::{Progress, Silent, Stages};
@@ -54,7 +56,7 @@ use crate::director::{CachedSnapshot, PixelBudget};
 use crate::error::Result;
 use crate::image::{Sample, Window};
 use crate::math::{Rgb, Spectrum, Stage};
-use crate::photon::{self, PhotonDirection};
+use crate::photon::PhotonDirection;
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::work::Work;
@@ -117,24 +119,24 @@ fn picture<S: Spectrum, H: PhotonDirection>(
     work.unseen_voxels = scene.unseen.map_or(0, |unseen| unseen.held());
     let start = Instant::now();
     let shooting = maps.shooting(scene, settings);
-    progress.stage("photons", shooting.photons);
+    progress.stage("photons", shooting.photons.photons);
     let paths = AtomicU64::new(0);
     let advance = |count: u64| {
         control.stop.into_iter().for_each(Stop::wait);
         progress.advance(count);
         // Building the maps can take longer than the last paths, and as long as all of them.
-        if paths.fetch_add(count, Ordering::Relaxed) + count == shooting.photons {
+        if paths.fetch_add(count, Ordering::Relaxed) + count == shooting.photons.photons {
             progress.stage("photon map", 0);
         }
     };
-    let (photons, shot) = photon::shoot::<S, H>(scene, &shooting, &advance)?;
+    let (photons, shot) = PhotonPass::<S, H>::new(scene, &shooting, &advance)?;
     progress.finish();
     work += shot;
     stages.done("photons", start);
 
     let start = Instant::now();
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
-    let mut gold = PixelBudget::fixed(settings.rays, photons.volume_radius, step);
+    let mut gold = PixelBudget::fixed(settings.rays, photons.maps.volume_radius, step);
     if settings.director == Director::Variance {
         gold = gold.until(settings.directing.tolerance, settings.directing.floor);
     }
@@ -143,7 +145,7 @@ fn picture<S: Spectrum, H: PhotonDirection>(
     let integrator = integrator::Integrator::new(scene, &photons, needs);
     let seen = FeatureTracer::new(scene, settings.denoise);
     if let Some(checkpoints) = control.checkpoints {
-        checkpoints.restore(&photons.filled())?;
+        checkpoints.restore(&photons.caches.lazy())?;
     }
     let exposed = exposure::expose(
         sheet(scene, settings, Stage::March),
@@ -156,11 +158,13 @@ fn picture<S: Spectrum, H: PhotonDirection>(
             let sample = integrator.radiance(ray, workspace);
             Sample { features: seen.along(ray.ray, ray.budget.step, workspace), ..sample }
         },
-        &photons.filled(),
+        &photons.caches.lazy(),
         control,
     );
     stages.done("march", start);
-    Ok(rendered(exposed, work, stages, Some(photons.volume_radius)))
+    let strategy = Some(photons.choice.summary());
+    let rendered = rendered(exposed, work, stages, Some(photons.maps.volume_radius));
+    Ok(Rendered { strategy, ..rendered })
 }
 
 /// Renders `scene` without bias by null-collision path tracing with next-event estimation: the
@@ -222,8 +226,18 @@ fn rendered(exposed: Exposure, mut work: Work, stages: Stages, radius: Option<f6
     let Exposure { film, work: exposing, ended, rays_left, checkpoint_error } = exposed;
     work += exposing;
     let timings = stages.timings;
-    let (director, sight) = (None, None);
-    Rendered { film, work, timings, radius, ended, rays_left, checkpoint_error, director, sight }
+    Rendered {
+        film,
+        work,
+        timings,
+        radius,
+        strategy: None,
+        ended,
+        rays_left,
+        checkpoint_error,
+        director: None,
+        sight: None,
+    }
 }
 
 /// The step where none is given, in metres: the shortest voxel edge of all media, at which cells

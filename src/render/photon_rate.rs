@@ -2,10 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use super::photon_pass::{PassSettings, PhotonPass};
 use super::{director_pass, specialised};
 use crate::error::Result;
 use crate::math::Spectrum;
-use crate::photon::{self, PhotonDirection, PhotonSettings};
+use crate::photon::PhotonDirection;
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 
@@ -50,7 +51,7 @@ impl PhotonRate {
         }
         let (shooting, many) = director_pass::look(scene, settings);
         let start = Instant::now();
-        specialised!(needs, shoot(scene, &PhotonSettings { traced: Some(many), ..shooting }))?;
+        specialised!(needs, shoot(scene, &shooting.pilot(many)))?;
         Self::beside(scene, settings, start.elapsed())
     }
 
@@ -67,7 +68,7 @@ impl PhotonRate {
         let (shooting, many) = director_pass::look(scene, settings);
         let few = many / FEWER;
         let start = Instant::now();
-        specialised!(needs, shoot(scene, &PhotonSettings { traced: Some(few), ..shooting }))?;
+        specialised!(needs, shoot(scene, &shooting.pilot(few)))?;
         let (short, long) = (start.elapsed().as_secs_f64(), long.as_secs_f64());
         let each = (long - short) / (many - few) as f64;
         let each = each.max(LEAST * long / many as f64).max(f64::MIN_POSITIVE);
@@ -83,6 +84,6 @@ impl PhotonRate {
 }
 
 /// Shoots photons for nothing but the time it takes.
-fn shoot<S: Spectrum, H: PhotonDirection>(scene: &Scene, shooting: &PhotonSettings) -> Result<()> {
-    photon::shoot::<S, H>(scene, shooting, &|_| ()).map(drop)
+fn shoot<S: Spectrum, H: PhotonDirection>(scene: &Scene, shooting: &PassSettings) -> Result<()> {
+    PhotonPass::<S, H>::new(scene, shooting, &|_| ()).map(drop)
 }

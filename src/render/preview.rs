@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use super::exposure::{RenderRegion, expose};
 use super::integrator::Integrator;
+use super::photon_pass::PhotonPass;
 use super::rendered::Ended;
 use super::{Control, Rendered, Stages, finest_step, rendered, sheet};
 use crate::director::PixelBudget;
 use crate::math::{Rgb, Stage};
-use crate::photon::PhotonMaps;
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 use crate::work::Work;
@@ -22,9 +22,9 @@ pub fn preview<'a>(
     control: impl Into<Control<'a>>,
 ) -> Rendered {
     let (mut stages, start) = (Stages::default(), Instant::now());
-    let photons = PhotonMaps::<Rgb>::empty(settings.radius.unwrap_or(0.0));
+    let photons = PhotonPass::<Rgb>::empty(settings.radius.unwrap_or(0.0));
     let step = settings.step.unwrap_or_else(|| finest_step(scene));
-    let budget = PixelBudget::fixed(1, photons.volume_radius, step);
+    let budget = PixelBudget::fixed(1, photons.maps.volume_radius, step);
     let integrator = Integrator::new(scene, &photons, Needs::of(scene, settings));
     let exposed = expose(
         RenderRegion { features: false, ..sheet(scene, settings, Stage::March) },

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::director::CachedSnapshot;
 use crate::error::Result;
 use crate::image::{Denoiser, Film};
+use crate::strategy::Summary;
 use crate::transport::MAX_EVENTS;
 use crate::work::Work;
 
@@ -32,6 +33,8 @@ pub struct Rendered {
     pub timings: Vec<(&'static str, Duration)>,
     /// Gather radius of the volume photons, in metres; nothing for the reference.
     pub radius: Option<f64>,
+    /// How light in media was estimated, and why; `None` for the reference and previews.
+    pub strategy: Option<Summary>,
     /// Whether the picture is finished.
     pub ended: Ended,
     /// Rays that it would still have got.

@@ -1,158 +1,330 @@
-//! What light of a scene is kept on lattices.
+//! Which estimator lights each medium, decided once before photons are shot.
 
-use crate::math::{Aabb, Spectrum, World, WorldPoint};
-use crate::medium::{Medium, Phase};
-use crate::scene::Scene;
+use crate::math::WorldPoint;
+use crate::medium::{Medium, Phase, SparseCells};
+use crate::scene::{FinalGather, Scene};
+use crate::transport::is_camera_outside;
 
-use super::gather_termination::GatherTermination;
-use crate::cache::{
-    CellContents, DirectLightCache, FinalGatherCache, FluenceBuilder, SparseCells,
-    edge_for_flights, thin_edge, thin_edge_for_moments,
+use super::cell_width::{
+    direct_light_cells, final_gather_cells, thin_width, thin_width_for_moments, width_for_flights,
 };
-use crate::photon::PhotonSettings;
+use super::gather_termination::GatherTermination;
+use super::kind::{Conditions, MediumStrategy, Strategy, Summary};
+use super::phase_blur::{self, PhaseSplit};
 
-/// Distance from a medium, in its smallest extents, within which the eye counts as inside.
-const NEAR: f64 = 0.02;
+/// Largest ratio of the noise-optimal to the thin cell width of [`Strategy::FluenceTowardEye`], where
+/// [`Strategy::Moments`] is the alternative.
+const MAX_REFINEMENT_BEFORE_MOMENTS: f64 = 1.4;
 
-/// How many times as fine as suits the flights cells may be, so that they are thin, where lattices
-/// of moments can be had instead.
-const FINER: f64 = 1.4;
+/// As [`MAX_REFINEMENT_BEFORE_MOMENTS`], where [`Strategy::Beams`] is the alternative: noise of finer
+/// cells costs less than gathers of photons along every ray.
+const MAX_REFINEMENT_BEFORE_BEAMS: f64 = 2.0;
 
-/// As [`FINER`], where beams are what is left: noise of cells costs less than to gather.
-const FINEST: f64 = 2.0;
+/// Values a cell of moments of the first degree: fluence and the three components of flux.
+const FIRST_DEGREE_VALUES: usize = 4;
 
-/// Chooses what is kept.
-pub struct CachePlanner<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// How its photons are shot.
-    pub shooting: &'a PhotonSettings,
-    /// Places that the camera sees of the media.
-    pub visible: &'a [WorldPoint],
+/// Places along a ray at which caches of the finest level are sampled.
+const PLACES: u32 = 8;
+
+/// Fewest places along a ray at which caches are sampled: at the widest level, and where the picture
+/// is denoised, which removes the noise of few places.
+const MIN_PLACES: u32 = 2;
+
+/// The cells of the caches that a choice asks for: one grid a medium, or none.
+#[derive(Debug, Default)]
+pub struct CacheCells {
+    /// Of direct light.
+    pub direct: Vec<SparseCells>,
+    /// Of photons' light, toward the camera or as moments.
+    pub fluence: Vec<SparseCells>,
+    /// Of final gathers.
+    pub final_gathers: Vec<SparseCells>,
 }
 
-impl<'a> CachePlanner<'a> {
-    /// For each medium, light straight from lights; nothing where one of them cannot keep it.
-    pub fn direct<S: Spectrum>(&self) -> Vec<DirectLightCache<S>> {
-        let PhotonSettings { pixels, rays, seed, .. } = *self.shooting;
-        let new =
-            |medium| DirectLightCache::new(self.scene, medium, self.visible, pixels, rays, seed);
-        self.each(new)
+/// How light in media is estimated.
+#[derive(Debug, Clone)]
+pub struct Choice {
+    /// The estimator: all media have the same, as rays cross several of them at once.
+    pub strategy: Strategy,
+    /// Why, as one sentence.
+    pub reason: &'static str,
+    /// Whether direct light is cached.
+    pub caches_direct: bool,
+    /// When final gathers end; with moments only.
+    pub termination: Option<GatherTermination>,
+    /// Phase function of each medium, blurred for the number of photons.
+    pub blurred: Vec<Phase>,
+    /// How each medium scatters photons that rays gather.
+    pub splits: Vec<PhaseSplit>,
+    /// Whether photons are stored for beams, which rays behind mirrors may need beside a cache.
+    pub stores_photons: bool,
+    /// Each medium's strategy with its cell widths.
+    pub media: Vec<MediumStrategy>,
+    places: u32,
+}
+
+impl Choice {
+    /// That of a picture without photons.
+    pub const fn without_photons() -> Self {
+        Self {
+            strategy: Strategy::Beams,
+            reason: "no photons are needed",
+            caches_direct: false,
+            termination: None,
+            blurred: Vec::new(),
+            splits: Vec::new(),
+            stores_photons: false,
+            media: Vec::new(),
+            places: 0,
+        }
     }
 
-    /// For each medium what final gathers find; nothing where one of them cannot keep it, and where
-    /// noise is taken off: it goes where each ray has its own, not where rays share it.
-    pub fn gathered<S: Spectrum>(&self) -> Vec<FinalGatherCache<S>> {
-        let PhotonSettings { pixels, rays, seed, denoise, traced, .. } = *self.shooting;
-        let looks = traced.is_some();
-        let new = |medium| {
-            FinalGatherCache::new(self.scene, medium, self.visible, pixels, rays, seed, looks)
-        };
-        if denoise { Vec::new() } else { self.each(new) }
+    /// Number of places along a ray at which caches of this level are sampled: fewer where cells are
+    /// wider.
+    pub fn places_at(&self, level: usize) -> u32 {
+        (self.places >> level).max(MIN_PLACES)
     }
 
-    /// One for each medium, where all lie before the eye and have one.
-    fn each<T>(&self, new: impl Fn(usize) -> Option<T>) -> Vec<T> {
-        let media = &self.scene.media;
-        let keeps = |medium: &usize| {
-            self.shooting.needs.volume_photons && is_before(self.scene, media.get(*medium))
-        };
-        let all = (0..media.len()).map(|medium| Some(medium).filter(keeps).and_then(&new));
-        all.collect::<Option<_>>().unwrap_or_default()
+    /// What a report says of it.
+    pub fn summary(&self) -> Summary {
+        Summary { reason: self.reason.into(), media: self.media.clone() }
+    }
+}
+
+/// Decides how light in the media of `scene` is estimated. `visible` are places in media that the
+/// camera sees; `direct` are the cells of [`direct_cells`]; all flights of photons together are
+/// `flight_length` metres long.
+pub fn choose(
+    scene: &Scene,
+    conditions: &Conditions,
+    visible: &[WorldPoint],
+    direct: Vec<SparseCells>,
+    flight_length: f64,
+) -> (Choice, CacheCells) {
+    let question = Question { scene, conditions, visible, flight_length };
+    let blurred = phase_blur::phases(scene, conditions.photons);
+    let (termination, fluence) = question.fluence_cells(&blurred);
+    let final_gathers = match &termination {
+        Some(_) if !direct.is_empty() => question.gather_cells(),
+        _ => Vec::new(),
+    };
+    let strategy = match (&termination, fluence.is_empty(), final_gathers.is_empty()) {
+        (Some(_), _, false) => Strategy::SharedGathers,
+        (Some(_), _, true) => Strategy::Moments,
+        (None, false, _) => Strategy::FluenceTowardEye,
+        (None, true, _) => Strategy::Beams,
+    };
+    // Peaks are followed only by rays that gather photons, and orders are not counted along rays.
+    let follows_peaks = strategy == Strategy::Beams && conditions.max_scatter.is_none();
+    let near = |medium: &Medium| !is_camera_outside(scene, medium);
+    let width = |cells: &[SparseCells], medium: usize| cells.get(medium).map(|cells| cells.edge);
+    let medium = |medium: usize| MediumStrategy {
+        strategy,
+        cell_width: width(&fluence, medium),
+        gather_cell_width: width(&final_gathers, medium),
+        direct_cell_width: width(&direct, medium),
+    };
+    let choice = Choice {
+        strategy,
+        reason: question.reason(strategy),
+        caches_direct: !direct.is_empty(),
+        splits: phase_blur::scatterings(scene, &blurred, follows_peaks, near),
+        stores_photons: match strategy {
+            Strategy::Beams => true,
+            Strategy::FluenceTowardEye => needs_beams(scene),
+            Strategy::Moments | Strategy::SharedGathers => false,
+        },
+        termination,
+        blurred,
+        media: (0..scene.media.len()).map(medium).collect(),
+        places: if conditions.denoise { MIN_PLACES } else { PLACES },
+    };
+    (choice, CacheCells { direct, fluence, final_gathers })
+}
+
+/// Cells for direct light in each medium; none where one of them cannot be cached.
+pub fn direct_cells(
+    scene: &Scene,
+    conditions: &Conditions,
+    visible: &[WorldPoint],
+) -> Vec<SparseCells> {
+    let Conditions { film_pixels, rays, .. } = *conditions;
+    for_all_media(scene, conditions, |medium| {
+        direct_light_cells(scene, medium, visible, film_pixels, rays)
+    })
+}
+
+/// What decides about one picture.
+struct Question<'a> {
+    scene: &'a Scene,
+    conditions: &'a Conditions,
+    visible: &'a [WorldPoint],
+    /// Length of all flights together, in metres.
+    flight_length: f64,
+}
+
+impl Question<'_> {
+    /// Cells for final gathers; none where one medium cannot have them, and where the picture is
+    /// denoised: that removes noise which is independent from ray to ray, not noise that rays share.
+    fn gather_cells(&self) -> Vec<SparseCells> {
+        let Conditions { film_pixels, rays, denoise, .. } = *self.conditions;
+        if denoise {
+            return Vec::new();
+        }
+        for_all_media(self.scene, self.conditions, |medium| {
+            final_gather_cells(self.scene, medium, self.visible, film_pixels, rays)
+        })
     }
 
-    /// Empty lattices for light that has been scattered before, by these blurred phase functions,
-    /// where all flights together are `flown` metres long, and how far rays are followed before
-    /// those are asked. None where photons are to be gathered.
-    pub fn flights<S: Spectrum>(
-        &self,
-        phases: &'a [Phase],
-        origin: WorldPoint,
-        flown: f64,
-    ) -> (Option<GatherTermination>, Vec<FluenceBuilder<'a, S>>) {
-        let choices = GatherTermination::choices(self.scene, self.shooting);
-        let finer = if choices.iter().any(Option::is_some) { FINER } else { FINEST };
-        let empty = |gather: Option<GatherTermination>| {
-            let lattices = self.each(|medium| {
-                let (edge, holds) = match &gather {
-                    None => self.toward_eye(medium, &phases[medium], finer, flown)?,
-                    Some(depth) => self.moments(medium, depth, flown)?,
-                };
-                let density = &self.scene.media.get(medium).density;
-                let cells = SparseCells::around(density, edge, holds.planes())?;
-                Some(FluenceBuilder::new(cells, origin, holds))
-            });
-            (gather, lattices)
-        };
-        choices.into_iter().map(empty).find(|(_, l)| !l.is_empty()).unwrap_or_default()
-    }
-
-    /// Edge, in metres, of cells that hold what a phase function scatters toward the eye, where they
-    /// are at most `finer` times as fine as suits the flights.
-    fn toward_eye(
-        &self,
-        medium: usize,
-        phase: &'a Phase,
-        finer: f64,
-        flown: f64,
-    ) -> Option<(f64, CellContents<'a>)> {
-        let of = self.scene.media.get(medium);
-        let edge = self.edge(of, thin_edge(of, self.visible), phase, finer, flown)?;
-        Some((edge, CellContents::TowardEye(phase, &self.scene.camera)))
-    }
-
-    /// Edge, in metres, of cells that hold moments. Fluence varies over the way in which light
-    /// forgets where it came from. Moments are asked at many places, which even out what wide cells
-    /// blur.
-    fn moments(
-        &self,
-        medium: usize,
-        depth: &GatherTermination,
-        flown: f64,
-    ) -> Option<(f64, CellContents<'a>)> {
-        let of = self.scene.media.get(medium);
-        let holds = if depth.degree(medium) > 1 {
-            CellContents::Moments
+    /// Cells for photons' light in each medium, of moments where the termination of final gathers
+    /// comes along; none where photons are to be gathered along rays.
+    fn fluence_cells(&self, blurred: &[Phase]) -> (Option<GatherTermination>, Vec<SparseCells>) {
+        let choices = GatherTermination::choices(self.scene, self.conditions);
+        let refinement = if choices.iter().any(Option::is_some) {
+            MAX_REFINEMENT_BEFORE_MOMENTS
         } else {
-            CellContents::FirstMoments
+            MAX_REFINEMENT_BEFORE_BEAMS
         };
-        let thin = thin_edge_for_moments(of, self.visible);
-        Some((self.edge(of, thin, &Phase::ISOTROPIC, f64::INFINITY, flown)?, holds))
+        let cells = |termination: Option<GatherTermination>| {
+            let cells = for_all_media(self.scene, self.conditions, |index| {
+                let medium = self.scene.media.get(index);
+                let (width, values) = match &termination {
+                    None => (self.width_toward_eye(medium, &blurred[index], refinement)?, 1),
+                    Some(_) => (self.width_of_moments(medium)?, FIRST_DEGREE_VALUES),
+                };
+                SparseCells::covering(&medium.density, width, values)
+            });
+            (termination, cells)
+        };
+        choices.into_iter().map(cells).find(|(_, cells)| !cells.is_empty()).unwrap_or_default()
     }
 
-    /// Edge of cells, in metres, that suits flights of which a phase function decides what each
-    /// counts, at most `thin`; nothing where they would be more than `finer` times as fine as suits.
-    fn edge(
-        &self,
-        medium: &Medium,
-        thin: f64,
-        phase: &Phase,
-        finer: f64,
-        flown: f64,
-    ) -> Option<f64> {
-        if let Some(radius) = self.shooting.radius {
+    /// Width, in metres, of cells that hold light scattered toward the camera; `None` where the
+    /// noise-optimal width is more than `refinement` times the thin one.
+    fn width_toward_eye(&self, medium: &Medium, phase: &Phase, refinement: f64) -> Option<f64> {
+        self.width(medium, thin_width(medium, self.visible), phase, refinement)
+    }
+
+    /// Width, in metres, of cells that hold moments. They are read at many places, whose mean evens
+    /// out what wide cells blur.
+    fn width_of_moments(&self, medium: &Medium) -> Option<f64> {
+        let thin = thin_width_for_moments(medium, self.visible);
+        self.width(medium, thin, &Phase::ISOTROPIC, f64::INFINITY)
+    }
+
+    /// Width of cells, in metres: noise-optimal for flights that `phase` weighs, at most `thin`.
+    /// `None` where the noise-optimal width is more than `refinement` times `thin`.
+    fn width(&self, medium: &Medium, thin: f64, phase: &Phase, refinement: f64) -> Option<f64> {
+        if let Some(radius) = self.conditions.radius {
             return (radius <= thin).then_some(radius);
         }
-        let edge = edge_for_flights(medium.density.volume()?, flown, phase);
-        (edge <= finer * thin).then_some(edge.min(thin))
+        let optimal = width_for_flights(medium.density.volume()?, self.flight_length, phase);
+        (optimal <= refinement * thin).then_some(optimal.min(thin))
+    }
+
+    fn reason(&self, strategy: Strategy) -> &'static str {
+        let forced = self.conditions.final_gather == FinalGather::Always;
+        let peaked = GatherTermination::is_peaked(self.scene);
+        let outside = |medium: &Medium| is_camera_outside(self.scene, medium);
+        match strategy {
+            Strategy::Beams if !self.conditions.volume_photons => "no photons are stored in media",
+            Strategy::Beams if !self.scene.media.iter().all(outside) => {
+                "the camera is in a medium or near one, where cells of a cache would show"
+            }
+            Strategy::Beams => {
+                "cells that are optically thin would be crossed by too few photons, or be too many"
+            }
+            Strategy::FluenceTowardEye => {
+                "cells that are optically thin are crossed by enough photons"
+            }
+            Strategy::Moments | Strategy::SharedGathers if forced => "final gathers are asked for",
+            Strategy::Moments | Strategy::SharedGathers if peaked => {
+                "a phase function is peaked: few photons fly so that much is scattered toward the \
+                 camera"
+            }
+            Strategy::Moments | Strategy::SharedGathers => {
+                "optically thin cells would be crossed by too few photons, and the denoiser removes \
+                 the noise of gathers"
+            }
+        }
     }
 }
 
-/// Whether a medium has an end and lies before the eye: near it cells would show.
-pub fn is_before(scene: &Scene, medium: &Medium) -> bool {
-    let apart = |b: Aabb<World>| !b.grown(NEAR * b.size().min_element()).contains(eye(scene));
-    medium.density.bounds().is_some_and(apart)
+/// Cells for each medium; none where one of them has none, or the camera is not outside of it.
+fn for_all_media(
+    scene: &Scene,
+    conditions: &Conditions,
+    cells: impl Fn(usize) -> Option<SparseCells>,
+) -> Vec<SparseCells> {
+    let media = &scene.media;
+    let can_cache =
+        |medium: &usize| conditions.volume_photons && is_camera_outside(scene, media.get(*medium));
+    let all = (0..media.len()).map(|medium| Some(medium).filter(can_cache).and_then(&cells));
+    all.collect::<Option<_>>().unwrap_or_default()
 }
 
-/// Where the ray through the middle of the film starts.
-pub fn eye(scene: &Scene) -> WorldPoint {
-    let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
-    scene.camera.ray(width, height, [0.5; 2]).origin
-}
-
-/// Whether rays ask for light that lattices do not hold: scattered toward other places than the
-/// camera.
-pub fn needs_beams(scene: &Scene) -> bool {
+/// Whether rays behind mirrors and glass read light that a cache toward the camera does not hold.
+fn needs_beams(scene: &Scene) -> bool {
     let isotropic = scene.media.iter().all(|m| m.phase.is_isotropic());
     !isotropic && scene.surfaces.has_specular()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CONDITIONS: Conditions = Conditions {
+        photons: 100_000,
+        max_scatter: None,
+        final_gather: FinalGather::Auto,
+        denoise: false,
+        radius: None,
+        rays: 16,
+        film_pixels: 1.0,
+        volume_photons: true,
+    };
+
+    fn chosen(position: f64, g: f64, conditions: &Conditions, flight_length: f64) -> Choice {
+        let scene = Scene::of_text(&format!(
+            "
+            [camera]
+            position = [0.0, 0.0, {position}]
+            target = [0.0, 0.0, -100.0]
+            fov = 30.0
+            [film]
+            size = [64, 64]
+            [[medium]]
+            region = {{ box = {{ min = [-1.0, -1.0, -1.0], max = [1.0, 1.0, 1.0] }} }}
+            sigma_t = 2.0
+            albedo = 0.9
+            phase = {{ type = 'henyey-greenstein', g = {g} }}
+            [[light]]
+            type = 'environment'
+            radiance = 1.0
+            "
+        ));
+        let visible = [WorldPoint::new(0.0, 0.0, 0.9)];
+        let direct = direct_cells(&scene, conditions, &visible);
+        choose(&scene, conditions, &visible, direct, flight_length).0
+    }
+
+    #[test]
+    fn each_strategy_is_chosen_where_it_fits() {
+        let auto = &CONDITIONS;
+        let never = &Conditions { final_gather: FinalGather::Never, ..CONDITIONS };
+        let denoised = &Conditions { denoise: true, ..CONDITIONS };
+        for (position, g, conditions, flight_length, right) in [
+            (6.0, 0.0, auto, 1e6, Strategy::FluenceTowardEye),
+            (6.0, 0.0, auto, 1.0, Strategy::Beams),
+            (0.0, 0.0, auto, 1e6, Strategy::Beams),
+            (6.0, 0.8, auto, 1e6, Strategy::SharedGathers),
+            (6.0, 0.8, denoised, 1e6, Strategy::Moments),
+            (6.0, 0.8, never, 1e8, Strategy::FluenceTowardEye),
+        ] {
+            let choice = chosen(position, g, conditions, flight_length);
+            assert_eq!(choice.strategy, right, "at {position}, g = {g}: {}", choice.reason);
+            assert_eq!(choice.media.len(), 1);
+            assert_eq!(choice.media[0].cell_width.is_some(), right != Strategy::Beams);
+        }
+    }
 }

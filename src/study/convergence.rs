@@ -9,6 +9,7 @@ use super::request::Metric;
 use super::results::{PointResult, TrialResult};
 use super::split::Split;
 use super::statistics::slope;
+use crate::strategy::Strategy;
 
 /// How light is estimated from N photons.
 ///
@@ -26,6 +27,9 @@ pub enum Estimator {
     Beams,
     /// Photons on surfaces alone: d = 2, and radii with always as many photons in them.
     Surfaces,
+    /// Final gathers that end at moments of photons' light on cells. The width of cells and the
+    /// tolerance at which gathers end are as N^(-1/5); the noise of the gathers is that of rays.
+    FinalGathers,
     /// No photons: they change nothing.
     None,
     /// Not the same for all numbers of photons.
@@ -48,6 +52,10 @@ impl Estimator {
                 "photons on surfaces are gathered within radii r made as N^(-1/2): the variance \
                  is as 1/(N r²) and stays, the squared bias as r⁴"
             }
+            Self::FinalGathers => {
+                "final gathers end at moments of photons' light, kept on cells whose edge is made as \
+                 N^(-1/5): their own noise is that of rays, so that no exponent is to be expected"
+            }
             Self::None => "photons are not needed",
             Self::Mixed => {
                 "light is estimated in another way with few photons than with many (cells must be \
@@ -62,7 +70,7 @@ impl Estimator {
         match self {
             Self::Lattice => Some((1.0, -0.2)),
             Self::Beams | Self::Surfaces => Some((2.0, -0.5)),
-            Self::None | Self::Mixed => None,
+            Self::FinalGathers | Self::None | Self::Mixed => None,
         }
     }
 
@@ -75,10 +83,20 @@ impl Estimator {
         Some([-1.0 - dimensions * width, 4.0 * width])
     }
 
-    /// What the counters of a render say it is.
+    /// That of a render: by its strategy in media where photons are stored there, else by its counters,
+    /// as in results stored without a strategy.
     fn of(result: &TrialResult) -> Self {
         let count = |name: &str| result.trial.work.get(name).and_then(serde_json::Value::as_u64);
         let some = |name: &str| count(name).is_some_and(|n| n > 0);
+        let strategy = result.trial.strategy.as_ref();
+        let strategy = strategy.and_then(|summary| summary.media.first()).map(|m| m.strategy);
+        let in_media = some("tracks") || some("volume_photons");
+        match strategy.filter(|_| in_media) {
+            Some(Strategy::FluenceTowardEye) => return Self::Lattice,
+            Some(Strategy::Beams) => return Self::Beams,
+            Some(Strategy::Moments | Strategy::SharedGathers) => return Self::FinalGathers,
+            None => (),
+        }
         match (some("tracks"), some("volume_photons"), some("surface_photons")) {
             (true, ..) => Self::Lattice,
             (false, true, _) => Self::Beams,

@@ -179,6 +179,7 @@ mod tests {
                 seconds: *seconds,
                 stages: Vec::new(),
                 radius: None,
+                strategy: None,
                 work: serde_json::Map::new(),
                 exr: String::new(),
             },

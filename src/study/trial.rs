@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::image::Film;
 use crate::render::{Rendered, Silent, render, render_reference};
 use crate::scene::{RenderSettings, Scene};
+use crate::strategy::Summary;
 
 /// One picture of a study: what was rendered, and what it took.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,6 +30,9 @@ pub struct Trial {
     pub stages: Vec<(String, f64)>,
     /// Gather radius of the volume photons in metres, nothing for the reference.
     pub radius: Option<f64>,
+    /// How light in media was estimated; `None` for the reference and in results stored without it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strategy: Option<Summary>,
     /// Counters of the work done.
     pub work: Map<String, Value>,
     /// The picture with all its layers, relative to the study's folder.
@@ -51,6 +55,7 @@ impl Trial {
             seconds: stages.iter().map(|(_, seconds)| seconds).sum(),
             stages,
             radius: rendered.radius,
+            strategy: rendered.strategy,
             work: work.as_object().cloned().unwrap_or_default(),
             exr: format!(
                 "exr/{}-{}-{}{}.exr",

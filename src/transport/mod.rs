@@ -12,12 +12,14 @@ mod path_state;
 mod punctual_directions;
 pub mod specular;
 pub mod tracking;
+mod viewpoint;
 
 pub use context::{AmortizedTime, PathContext, SobolPoint, StratifiedSample};
 pub use equiangular_lights::EquiangularLights;
 pub use path_state::{EnclosingSolids, PathState, Scattering, survives_roulette};
 pub use punctual_directions::PunctualDirections;
 pub use tracking::FlightSegment;
+pub use viewpoint::{PixelFootprint, camera_position, is_camera_outside};
 
 /// Scatterings and reflections after which a path is ended and counted as capped. Russian roulette
 /// ends paths long before; the limit bounds the time of a pixel in media that hardly absorb.

@@ -77,9 +77,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let GatherPath { termination, path, level, .. } = gather;
         let phase = &self.scene.media.get(medium).phase;
         let incoming = path.ray.direction;
-        let Some(unresolved) = termination.after(gather.unresolved, medium) else {
-            let grid = &self.fluence_grids()[medium];
-            let light = grid.toward(p, *level, -incoming, termination.legendre(medium));
+        let Some(unresolved) = termination.next(gather.unresolved, medium) else {
+            let grid = &self.caches.fluence[medium];
+            let light = grid.scattered(p, *level, -incoming, termination.legendre(medium));
             path.radiance += path.throughput * light;
             return false;
         };

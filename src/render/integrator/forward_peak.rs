@@ -86,7 +86,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     fn choose_peak(&self, p: WorldPoint, ctx: &mut PathContext) -> Option<(Phase, S)> {
         ctx.work.grid_lookups += self.media.albedo_lookups;
         let peak = |(medium, albedo): (usize, S)| {
-            let split = self.phase_split(medium);
+            let split = &self.choice.splits[medium];
             split.peak.map(|phase| (phase, albedo * (1.0 - split.share)))
         };
         choose(self.albedos(p).into_iter().filter_map(peak).collect(), ctx.rng.uniform())

@@ -4,7 +4,7 @@ use crate::math::{Span, Spectrum, WorldPoint};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
 use crate::render::pixel_sampling::{CameraRay, Profiles};
-use crate::strategy::GatherTermination;
+use crate::strategy::Strategy;
 use crate::surface::SurfaceHit;
 use crate::transport::{PathContext, PathState};
 
@@ -66,10 +66,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     ) -> Estimate<S> {
         let (ray, radius) = (&segment.ray, camera_ray.budget.radius);
         let is_cached = segment.from_camera || self.media.is_isotropic;
-        let caches_direct = is_cached && !self.direct_caches().is_empty();
-        let caches_gathers = is_cached && !self.gather_caches().is_empty();
-        let caches_fluence =
-            is_cached && self.gather().is_none() && !self.fluence_grids().is_empty();
+        let caches_direct = is_cached && self.choice.caches_direct;
         let mut light = Estimate::ZERO;
         if !(caches_direct && self.lights.all_cached) {
             let lights = &self.lights;
@@ -78,16 +75,20 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let filter = LightFilter { excluded, punctual_weight, others: true };
             light.radiance += self.direct_along(ray, profile, filter, ctx);
         }
-        if let Some(termination) = self.gather().filter(|_| !caches_gathers) {
-            let gathered = self.gather_along(termination, segment, profile, camera_ray, ctx);
+        let strategy = self.choice.strategy;
+        let strategy = if is_cached { strategy } else { strategy.away_from_camera() };
+        if strategy == Strategy::Moments {
+            let gathered = self.gather_along(segment, profile, camera_ray, ctx);
             light.radiance += gathered.radiance;
             light.indirect = gathered.indirect;
         }
-        if caches_direct || caches_fluence {
+        let caches_indirect =
+            matches!(strategy, Strategy::FluenceTowardEye | Strategy::SharedGathers);
+        if caches_direct || caches_indirect {
             light.radiance += self.cached_in_scattering(ray, profile, radius, camera_ray.pass, ctx);
         }
         let weight = camera_ray.indirect_weight;
-        if self.gather().is_none() && !caches_fluence && weight > 0.0 {
+        if strategy == Strategy::Beams && weight > 0.0 {
             light.indirect = self.volume_photons_along(ray, hit, profile, radius, weight, ctx);
             light.radiance += light.indirect;
         }
@@ -98,12 +99,12 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// in-scattered light but direct light that gathers do not find.
     fn gather_along(
         &self,
-        termination: &GatherTermination,
         segment: &PendingRay<S>,
         profile: &Profile<S>,
         camera_ray: &CameraRay<'_>,
         ctx: &mut PathContext,
     ) -> Estimate<S> {
+        let Some(termination) = &self.choice.termination else { return Estimate::ZERO };
         let stratified = ctx.stratified.next_scattering();
         let [a, b, c, d] = stratified.unwrap_or_else(|| [(); 4].map(|()| ctx.rng.uniform()));
         let Some(place) = profile.sample([a, b]) else { return Estimate::ZERO };

@@ -49,7 +49,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             };
             let attenuated = transmittance * sigma_t;
             let scatterer = |(medium, albedo): (usize, S)| {
-                let split = self.phase_split(medium);
+                let split = &self.choice.splits[medium];
                 (&split.phase, albedo * attenuated * split.share)
             };
             self.albedos(ray.at(t)).into_iter().map(scatterer).collect()

@@ -22,7 +22,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> S {
         let level = self.maps.level(radius);
-        let count = self.maps.places_at(level);
+        let count = self.choice.places_at(level);
         let mut sum = S::ZERO;
         for index in 0..count {
             let u = stratum(index, count, &mut ctx.rng);
@@ -47,13 +47,13 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         pass: SamplePass,
         ctx: &mut PathContext,
     ) -> S {
-        let direct = self.direct_caches().get(medium);
-        let direct = direct.map_or(S::ZERO, |cache| cache.near(self.scene, p, ctx));
-        let Some(termination) = self.gather() else {
-            let grid = self.fluence_grids().get(medium);
-            return direct + grid.map_or(S::ZERO, |grid| grid.at(p, level));
+        let direct = self.caches.direct.get(medium);
+        let direct = direct.map_or(S::ZERO, |cache| cache.sample(self.scene, p, ctx));
+        let Some(termination) = &self.choice.termination else {
+            let grid = self.caches.fluence.get(medium);
+            return direct + grid.map_or(S::ZERO, |grid| grid.toward_camera(p, level));
         };
-        let Some(cache) = self.gather_caches().get(medium) else { return direct };
+        let Some(cache) = self.caches.final_gathers.get(medium) else { return direct };
         direct + self.cached_gather(termination, cache, medium, p, pass, ctx)
     }
 
@@ -67,7 +67,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         pass: SamplePass,
         ctx: &mut PathContext,
     ) -> S {
-        cache.near(self.scene, p, pass, ctx, |place, count, ctx| {
+        cache.sample(self.scene, p, pass, ctx, |place, count, ctx| {
             self.mean_of_gathers(termination, medium, place, count, ctx)
         })
     }

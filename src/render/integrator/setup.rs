@@ -3,14 +3,15 @@
 
 use smallvec::SmallVec;
 
-use crate::cache::{DirectLightCache, FinalGatherCache, FluenceGrid};
+use crate::cache::Caches;
 use crate::light::Light;
 use crate::math::{Rgb, Spectrum, Stream, WorldPoint};
 use crate::medium::Phase;
 use crate::photon::{PhotonDirection, PhotonMaps};
+use crate::render::photon_pass::PhotonPass;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
-use crate::strategy::{GatherTermination, PhaseSplit};
+use crate::strategy::{Choice, PhaseSplit, Strategy};
 
 /// [`concentration`](Phase::concentration) of a phase function above which final gathers sample it
 /// jointly with lights, without unit. Broader lobes hit lights often enough by themselves, and joint
@@ -43,6 +44,8 @@ impl<S: Spectrum> Estimate<S> {
 pub struct Integrator<'a, S: Spectrum, H: PhotonDirection> {
     pub(super) scene: &'a Scene,
     pub(super) maps: &'a PhotonMaps<S, H>,
+    pub(super) caches: &'a Caches<S>,
+    pub(super) choice: &'a Choice,
     pub(super) needs: Needs,
     pub(super) media: MediumTraits,
     pub(super) lights: LightEstimators,
@@ -77,35 +80,11 @@ pub(super) struct LightEstimators {
 
 impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
     /// The integrator of `scene`, as far as `needs` say that it is needed.
-    pub fn new(scene: &'a Scene, maps: &'a PhotonMaps<S, H>, needs: Needs) -> Self {
-        let media = MediumTraits::new(scene, &maps.scatterings);
-        let lights = LightEstimators::new(scene, maps);
-        Self { scene, maps, needs, media, lights }
-    }
-
-    /// When final gathers end; `None` where there are none.
-    pub(super) const fn gather(&self) -> Option<&'a GatherTermination> {
-        self.maps.gather.as_ref()
-    }
-
-    /// The fluence grid of each medium; empty where there are none.
-    pub(super) fn fluence_grids(&self) -> &'a [FluenceGrid<S>] {
-        &self.maps.lattices
-    }
-
-    /// The direct-light cache of each medium; empty where there are none.
-    pub(super) fn direct_caches(&self) -> &'a [DirectLightCache<S>] {
-        &self.maps.direct
-    }
-
-    /// The final-gather cache of each medium; empty where there are none.
-    pub(super) fn gather_caches(&self) -> &'a [FinalGatherCache<S>] {
-        &self.maps.gathered
-    }
-
-    /// How a medium scatters the light of photons.
-    pub(super) fn phase_split(&self, medium: usize) -> &'a PhaseSplit {
-        &self.maps.scatterings[medium]
+    pub fn new(scene: &'a Scene, photons: &'a PhotonPass<S, H>, needs: Needs) -> Self {
+        let PhotonPass { maps, caches, choice } = photons;
+        let media = MediumTraits::new(scene, &choice.splits);
+        let lights = LightEstimators::new(scene, caches, choice);
+        Self { scene, maps, caches, choice, needs, media, lights }
     }
 
     /// The albedo sigma_s / sigma_t at `p`, divided among the media that scatter there: index and part
@@ -151,19 +130,19 @@ impl MediumTraits {
 }
 
 impl LightEstimators {
-    fn new<S: Spectrum, H: PhotonDirection>(scene: &Scene, maps: &PhotonMaps<S, H>) -> Self {
+    fn new<S: Spectrum>(scene: &Scene, caches: &Caches<S>, choice: &Choice) -> Self {
         let is_cached = |(index, light): (usize, &Light)| {
-            !maps.direct.is_empty()
+            choice.caches_direct
                 && match light.is_environment() {
-                    true => !maps.lattices.is_empty(),
-                    false => maps.direct.iter().all(|d| d.keeps(index)),
+                    true => choice.strategy != Strategy::Beams,
+                    false => caches.direct.iter().all(|cache| cache.caches(index)),
                 }
         };
         let lights = &scene.lights.lights;
         let cached: Vec<bool> = lights.iter().enumerate().map(is_cached).collect();
         let all_cached = cached.iter().all(|&cached| cached);
         let is_handled = |(light, cached): (&Light, &bool)| {
-            maps.gather.is_some() && *cached && light.is_environment()
+            choice.termination.is_some() && *cached && light.is_environment()
         };
         let handled_by_gather = lights.iter().zip(&cached).map(is_handled).collect();
         Self { cached, all_cached, handled_by_gather }

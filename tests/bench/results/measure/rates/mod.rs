@@ -6,8 +6,8 @@ mod bench;
 mod crates;
 
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint, warp};
-use fogbow::photon::{Photon, PhotonAt, PhotonMap, PhotonMaps, PhotonSettings, shoot};
-use fogbow::render::{Silent, render};
+use fogbow::photon::{Photon, PhotonAt, PhotonMap, PhotonMaps, PhotonSettings};
+use fogbow::render::{PassSettings, PhotonPass, Silent, render};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{FinalGather, LoadOptions, Scene};
 use fogbow::work::Work;
@@ -90,20 +90,20 @@ fn load(name: &str) -> fogbow::Result<Scene> {
 /// The maps of a scene's photons, where rays are followed here, and what making them took.
 fn shot(scene: &Scene, final_gather: FinalGather) -> (PhotonMaps, Work) {
     let needs = Needs::of(scene, &scene.render);
-    let shooting = PhotonSettings {
+    let photons = PhotonSettings {
         photons: PHOTONS,
         traced: None,
-        rays: 4,
-        pixels: 1.0,
         seed: 0,
         max_scatter: None,
-        final_gather,
-        denoise: false,
         radius: None,
         levels: 0,
         needs,
     };
-    shoot(scene, &shooting, &|_| {}).expect("a shipped scene can be shot")
+    let settings =
+        PassSettings { photons, final_gather, denoise: false, rays: 4, film_pixels: 1.0 };
+    let (pass, work) =
+        PhotonPass::new(scene, &settings, &|_| {}).expect("a shipped scene can be shot");
+    (pass.maps, work)
 }
 
 /// One ray through each pixel.

@@ -1,65 +1,68 @@
-//! Which cells a lattice has.
+//! Sparse cubic cells that cover a medium.
 
 use glam::{DVec3, IVec3};
 
 use crate::math::{Aabb, World, WorldPoint};
-use crate::medium::Density;
+
+use super::Density;
 
 /// Log2 of the edge of a brick, in cells.
-pub(super) const BRICK: i32 = 3;
+pub const BRICK: i32 = 3;
 
 /// Cells of a brick.
-pub(super) const VOLUME: usize = 1 << (3 * BRICK);
+pub const VOLUME: usize = 1 << (3 * BRICK);
 
-/// Cells round a medium that belong to its lattice.
+/// Width, in cells, of the border round a medium that is covered as well: trilinear interpolation at
+/// its edge reads the next cell.
 const MARGIN: f64 = 1.5;
 
-/// Bricks, held or not, that a lattice may span.
-const MOST_SLOTS: f64 = 5e7;
+/// Largest number of bricks, stored or not, in the bounding box: 200 MB of brick indices.
+const MAX_SLOTS: f64 = 5e7;
 
-/// Numbers, one a channel, that cells as large as the medium may hold: 64 MiB a channel.
-const MOST_NUMBERS: f64 = (1 << 24) as f64;
+/// Largest number of values in the medium's own volume: 64 MiB a channel.
+const MAX_MEDIUM_VALUES: f64 = (1 << 24) as f64;
 
-/// Of all that are held, as bricks reach beyond the medium: 256 MiB a channel.
-const MOST_HELD: usize = 1 << 26;
+/// Largest number of values in all stored bricks, which reach beyond the medium: 256 MiB a channel.
+const MAX_VALUES: usize = 1 << 26;
 
-/// Marks a brick that is not held.
+/// Index of a brick that is not stored.
 const NONE: u32 = u32::MAX;
 
-/// Place among a brick's cells, z fastest.
-pub(super) fn cell_index(within: IVec3) -> usize {
+/// Index of a cell within its brick, z fastest.
+pub fn cell_index(within: IVec3) -> usize {
     ((within.x << (2 * BRICK)) + (within.y << BRICK) + within.z) as usize
 }
 
-/// The cells of a lattice: bricks of 8³ round a medium.
+/// A sparse grid of cubic cells, in bricks of 8³, that covers all places where a medium's density is
+/// not 0. It stores no values: an array beside it has [`VOLUME`] of them a brick.
 #[derive(Debug, Clone)]
 pub struct SparseCells {
-    /// Corner of the first cell.
-    pub(super) corner: WorldPoint,
+    /// Lowest corner of the first cell, in world space.
+    pub corner: WorldPoint,
     /// Edge of a cell, in metres.
-    pub(super) edge: f64,
+    pub edge: f64,
     /// Bricks along each axis.
-    pub(super) size: IVec3,
-    /// What a step along each axis adds to a slot.
+    pub size: IVec3,
+    /// Offset in `slots` of the next brick along each axis.
     strides: IVec3,
-    /// The axis along which slots, and so bricks, lie in layers.
-    pub(super) layered: usize,
-    /// The number of the brick in each slot.
+    /// The slowest axis of the brick order: bricks lie in layers along it.
+    pub layer_axis: usize,
+    /// Index of the brick at each position, or [`NONE`].
     slots: Vec<u32>,
-    /// Bricks before each layer, and all of them.
-    pub(super) layers: Vec<u32>,
+    /// Number of stored bricks before each layer, and in all.
+    pub layers: Vec<u32>,
 }
 
 impl SparseCells {
-    /// Cells of `edge` metres round all places where `density` is not 0, each for `planes` numbers;
-    /// nothing where it is endless or there would be too many.
-    pub fn around(density: &Density, edge: f64, planes: usize) -> Option<Self> {
+    /// Cells of `edge` metres round all places where `density` is not 0, each for `planes` values;
+    /// `None` where the medium is unbounded or memory limits would be exceeded.
+    pub fn covering(density: &Density, edge: f64, planes: usize) -> Option<Self> {
         let bounds = density.bounds()?.grown(MARGIN * edge);
         let extent = (bounds.size() / (edge * f64::from(1 << BRICK))).ceil();
         let fits = extent.is_finite()
             && extent.min_element() >= 1.0
-            && extent.element_product() <= MOST_SLOTS
-            && density.volume()? * planes as f64 <= MOST_NUMBERS * edge.powi(3);
+            && extent.element_product() <= MAX_SLOTS
+            && density.volume()? * planes as f64 <= MAX_MEDIUM_VALUES * edge.powi(3);
         if !fits {
             return None;
         }
@@ -74,37 +77,37 @@ impl SparseCells {
                 cells.mark(&region.grown(MARGIN * edge));
             }),
         }
-        cells.number();
-        (cells.bricks() * VOLUME * planes <= MOST_HELD).then_some(cells)
+        cells.index_bricks();
+        (cells.bricks() * VOLUME * planes <= MAX_VALUES).then_some(cells)
     }
 
     /// Bytes in memory.
-    pub(super) fn memory_bytes(&self) -> usize {
+    pub fn memory_bytes(&self) -> usize {
         size_of_val(&self.slots[..]) + size_of_val(&self.layers[..])
     }
 
-    /// None held, of this many bricks along each axis.
+    /// No brick stored, of `size` along each axis.
     fn empty(corner: WorldPoint, edge: f64, size: IVec3) -> Self {
-        let layered = (0..3).max_by_key(|&axis| size[axis]).unwrap_or(0);
-        let (a, b) = ((layered + 1) % 3, (layered + 2) % 3);
+        let layer_axis = (0..3).max_by_key(|&axis| size[axis]).unwrap_or(0);
+        let (a, b) = ((layer_axis + 1) % 3, (layer_axis + 2) % 3);
         let mut strides = IVec3::ZERO;
-        (strides[b], strides[a], strides[layered]) = (1, size[b], size[a] * size[b]);
+        (strides[b], strides[a], strides[layer_axis]) = (1, size[b], size[a] * size[b]);
         let slots = vec![NONE; size.element_product() as usize];
-        Self { corner, edge, size, strides, layered, slots, layers: vec![0] }
+        Self { corner, edge, size, strides, layer_axis, slots, layers: vec![0] }
     }
 
-    /// Cells twice as wide that hold all of these.
-    pub(super) fn wider(&self) -> Self {
+    /// Cells twice as wide that cover all of these.
+    pub fn coarser(&self) -> Self {
         let mut cells = Self::empty(self.corner, 2.0 * self.edge, (self.size + 1) / 2);
-        for at in self.places() {
+        for at in self.brick_positions() {
             let slot = cells.slot(at / 2);
             cells.slots[slot] = 0;
         }
-        cells.number();
+        cells.index_bricks();
         cells
     }
 
-    /// Marks the bricks that meet `region`.
+    /// Marks the bricks that overlap `region` as stored.
     fn mark(&mut self, region: &Aabb<World>) {
         let brick = |p: WorldPoint| {
             let at = ((p - self.corner) / self.edge).floor().as_ivec3() >> BRICK;
@@ -121,9 +124,9 @@ impl SparseCells {
         }
     }
 
-    /// Numbers the marked bricks in the order of their slots.
-    fn number(&mut self) {
-        let layer = self.strides[self.layered] as usize;
+    /// Gives the marked bricks ascending indices.
+    fn index_bricks(&mut self) {
+        let layer = self.strides[self.layer_axis] as usize;
         let mut count = 0;
         for slots in self.slots.chunks_mut(layer) {
             for slot in slots.iter_mut().filter(|slot| **slot != NONE) {
@@ -139,50 +142,50 @@ impl SparseCells {
         (at.x + at.y + at.z) as usize
     }
 
-    /// The number of the brick at this place in bricks, which lies inside [`size`](Self::size);
-    /// nothing where it is not held.
-    pub(super) fn brick(&self, at: IVec3) -> Option<usize> {
+    /// Index of the brick at the brick coordinates `at`, which lie inside [`size`](Self::size);
+    /// `None` where it is not stored.
+    pub fn brick(&self, at: IVec3) -> Option<usize> {
         let number = self.slots[self.slot(at)];
         (number != NONE).then_some(number as usize)
     }
 
-    /// As [`brick`](Self::brick), for any place.
-    pub(super) fn brick_anywhere(&self, at: IVec3) -> Option<usize> {
+    /// As [`brick`](Self::brick), for any coordinates.
+    pub fn find_brick(&self, at: IVec3) -> Option<usize> {
         let inside = at.cmpge(IVec3::ZERO).all() && at.cmplt(self.size).all();
         if inside { self.brick(at) } else { None }
     }
 
-    /// How many bricks are held.
+    /// Number of stored bricks.
     pub fn bricks(&self) -> usize {
         self.layers.last().map_or(0, |&count| count as usize)
     }
 
-    /// The place in bricks of each brick that is held, in the order of their numbers.
-    pub(super) fn places(&self) -> Vec<IVec3> {
-        let mut places = Vec::with_capacity(self.bricks());
-        let (a, b) = ((self.layered + 1) % 3, (self.layered + 2) % 3);
-        for along in 0..self.size[self.layered] {
+    /// Brick coordinates of each stored brick, in the order of their indices.
+    pub fn brick_positions(&self) -> Vec<IVec3> {
+        let mut positions = Vec::with_capacity(self.bricks());
+        let (a, b) = ((self.layer_axis + 1) % 3, (self.layer_axis + 2) % 3);
+        for along in 0..self.size[self.layer_axis] {
             for down in 0..self.size[a] {
                 for across in 0..self.size[b] {
                     let mut at = IVec3::ZERO;
-                    (at[self.layered], at[a], at[b]) = (along, down, across);
+                    (at[self.layer_axis], at[a], at[b]) = (along, down, across);
                     if self.brick(at).is_some() {
-                        places.push(at);
+                        positions.push(at);
                     }
                 }
             }
         }
-        places
+        positions
     }
 
-    /// A place in units of cells from the corner.
-    pub(super) fn local(&self, p: WorldPoint) -> DVec3 {
+    /// Cell coordinates of a world-space point: cells from the lowest corner.
+    pub fn to_cells(&self, p: WorldPoint) -> DVec3 {
         (p - self.corner) / self.edge
     }
 
-    /// The place of a point given in cells from the corner.
-    pub(super) fn world(&self, local: DVec3) -> WorldPoint {
-        self.corner + local * self.edge
+    /// World-space point of cell coordinates.
+    pub fn to_world(&self, cells: DVec3) -> WorldPoint {
+        self.corner + cells * self.edge
     }
 }
 
@@ -198,15 +201,15 @@ mod tests {
         let corner = DVec3::new(10.0, 0.01, 10.0);
         let aslant = DAffine3::from_rotation_x(FRAC_PI_4);
         let plate = Cuboid::new(-corner, corner, &aslant).unwrap();
-        SparseCells::around(&Density::Homogeneous(Region::Box(plate)), edge, 1)
+        SparseCells::covering(&Density::Homogeneous(Region::Box(plate)), edge, 1)
     }
 
     #[test]
-    fn what_is_held_is_bounded_however_little_of_it_the_medium_fills() {
+    fn memory_is_bounded_however_little_of_it_the_medium_fills() {
         // In both its own volume is that of few cells.
         assert!(round_plate(0.016).is_none());
         let cells = round_plate(0.1).unwrap();
-        assert!(cells.bricks() * VOLUME <= MOST_HELD);
+        assert!(cells.bricks() * VOLUME <= MAX_VALUES);
         assert!(cells.memory_bytes() >= cells.bricks() * size_of::<u32>());
     }
 }

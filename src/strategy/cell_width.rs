@@ -1,0 +1,193 @@
+//! How wide the cells of a cache are: as flights of photons, the medium and the pixels allow.
+
+use crate::math::WorldPoint;
+use crate::medium::{Medium, Phase, SparseCells};
+use crate::scene::Scene;
+use crate::transport::PixelFootprint;
+
+/// Mean number of flights that cross a cell, where all flights together are
+/// [`REFERENCE_LENGTH`] times as long as the edge of a cube of the medium's volume.
+const CROSSINGS: f64 = 150.0;
+
+/// Length of all flights, in edges of a cube of the medium's volume, for which [`CROSSINGS`] holds.
+const REFERENCE_LENGTH: f64 = 1e6;
+
+/// Optical thickness of a cell up to which light is interpolated linearly across it.
+const MAX_OPTICAL_THICKNESS: f64 = 0.35;
+
+/// Factor on the reduced scattering, 1 - g, by which cells of moments are wider than other thin
+/// cells: their light varies over the transport mean free path, not over the mean free path.
+const MOMENT_REFINEMENT: f64 = 3.0;
+
+/// Least width, in voxels, of cells that follow the size of pixels.
+const MIN_VOXELS: f64 = 0.5;
+
+/// Width in pixels of the cells of direct light.
+const DIRECT_PIXELS: f64 = 1.5;
+
+/// Rays a pixel up to which the cells of direct light may be as wide as thin ones.
+const DIRECT_RAYS: u32 = 16;
+
+/// Exponent of the largest width of direct light's cells over the number of rays a pixel: variance is
+/// as 1 / rays and the squared bias of interpolation as the fourth power of the width.
+const DIRECT_EXPONENT: f64 = -0.25;
+
+/// Width in pixels of the cells of final gathers, for [`GATHER_PIXELS_RAYS`] rays a pixel.
+const GATHER_PIXELS: f64 = 2.5;
+
+/// Rays a pixel for which [`GATHER_PIXELS`] holds.
+const GATHER_PIXELS_RAYS: f64 = 16.0;
+
+/// Exponent of that width over the number of rays: variance is as 1 / (rays width²) and the squared
+/// bias as width⁴; their sum is least for rays^(-1/6).
+const GATHER_PIXELS_EXPONENT: f64 = -1.0 / 6.0;
+
+/// Least width in pixels of the cells of final gathers: that of direct light's.
+const MIN_GATHER_PIXELS: f64 = DIRECT_PIXELS;
+
+/// Largest width of the cells of final gathers, in thin cells of moments, for
+/// [`GATHER_RAYS`] rays a pixel or fewer.
+const MAX_GATHER_WIDTH: f64 = 1.5;
+
+/// Rays a pixel up to which [`MAX_GATHER_WIDTH`] holds.
+const GATHER_RAYS: u32 = 32;
+
+/// Exponent of the largest width of final gathers' cells over the number of rays. Across thick cells
+/// light is not linear and the squared bias is about as width², for which the sum with variance is
+/// least at -1/4. The bias has one sign all over a picture, so that it falls faster here.
+const GATHER_EXPONENT: f64 = -1.0 / 3.0;
+
+/// Width of the cells, in metres, that suits a medium of this volume in m³ in which all flights
+/// together are `flight_length` metres long and `phase` weighs each. A pixel's variance is as
+/// 1 / (flights width), its squared bias as width⁴; the sum is least for flights^(-1/5) (as in
+/// Silverman 1986, "Density Estimation", section 3.3.2).
+pub fn width_for_flights(volume: f64, flight_length: f64, phase: &Phase) -> f64 {
+    let side = volume.cbrt();
+    // The mean chord of a cube is 2/3 of its edge, so that 1.5 times as many flights cross a cell.
+    let across = (1.5 * REFERENCE_LENGTH / CROSSINGS).sqrt();
+    let length = (flight_length / phase.concentration() / side).max(1e-3);
+    side / (across * (length / REFERENCE_LENGTH).powf(0.2)).max(1.0)
+}
+
+/// Largest width, in metres, of cells that are optically thin at the `visible` places of a medium;
+/// infinite where none is in it.
+pub fn thin_width(medium: &Medium, visible: &[WorldPoint]) -> f64 {
+    thickest(medium, visible).map_or(f64::INFINITY, |sigma_t| MAX_OPTICAL_THICKNESS / sigma_t)
+}
+
+/// As [`thin_width`], for multiply scattered light, which varies over the transport mean free path
+/// 1 / (sigma_t (1 - g)).
+pub fn thin_width_for_moments(medium: &Medium, visible: &[WorldPoint]) -> f64 {
+    let reduced = (MOMENT_REFINEMENT * (1.0 - medium.phase.mean_cosine())).min(1.0);
+    thin_width(medium, visible) / reduced
+}
+
+/// Cells for the direct light that the medium of this index scatters, of which the camera sees
+/// `visible` places, in a picture whose pixels cover `film_pixels` of the film along each side and get
+/// so many rays. `None` where cells would be optically thick or too many.
+pub fn direct_light_cells(
+    scene: &Scene,
+    medium: usize,
+    visible: &[WorldPoint],
+    film_pixels: f64,
+    rays: u32,
+) -> Option<SparseCells> {
+    let medium = scene.media.get(medium);
+    let max_width = thin_width(medium, visible);
+    let widths =
+        Widths { pixels: DIRECT_PIXELS, max_width, rays: DIRECT_RAYS, exponent: DIRECT_EXPONENT };
+    cells(&PixelFootprint::new(scene, film_pixels), medium, visible, rays, &widths)
+}
+
+/// As [`direct_light_cells`], for what final gathers find.
+pub fn final_gather_cells(
+    scene: &Scene,
+    medium: usize,
+    visible: &[WorldPoint],
+    film_pixels: f64,
+    rays: u32,
+) -> Option<SparseCells> {
+    let medium = scene.media.get(medium);
+    let by_rays = (f64::from(rays) / GATHER_PIXELS_RAYS).powf(GATHER_PIXELS_EXPONENT);
+    let pixels = (GATHER_PIXELS * by_rays).max(MIN_GATHER_PIXELS);
+    let max_width = MAX_GATHER_WIDTH * thin_width_for_moments(medium, visible);
+    let widths = Widths { pixels, max_width, rays: GATHER_RAYS, exponent: GATHER_EXPONENT };
+    cells(&PixelFootprint::new(scene, film_pixels), medium, visible, rays, &widths)
+}
+
+/// Width of cells that follow the size of pixels.
+struct Widths {
+    /// In pixels.
+    pixels: f64,
+    /// Upper bound in metres, for [`rays`](Self::rays) rays a pixel or fewer.
+    max_width: f64,
+    rays: u32,
+    /// Exponent of that bound over the number of rays, applied at each doubling.
+    exponent: f64,
+}
+
+/// Cells round `medium` as wide as `widths` says for so many rays a pixel; `None` where no place is
+/// visible, or cells would be much finer than voxels or too many. Where only the finest are too many,
+/// they are as wide as for fewer rays.
+fn cells(
+    footprint: &PixelFootprint,
+    medium: &Medium,
+    visible: &[WorldPoint],
+    rays: u32,
+    widths: &Widths,
+) -> Option<SparseCells> {
+    let pixel = quantile(visible.iter().map(|p| footprint.width(*p)).collect(), 0.5)?;
+    let min_width = MIN_VOXELS * medium.density.detail().unwrap_or(0.0);
+    let doublings = (rays / widths.rays).max(1).ilog2();
+    let width = |doublings: u32| {
+        let max_width = widths.max_width * (f64::from(doublings) * widths.exponent).exp2();
+        (widths.pixels * pixel).max(min_width).min(max_width)
+    };
+    let mut candidates: Vec<f64> = (0..=doublings).rev().map(width).collect();
+    // All are the same where the size of pixels decides.
+    candidates.dedup();
+    let mut fine = candidates.into_iter().filter(|width| *width >= 0.5 * min_width);
+    fine.find_map(|width| SparseCells::covering(&medium.density, width, 1))
+}
+
+/// Extinction coefficient in 1/m that a tenth of the visible places in the medium exceed; `None`
+/// where none is in it.
+fn thickest(medium: &Medium, visible: &[WorldPoint]) -> Option<f64> {
+    let sigma_t = visible.iter().map(|p| medium.sigma_t_at(*p).max_element());
+    quantile(sigma_t.filter(|sigma_t| *sigma_t > 0.0).collect(), 0.9)
+}
+
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get((values.len() as f64 * share) as usize).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball so thick that cells for very many rays are too many.
+    const BALL: &str = r#"
+        [camera]
+        position = [0.0, 0.0, 5.0]
+        target = [0.0, 0.0, 0.0]
+        fov = 26.0
+        [film]
+        size = [64, 64]
+        [[medium]]
+        region = { sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }
+        sigma_t = 50.0
+        albedo = 0.99
+        phase = { type = "henyey-greenstein", g = 0.85 }
+    "#;
+
+    #[test]
+    fn more_rays_never_make_cells_wider() {
+        let scene = Scene::of_text(BALL);
+        let visible = [WorldPoint::new(0.0, 0.0, 0.9)];
+        let width = |rays: u32| final_gather_cells(&scene, 0, &visible, 1.0, rays).unwrap().edge;
+        let widths = [16, 32, 64, 300, 2500, 20_000, 1 << 20].map(width);
+        assert!(widths.windows(2).all(|pair| pair[1] <= pair[0]), "{widths:?}");
+        assert!(widths[3] < 0.6 * widths[1] && widths[4] == widths[6], "{widths:?}");
+    }
+}
