@@ -170,3 +170,34 @@ pub(super) fn choose<T, S: Spectrum>(parts: SmallVec<[(T, S); 1]>, u: f64) -> Op
 pub(super) fn stratum(index: u32, count: u32, rng: &mut Stream) -> f64 {
     (f64::from(index) + rng.uniform()) / f64::from(count)
 }
+
+#[cfg(test)]
+mod tests {
+    use smallvec::smallvec;
+
+    use super::*;
+
+    /// Over the strata of u each part comes in proportion to its weight, and the mean of the weights
+    /// over probabilities is the sum of all.
+    #[test]
+    fn a_chosen_part_stands_for_all() {
+        let parts: SmallVec<[(usize, Rgb); 1]> = smallvec![
+            (0, Rgb::new(0.1, 0.2, 0.3)),
+            (1, Rgb::ZERO),
+            (2, Rgb::new(0.5, 0.3, 0.1)),
+            (3, Rgb::new(0.0, 0.0, 0.1)),
+        ];
+        let total: Rgb = parts.iter().map(|(_, weight)| *weight).sum();
+        let count = 16_000;
+        let (mut times, mut sum) = ([0; 4], Rgb::ZERO);
+        for index in 0..count {
+            let u = (f64::from(index) + 0.5) / f64::from(count);
+            let (part, weight) = choose(parts.clone(), u).unwrap();
+            times[part] += 1;
+            sum += weight / f64::from(count);
+        }
+        assert_eq!(times, [6000, 0, 9000, 1000]);
+        assert!((sum - total).abs().max_element() < 1e-9, "{sum} not {total}");
+        assert!(choose::<usize, Rgb>(smallvec![(0, Rgb::ZERO)], 0.5).is_none());
+    }
+}
