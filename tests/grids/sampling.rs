@@ -1,15 +1,13 @@
 //! Grids sampled and integrated, beside OpenVDB's own sampler and brute force.
 
-#[path = "common/vdb.rs"]
-mod common;
-
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use common::{shared, written};
 use fogbow::math::{Index, IndexPoint, Point, Ray, Span, Stage, Stream};
 use fogbow::vdb::{Block, Grid, GridToWrite, ReadAs, Tile, VdbFile};
 use glam::{DAffine3, DMat3, DQuat, DVec3, IVec3};
+
+use crate::common::{shared, written};
 
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = std::fs::read_dir(folder)

@@ -1,17 +1,14 @@
 //! Which grid of a file is taken for what: by name, by content, as three scalar grids.
 
-mod common {
-    pub(crate) mod vdb;
-}
-
 use std::path::Path;
 
-use common::vdb::{shared, written};
 use fogbow::math::{IndexPoint, WorldPoint};
 use fogbow::scene::{LoadOptions, Scene};
 use fogbow::vdb::roles::{Axis, Contents, FireKind, GridRef, Role, Unit};
 use fogbow::vdb::{Block, GridToWrite, ReadAs, ValueType, VdbFile, write};
 use glam::{DVec3, IVec3};
+
+use crate::common::{shared, written};
 
 /// Voxels of an 8³ block by their place in it.
 fn block(value: impl Fn(f32, f32, f32) -> f32) -> Vec<f32> {
