@@ -289,20 +289,17 @@ fn colours_of_mantaflow_are_divided_by_the_density() {
         let (_folder, file) = written(&all);
         let color = Contents::of(&file).unwrap().color.unwrap();
         let grid = file.read_color(&color).unwrap();
+        let parts = [1, 2, 3].map(|i| file.read_scalar(i, ReadAs::Raw).unwrap());
         for i in 0..500 {
             let at = |n: i32| f64::from(i * n % 97) / 97.0 * 9.0 - 1.0;
             let p = IndexPoint::new(at(1), at(7), at(31));
-            let expected = if divided { colors } else { part_of(&file, p) };
+            let expected =
+                if divided { colors } else { parts.each_ref().map(|part| part.value(p)) };
             for (got, wanted) in grid.value(p).into_iter().zip(expected) {
                 assert!((got - wanted).abs() < 1e-6, "{mark}, {p:?}: {got}, {wanted}");
             }
         }
     }
-}
-
-/// The values of the three grids after the density.
-fn part_of(file: &VdbFile, p: IndexPoint) -> [f64; 3] {
-    [1, 2, 3].map(|i| file.read_scalar(i, ReadAs::Raw).unwrap().value(p))
 }
 
 #[test]

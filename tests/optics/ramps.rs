@@ -199,7 +199,7 @@ proptest! {
         ramped.for_each_occupied(|cells| occupied.push(cells));
         let (peak, density) = (ramped.peak(), Density::Ramped(ramped.clone()));
         let mut rng = Stream::new(seed, Stage::Test, 0, 0);
-        for _ in 0..2000 {
+        for _ in 0..500 {
             let p = DVec3::from(std::array::from_fn(|_| rng.uniform() * 26.0 - 10.0));
             let local = IndexPoint::from_xyz(p);
             let p = grid.transform().point_to_world(local);
