@@ -14,9 +14,6 @@ use fogbow::math::{Stage, Stream};
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
-/// Long enough for anything here on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(120);
-
 fn volume(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes").join(name)
 }
@@ -69,10 +66,8 @@ fn signal(child: &Child, signal: Signal) {
 
 /// Waits until `there` says so, while `child` runs.
 fn wait_for(child: &mut Child, there: impl Fn() -> bool) {
-    let start = Instant::now();
     while !there() {
         assert!(child.try_wait().unwrap().is_none(), "the render ended early");
-        assert!(start.elapsed() < PATIENCE, "waited too long");
         std::thread::sleep(Duration::from_millis(5));
     }
 }
@@ -81,7 +76,13 @@ fn is_incomplete(layers: &Layers) -> bool {
     layers.attributes.get("fogbow:complete").is_some_and(|complete| complete == "false")
 }
 
-/// More rays than can be shot while a test runs.
+/// The share of its rays, in per cent, that a stopped render tells of in its last line.
+fn share_of_rays(last: &str) -> f64 {
+    let share = last.split_once(" has ").and_then(|(_, rest)| rest.split_once(" % of its rays"));
+    share.unwrap_or_else(|| panic!("no share of rays: {last}")).0.parse().unwrap()
+}
+
+/// More rays than can be shot while a test runs: hours of work.
 const ENDLESS: [&str; 4] = ["--rays", "1000000", "--checkpoint", "50ms"];
 
 #[test]
@@ -92,16 +93,15 @@ fn the_first_signal_leaves_a_picture_and_what_is_needed_to_go_on() {
     {
         let mut child = start(render(folder.path(), scene, "out.exr", "64x48", &ENDLESS));
         wait_for(&mut child, || checkpoint.exists());
-        let sent = Instant::now();
         signal(&child, kind);
         let output = child.wait_with_output().unwrap();
-        let took = sent.elapsed();
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(code), "{message}");
-        assert!(took < Duration::from_secs(5), "it took {took:?}");
         let last = message.lines().last().unwrap();
         assert!(last.starts_with("error: interrupted: out.exr has "), "{message}");
         assert!(last.contains("--resume"), "{message}");
+        // It stopped soon, counted in rays: hardly any of them were shot.
+        assert!(share_of_rays(last) < 1.0, "{message}");
         let layers = read_layers(&folder.path().join("out.exr")).unwrap();
         assert!(is_incomplete(&layers));
         assert!(layers.get("R").unwrap().iter().any(|r| *r > 0.0));
@@ -134,8 +134,8 @@ fn an_interrupted_render_leaves_a_finished_picture_as_it_was() {
 /// Minutes of photons, which nothing else comes before.
 const PHOTONS: [&str; 4] = ["--photons", "50000000", "--memory", "1T"];
 
-/// Interrupts a render of smoke while its photons are shot; its last line and how long it took.
-fn early(folder: &Path, size: &str, more: &[&str]) -> (String, Duration) {
+/// Interrupts a render of smoke while its photons are shot, which it stops at; its last line.
+fn early(folder: &Path, size: &str, more: &[&str]) -> String {
     let mut child = start(with(
         folder,
         "smoke.toml",
@@ -146,11 +146,13 @@ fn early(folder: &Path, size: &str, more: &[&str]) -> (String, Duration) {
     let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
     assert!(messages.any(|line| line.unwrap().starts_with("plan: ")));
     std::thread::sleep(Duration::from_millis(500));
-    let sent = Instant::now();
     signal(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    let took = sent.elapsed();
-    (messages.last().unwrap().unwrap(), took)
+    // A stage that is done says how long it took.
+    let after: Vec<String> = messages.map(Result::unwrap).collect();
+    let is_done = |line: &String| line.starts_with("photons: ") && !line.contains('%');
+    assert!(!after.iter().any(is_done), "all photons were shot first: {after:?}");
+    after.last().unwrap().clone()
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -164,8 +166,7 @@ fn names(folder: &Path) -> Vec<String> {
 #[test]
 fn before_the_first_ray_a_signal_leaves_a_first_look() {
     let folder = TempDir::new().unwrap();
-    let (message, took) = early(folder.path(), "320x240", &[]);
-    assert!(took < Duration::from_secs(5), "{took:?}");
+    let message = early(folder.path(), "320x240", &[]);
     let look = "error: interrupted before the first ray: out.exr is a first look without photons";
     assert_eq!(message, look);
     assert_eq!(names(folder.path()), ["out.exr", "out.png"]);
@@ -185,7 +186,7 @@ fn before_the_first_ray_a_signal_leaves_a_first_look() {
     let few = ["--rays", "2", "--quiet"];
     succeeds(render(folder.path(), "smoke.toml", "out.exr", "32x24", &few));
     let finished = bytes(folder.path(), "out.exr");
-    let (message, _) = early(folder.path(), "32x24", &[]);
+    let message = early(folder.path(), "32x24", &[]);
     assert!(message.contains("out.partial.exr is a first look"), "{message}");
     assert_eq!(bytes(folder.path(), "out.exr"), finished);
 }
@@ -196,7 +197,7 @@ fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
     let folder = TempDir::new().unwrap();
     let checkpoint = folder.path().join("out.exr.checkpoint");
     let state = || (std::fs::read(&checkpoint).unwrap(), bytes(folder.path(), "out.exr"));
-    let more = [&ENDLESS[..], &["--photons", "3000000"]].concat();
+    let more = [&ENDLESS[..], &["--photons", "1000000"]].concat();
     let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &more));
     wait_for(&mut child, || checkpoint.exists());
     signal(&child, Signal::INT);
@@ -207,7 +208,7 @@ fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
     let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &more));
     let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
     assert!(messages.any(|line| line.unwrap().starts_with("note: goes on after")));
-    std::thread::sleep(Duration::from_millis(300));
+    std::thread::sleep(Duration::from_millis(100));
     signal(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let message = messages.last().unwrap().unwrap();
@@ -217,21 +218,27 @@ fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
     assert!(before == state());
 }
 
+/// Whatever the machine does beside it, a render that is given a time and paused for longer ends no
+/// sooner than both together; were the pause counted, its time would be over with the pause.
 #[test]
 fn a_pause_is_no_part_of_the_time() {
+    const GIVEN: Duration = Duration::from_secs(3);
+    const PAUSE: Duration = Duration::from_secs(4);
     let folder = TempDir::new().unwrap();
-    let more = [&ENDLESS[..], &["--time", "4s"]].concat();
+    let more = [&ENDLESS[..], &["--time", "3s"]].concat();
     let begin = Instant::now();
     let mut child = start(render(folder.path(), "smoke.toml", "out.exr", "48x32", &more));
     wait_for(&mut child, || folder.path().join("out.exr.checkpoint").exists());
     signal(&child, Signal::STOP);
-    std::thread::sleep(Duration::from_secs(5));
+    std::thread::sleep(PAUSE);
     signal(&child, Signal::CONT);
     let output = child.wait_with_output().unwrap();
     let (took, message) = (begin.elapsed(), String::from_utf8(output.stderr).unwrap());
     assert!(output.status.success(), "{message}");
     assert!(message.contains("warning: the time is over"), "{message}");
-    assert!((8.5..25.0).contains(&took.as_secs_f64()), "{took:?}");
+    // A render ends a little early, to write its files in time, and a clock that is looked at ten
+    // times a second takes up to one of its periods for work.
+    assert!(took >= GIVEN + PAUSE - Duration::from_millis(500), "{took:?}");
 }
 
 /// Renders `arguments` undisturbed and, `rounds` times, killed at random moments and gone on with on
@@ -339,10 +346,8 @@ fn a_checkpoint_of_something_else_or_a_damaged_one_is_refused() {
 fn the_time_is_kept_and_the_rest_can_follow() {
     let folder = TempDir::new().unwrap();
     for more in [&[][..], &["--reference"]] {
-        let more = [&["--rays", "1000000", "--time", "3s"], more].concat();
-        let begin = Instant::now();
+        let more = [&["--rays", "1000000", "--time", "2s"], more].concat();
         let message = succeeds(render(folder.path(), "smoke.toml", "out.exr", "48x32", &more));
-        assert!(begin.elapsed() < Duration::from_secs(30), "{:?}", begin.elapsed());
         assert!(message.contains("warning: the time is over: the picture has "), "{message}");
         let layers = read_layers(&folder.path().join("out.exr")).unwrap();
         assert!(is_incomplete(&layers));

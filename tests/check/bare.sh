@@ -79,7 +79,8 @@ for name in "${wanted[@]}"; do
 done
 
 title "skipped tests"
-sort -u "$clone/target/tmp/skipped" 2> /dev/null || echo "none"
+list=$(sort -u "$clone/target/tmp/skipped" 2> /dev/null || true)
+printf '%s skipped:\n%s\n' "$(grep -c . <<< "$list" || true)" "$list"
 title "ends"
 printf '%s\n' "${ends[@]}"
 exit "$status"

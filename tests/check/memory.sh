@@ -7,7 +7,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-tests=(vdb_files vdb_info bad_vdb)
+tests=(vdb bad_vdb)
 arguments=()
 for test in "${tests[@]}"; do arguments+=(--test "$test"); done
 executables=$(cargo test --no-run "${arguments[@]}" 2>&1 | sed -n 's/.*(\(target[^)]*\))$/\1/p')

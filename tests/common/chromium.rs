@@ -1,9 +1,6 @@
 //! Chromium without a window, spoken to in the DevTools protocol through a pair of pipes: messages
 //! are JSON, each ended by a zero byte (`--remote-debugging-pipe`).
 
-#[path = "skip.rs"]
-mod skip;
-
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -12,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use base64::Engine;
 use serde_json::{Value, json};
+
+use crate::skip;
 
 /// Names under which Chromium is installed.
 const PROGRAMS: [&str; 4] =

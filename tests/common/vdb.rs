@@ -2,12 +2,11 @@
 
 #![allow(dead_code)] // each test uses a part
 
-#[path = "skip.rs"]
-mod skip;
-
 use std::path::{Path, PathBuf};
 
 use fogbow::vdb::{GridToWrite, VdbFile, write};
+
+use crate::skip;
 
 /// A file or folder among the public volumes, where they are there.
 pub(crate) fn shared(file: &str) -> Option<PathBuf> {

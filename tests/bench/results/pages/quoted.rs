@@ -1,5 +1,5 @@
 //! The figures that the README and the guide may quote, by their keys: marked in the text as
-//! `<!-- figure director.lucy.gain -->2.3<!-- / -->`, which `tests/results.rs` holds against these.
+//! `<!-- figure director.lucy.gain -->2.3<!-- / -->`, which `tests/documents/results.rs` holds against these.
 
 use std::collections::BTreeMap;
 

@@ -207,9 +207,7 @@ fn a_study_killed_with_minus_9_goes_on() {
     let mut running = command(folder.path(), &[]).spawn().unwrap();
     let log = folder.path().join("out").join(TRIALS);
     let lines = || std::fs::read_to_string(&log).unwrap_or_default();
-    let begun = std::time::Instant::now();
     while lines().lines().count() < 5 {
-        assert!(begun.elapsed().as_secs() < 60, "no trials after a minute");
         assert!(running.try_wait().unwrap().is_none(), "it was done too soon to be killed");
         std::thread::sleep(std::time::Duration::from_millis(2));
     }

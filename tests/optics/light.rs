@@ -1,20 +1,16 @@
 //! Lights against closed forms, their densities, and one way of asking against the other.
 
-#[path = "common/chi2.rs"]
-mod chi2;
-#[path = "common/lights.rs"]
-mod lights;
-
 use std::f64::consts::PI;
 
-use chi2::Chi2;
 use fogbow::light::{
     EmissionTarget, EmitterHit, Environment, Falloff, Light, Lights, MeshLight, PointLight,
     QuadLight, SpotLight, Sun, TargetSphere,
 };
 use fogbow::math::{Frame, Rgb, Stage, Stream, WorldPoint, warp};
 use glam::DVec3;
-use lights::{Row, WHITE, all, tetrahedron};
+
+use crate::chi2::Chi2;
+use crate::lights::{Row, WHITE, all, tetrahedron};
 
 /// Where a ray from `from` along the unit `direction` meets the front of a triangle.
 fn hit(triangles: &[[DVec3; 3]], from: DVec3, direction: DVec3) -> Option<EmitterHit> {

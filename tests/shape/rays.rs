@@ -1,8 +1,5 @@
 //! Rays and places against shapes: brute force, closed forms, far away and tiny.
 
-#[path = "common/skip.rs"]
-mod skip;
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -13,6 +10,8 @@ use fogbow::shape::{
 };
 use glam::{DAffine3, DMat3, DVec3};
 use proptest::prelude::*;
+
+use crate::skip;
 
 fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/meshes").join(name);

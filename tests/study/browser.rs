@@ -3,22 +3,18 @@
 
 #![allow(clippy::print_stderr)] // skipped tests say so
 
-#[path = "common/chromium.rs"]
-mod chromium;
-#[path = "common/page.rs"]
-mod page;
-#[path = "common/report_page.rs"]
-mod report_page;
-
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use chromium::Browser;
 use fogbow::verify::{
     Case, Check, Effort, Group, Parts, cases, page as verify_page, run as run_cases,
 };
 use serde_json::{Value, json};
+
+use crate::chromium::Browser;
+use crate::page;
+use crate::report_page;
 
 /// Pictures of the pages, to be looked at.
 fn shot(name: &str) -> PathBuf {

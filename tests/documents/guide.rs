@@ -4,17 +4,15 @@
 //! the names that the pages use. `fogbow` is there a script that makes pictures small and short, and
 //! leaves everything else alone. A block behind `<!-- checked by FILE -->` is run by that file instead.
 
-#[path = "common/documents.rs"]
-mod documents;
-
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-use documents::documents;
 use fogbow::scene::{LoadOptions, Scene};
 use tempfile::TempDir;
+
+use crate::documents::documents;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 

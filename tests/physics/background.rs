@@ -3,12 +3,8 @@
 //!
 //! Seeds are fixed. Each comparison of a mean allows 4.5 standard errors: one false alarm in 150,000.
 
-#[path = "common/vdb.rs"]
-mod common;
-
 use std::f64::consts::PI;
 
-use common::written;
 use fogbow::math::{IndexPoint, Ray, Rgb, Span, Stage, Stream, World, WorldPoint, luminance};
 use fogbow::medium::{Albedo, Density, Emission, EmissionSampler, Media, Medium, Phase, Profile};
 use fogbow::render::{Rendered, Silent, render, render_reference};
@@ -16,6 +12,8 @@ use fogbow::scene::{LoadOptions, Scene};
 use fogbow::vdb::{Block, Grid, GridToWrite, ReadAs, Tile, VdbFile, write};
 use fogbow::work::Work;
 use glam::{DAffine3, DQuat, DVec3, IVec3};
+
+use crate::common::written;
 
 const SIGMAS: f64 = 4.5;
 const VOXEL: f64 = 0.1;

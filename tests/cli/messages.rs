@@ -1,13 +1,12 @@
 //! The command line from outside: messages, exit codes, nothing half written, the files' content.
 
-#[path = "common/skip.rs"]
-mod skip;
-
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use fogbow::image::{Layers, read_layers};
 use serde_json::Value;
+
+use crate::skip;
 
 const CAMERA: &str = "[camera]\nposition = [0, 1, 8]\ntarget = [0, 1, 0]\n";
 

@@ -1,8 +1,5 @@
 //! VDB files without a scene: what the picture shows, and the scene that is written for it.
 
-#[path = "common/vdb.rs"]
-mod common;
-
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;

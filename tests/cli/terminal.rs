@@ -1,8 +1,5 @@
 //! Progress on a terminal of 40 columns: one line a stage, with the time that is left.
 
-#[path = "common/skip.rs"]
-mod skip;
-
 use std::fs::File;
 use std::io::Read;
 use std::os::fd::OwnedFd;
@@ -14,6 +11,8 @@ use std::time::{Duration, Instant};
 use rustix::fs::{Mode, OFlags, open};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
+
+use crate::skip;
 
 /// Columns of the terminal.
 const COLUMNS: u16 = 40;

@@ -1,13 +1,10 @@
 //! Files: what is read of them, what is refused and with which words, what is written.
 
-#[path = "common/vdb.rs"]
-mod common;
-#[allow(dead_code)]
-mod corpus;
-
-use common::{shared, written};
 use fogbow::vdb::{Block, GridToWrite, ReadAs, Tile, ValueType, VdbFile, write};
 use glam::{DAffine3, DMat3, DQuat, DVec3, IVec3};
+
+use crate::common::{shared, written};
+use crate::corpus;
 
 fn block(value: impl Fn(usize) -> f32) -> Block {
     Block { origin: IVec3::ZERO, values: (0..512).map(value).collect(), active: None }

@@ -1,12 +1,9 @@
 //! What build.rs says where OpenVDB or Boost is missing.
 
-#[path = "../cpp/find.rs"]
-mod find;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use find::{find, library, need_header, prefixes};
+use crate::find::{find, library, need_header, prefixes};
 
 /// All files that are looked for, in a prefix.
 const FILES: [&str; 5] = [

@@ -1,15 +1,13 @@
 //! Phase functions against what they must satisfy.
 
-#[path = "common/chi2.rs"]
-mod chi2;
-
 use std::f64::consts::{PI, TAU};
 
-use chi2::Chi2;
 use fogbow::math::{Stage, Stream};
 use fogbow::medium::phase::Phase;
 use glam::DVec3;
 use proptest::prelude::*;
+
+use crate::chi2::Chi2;
 
 /// One row a kind, narrow and odd ones included, and the parts of those that can be split.
 fn all() -> Vec<(String, Phase)> {

@@ -3,12 +3,8 @@
 //! Seeds are fixed. Each comparison of a mean allows 4.5 standard errors: one false alarm in 150,000,
 //! a hundred of them here.
 
-#[path = "common/vdb.rs"]
-mod common;
-
 use std::f64::consts::PI;
 
-use common::written;
 use fogbow::math::{IndexPoint, Ray, Rgb, Span, Stage, Stream, World, WorldPoint, luminance};
 use fogbow::medium::blackbody::Blackbody;
 use fogbow::medium::{
@@ -19,6 +15,8 @@ use fogbow::vdb::{Block, Grid, GridToWrite, ReadAs};
 use fogbow::work::Work;
 use glam::{DAffine3, DQuat, DVec3, IVec3};
 use proptest::prelude::*;
+
+use crate::common::written;
 
 const VOXEL: f64 = 0.125;
 const SIGMAS: f64 = 4.5;
@@ -201,7 +199,7 @@ proptest! {
         ramped.for_each_occupied(|cells| occupied.push(cells));
         let (peak, density) = (ramped.peak(), Density::Ramped(ramped.clone()));
         let mut rng = Stream::new(seed, Stage::Test, 0, 0);
-        for _ in 0..2000 {
+        for _ in 0..500 {
             let p = DVec3::from(std::array::from_fn(|_| rng.uniform() * 26.0 - 10.0));
             let local = IndexPoint::from_xyz(p);
             let p = grid.transform().point_to_world(local);

@@ -1,8 +1,5 @@
 //! The director: what its maps say, and that what they hand out does no harm.
 
-#[path = "common/skip.rs"]
-mod skip;
-
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -16,6 +13,8 @@ use fogbow::scene::plan::Needs;
 use fogbow::scene::{
     Directed, Directing, Director, Importance, LoadOptions, RenderSettings, Scene,
 };
+
+use crate::skip;
 
 const RAYS_ONLY: Directed = Directed { rays: true, radius: false, step: false };
 

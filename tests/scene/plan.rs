@@ -4,9 +4,6 @@
 //! Pictures are equal to the byte where leaving out does not touch the random numbers, and else in
 //! their means within 4.5 standard errors (false alarm 7e-6 a comparison), with fixed seeds.
 
-#[path = "common/skip.rs"]
-mod skip;
-
 use std::path::{Path, PathBuf};
 
 use fogbow::image::Film;
@@ -17,6 +14,8 @@ use fogbow::scene::{LoadOptions, Planning, RenderSettings, Scene};
 use fogbow::vdb::{GridToWrite, Tile, write};
 use fogbow::work::Work;
 use glam::{DVec3, IVec3};
+
+use crate::skip;
 
 const CAMERA: &str = "[camera]\nposition = [0.0, 0.5, 6.0]\ntarget = [0.0, 0.5, 0.0]\nfov = 32.0\n\
                       [film]\nsize = [32, 32]\n[render]\nrays = 8\nphotons = 20000\n";

@@ -1,19 +1,12 @@
 //! Pages, plots and quoted figures are those that the records of measurements give.
 
-#[path = "common/documents.rs"]
-mod documents;
-#[path = "common/marked.rs"]
-mod marked;
-#[path = "bench/results/pages/mod.rs"]
-mod pages;
-
 use std::collections::BTreeMap;
 use std::fs;
 
-use documents::documents;
-use marked::MarkedText;
-use pages::equal_error::{front, time_to};
-use pages::{PAGES, Places, quoted};
+use crate::documents::documents;
+use crate::marked::MarkedText;
+use crate::pages::equal_error::{front, time_to};
+use crate::pages::{PAGES, Places, quoted};
 
 #[test]
 fn every_measurement_has_a_record() {

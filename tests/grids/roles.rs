@@ -1,17 +1,14 @@
 //! Which grid of a file is taken for what: by name, by content, as three scalar grids.
 
-mod common {
-    pub(crate) mod vdb;
-}
-
 use std::path::Path;
 
-use common::vdb::{shared, written};
 use fogbow::math::{IndexPoint, WorldPoint};
 use fogbow::scene::{LoadOptions, Scene};
 use fogbow::vdb::roles::{Axis, Contents, FireKind, GridRef, Role, Unit};
 use fogbow::vdb::{Block, GridToWrite, ReadAs, ValueType, VdbFile, write};
 use glam::{DVec3, IVec3};
+
+use crate::common::{shared, written};
 
 /// Voxels of an 8³ block by their place in it.
 fn block(value: impl Fn(f32, f32, f32) -> f32) -> Vec<f32> {
@@ -292,20 +289,17 @@ fn colours_of_mantaflow_are_divided_by_the_density() {
         let (_folder, file) = written(&all);
         let color = Contents::of(&file).unwrap().color.unwrap();
         let grid = file.read_color(&color).unwrap();
+        let parts = [1, 2, 3].map(|i| file.read_scalar(i, ReadAs::Raw).unwrap());
         for i in 0..500 {
             let at = |n: i32| f64::from(i * n % 97) / 97.0 * 9.0 - 1.0;
             let p = IndexPoint::new(at(1), at(7), at(31));
-            let expected = if divided { colors } else { part_of(&file, p) };
+            let expected =
+                if divided { colors } else { parts.each_ref().map(|part| part.value(p)) };
             for (got, wanted) in grid.value(p).into_iter().zip(expected) {
                 assert!((got - wanted).abs() < 1e-6, "{mark}, {p:?}: {got}, {wanted}");
             }
         }
     }
-}
-
-/// The values of the three grids after the density.
-fn part_of(file: &VdbFile, p: IndexPoint) -> [f64; 3] {
-    [1, 2, 3].map(|i| file.read_scalar(i, ReadAs::Raw).unwrap().value(p))
 }
 
 #[test]

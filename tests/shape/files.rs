@@ -1,13 +1,12 @@
 //! Mesh files: the shared ones load, broken ones are errors with one message.
 
-#[path = "common/skip.rs"]
-mod skip;
-
 use std::io::Write;
 use std::path::Path;
 
 use fogbow::shape::{TextureSource, load_mesh};
 use glam::DAffine3;
+
+use crate::skip;
 
 const ASCII_PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n\
     property float y\nproperty float z\nelement face 1\n\

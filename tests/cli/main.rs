@@ -1,0 +1,10 @@
+//! The command line from outside.
+
+#[path = "../common/skip.rs"]
+mod skip;
+
+mod bad_files;
+mod error;
+mod help;
+mod messages;
+mod terminal;

@@ -1,0 +1,4 @@
+//! Pictures and textures.
+
+mod film;
+mod texture;

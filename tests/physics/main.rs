@@ -1,0 +1,15 @@
+//! Pictures and what they are made of against closed forms, brute force and the reference.
+
+#[path = "../common/vdb.rs"]
+mod common;
+#[path = "../common/skip.rs"]
+mod skip;
+
+mod background;
+mod closed_forms;
+mod extremes;
+mod features;
+mod gather;
+mod lattice;
+mod photons;
+mod reference;

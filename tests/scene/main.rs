@@ -1,0 +1,11 @@
+//! Scenes: files, settings, bare volumes, the plan of a render and its limits.
+
+#[path = "../common/skip.rs"]
+mod skip;
+
+mod bare;
+mod file;
+mod limits;
+mod plan;
+mod schema;
+mod settings;

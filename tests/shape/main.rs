@@ -1,0 +1,7 @@
+//! Shapes and meshes.
+
+#[path = "../common/skip.rs"]
+mod skip;
+
+mod files;
+mod rays;
