@@ -222,12 +222,13 @@ impl PhotonTracer<'_> {
             && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
         let deposits = counts && !photon.direct && self.keep > 0.0;
         let tracked = self.tracked.filter(|_| counts && !photon.sampled);
-        let PhotonState { ray, power, .. } = photon;
+        let (ray, power) = (&photon.ray, &mut photon.power);
         // The start of what has been flown with one power.
         let (mut since, mut flown_with) = (0.0, *power);
         let visit = |step: &FlightStep<S>, ctx: &mut PathContext| {
-            let changed = (step.throughput - flown_with).each(f64::abs).max_element()
-                > ROUNDING * step.throughput.max_element();
+            let changed = tracked.is_some()
+                && (step.throughput - flown_with).each(f64::abs).max_element()
+                    > ROUNDING * step.throughput.max_element();
             if changed {
                 self.record_segment(tracked, ray, since..step.span.start, flown_with, out);
                 since = step.span.start;

@@ -60,6 +60,7 @@ enum Event {
 /// power, any unit) is multiplied by the weight of each event. `visit` sees each segment with the
 /// tentative collision at its end before it is known what the collision is: for emission, deposits
 /// and the like.
+#[inline]
 pub fn fly<S: Spectrum>(
     media: &Media,
     ray: &Ray<World>,
@@ -69,63 +70,66 @@ pub fn fly<S: Spectrum>(
     ctx: &mut PathContext,
     mut visit: impl FnMut(&FlightStep<S>, &mut PathContext),
 ) -> FlightEnd {
-    let mut flights = media.flights(ray, Span::new(0.0, end), *throughput, &mut ctx.rng);
+    let mut weight = *throughput;
+    let mut flights = media.flights(ray, Span::new(0.0, end), weight, &mut ctx.rng);
     let mut start = 0.0;
-    loop {
+    let flown = loop {
         let collision = flights.next(&mut ctx.rng);
         ctx.work.grid_lookups += flights.take_lookups();
         let span = Span::new(start, collision.map_or(end, |c| c.t));
-        visit(&FlightStep { span, throughput: *throughput, collision }, ctx);
-        let Some(c) = collision else { return FlightEnd::Through };
+        visit(&FlightStep { span, throughput: weight, collision }, ctx);
+        let Some(c) = collision else { break FlightEnd::Through };
         ctx.work.collisions += 1;
-        match collide(media, &c, ray.at(c.t), throughput, absorption, ctx) {
-            Event::Scattered => return FlightEnd::Scattered { t: c.t, medium: c.medium },
-            Event::Absorbed => return FlightEnd::Absorbed(c.t),
+        let event;
+        (event, weight) = collide(media, &c, ray.at(c.t), weight, absorption, ctx);
+        match event {
+            Event::Scattered => break FlightEnd::Scattered { t: c.t, medium: c.medium },
+            Event::Absorbed => break FlightEnd::Absorbed(c.t),
             Event::Null => {
                 ctx.work.null_collisions += 1;
-                flights.carry_on(*throughput, c.t, &mut ctx.rng);
+                flights.carry_on(weight, c.t, &mut ctx.rng);
             }
         }
         start = c.t;
-    }
+    };
+    *throughput = weight;
+    flown
 }
 
-/// Chooses what the tentative collision `c` at `p` is, and weighs the throughput by coefficient over
-/// majorant and probability.
+/// Chooses what the tentative collision `c` at `p` is; with it comes the throughput times coefficient
+/// over majorant and probability.
+#[inline]
 fn collide<S: Spectrum>(
     media: &Media,
     c: &Collision,
     p: WorldPoint,
-    throughput: &mut S,
+    throughput: S,
     absorption: Absorption,
     ctx: &mut PathContext,
-) -> Event {
+) -> (Event, S) {
     let medium = media.get(c.medium);
     ctx.work.grid_lookups += u64::from(!medium.albedo.is_constant());
     let null = S::splat(c.majorant) - S::of(medium.sigma_t) * c.density;
-    let null = *throughput * null.not_negative();
+    let null = throughput * null.not_negative();
     let rate = throughput.element_sum() * c.majorant;
     let p_null = null.element_sum() / rate;
-    let scattering = |throughput: S| throughput * S::of(media.sigma_s(c, p));
+    let scattering = || throughput * S::of(media.sigma_s(c, p));
     if absorption == Absorption::Weighted {
         if ctx.rng.uniform() >= p_null {
-            *throughput = scattering(*throughput) / (c.majorant * (1.0 - p_null));
-            return Event::Scattered;
+            return (Event::Scattered, scattering() / (c.majorant * (1.0 - p_null)));
         }
     } else {
-        let scattered = scattering(*throughput);
+        let scattered = scattering();
         let p_scatter = scattered.element_sum() / rate;
         let u = ctx.rng.uniform();
         if u < p_scatter {
-            *throughput = scattered / (c.majorant * p_scatter);
-            return Event::Scattered;
+            return (Event::Scattered, scattered / (c.majorant * p_scatter));
         }
         if u >= p_scatter + p_null {
-            return Event::Absorbed;
+            return (Event::Absorbed, throughput);
         }
     }
-    *throughput = null / (c.majorant * p_null);
-    Event::Null
+    (Event::Null, null / (c.majorant * p_null))
 }
 
 /// Radiance that `media` emit along one step of a flight along `ray`, added to `radiance`, W/(m² sr):
