@@ -134,7 +134,7 @@ impl PhotonTracer<'_> {
             out.work.light_choices += u64::from(self.emitters.len() > 1);
             let mut flying = vec![PhotonState {
                 ray: start.ray,
-                power: S::of(start.power) / self.shooting.photons as f64,
+                power: S::from_rgb(start.power) / self.shooting.photons as f64,
                 scattered: 0,
                 direct: start.direct,
                 sampled: start.sampled,
@@ -211,7 +211,7 @@ impl PhotonTracer<'_> {
         let u = [rng.uniform(), rng.uniform(), rng.uniform()];
         let scattered = hit.material.scatter(incoming, &hit, u, TransportMode::Importance);
         let Some(scattered) = scattered else { return false };
-        let power = photon.power * S::of(scattered.weight);
+        let power = photon.power * S::from_rgb(scattered.weight);
         let survival = power.element_sum() / photon.power.element_sum();
         if rng.uniform() >= survival {
             return false;
@@ -274,8 +274,8 @@ impl PhotonTracer<'_> {
             }
             let medium = media.get(c.medium);
             out.work.grid_lookups += u64::from(!medium.albedo.is_constant());
-            let scattering = photon.power * S::of(media.sigma_s(&c, p));
-            let null = S::splat(c.majorant) - S::of(medium.sigma_t) * c.density;
+            let scattering = photon.power * S::from_rgb(media.sigma_s(&c, p));
+            let null = S::splat(c.majorant) - S::from_rgb(medium.sigma_t) * c.density;
             let null = (photon.power * null).not_negative();
             let rate = photon.power.element_sum() * c.majorant;
             let (p_scatter, p_null) = (scattering.element_sum() / rate, null.element_sum() / rate);
@@ -297,8 +297,7 @@ impl PhotonTracer<'_> {
             } else if u < p_scatter + p_null {
                 out.work.null_collisions += 1;
                 let power = null / (c.majorant * p_null);
-                if (power - photon.power).each(f64::abs).max_element() > SAME * power.max_element()
-                {
+                if (power - photon.power).map(f64::abs).max_element() > SAME * power.max_element() {
                     track(photon, since, c.t, out);
                     since = c.t;
                 }

@@ -11,14 +11,16 @@ use rayon::prelude::*;
 
 use crate::cache::{LazyCells, SamplePass};
 use crate::director::PixelBudget;
-use crate::image::{Accumulator, Film, FilmPixel, Sample, Window};
-use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
+use crate::film::{Accumulator, Sample};
+use crate::image::{Film, FilmPixel, Window};
+use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World};
 use crate::medium::Profile;
 use crate::scene::plan::Needs;
 use crate::transport::{PathContext, SobolPoint};
 use crate::work::Work;
 
-use super::checkpoint::{CheckpointState, CheckpointWriter, Checkpoints};
+use super::checkpoint::{CheckpointWriter, Checkpoints};
+use super::checkpoint_file::CheckpointState;
 use super::control::{Control, Halt};
 use super::cost_model::{CostModel, Remaining, Timing};
 use super::rendered::Ended;
@@ -113,7 +115,7 @@ pub fn expose<S: Spectrum>(
                 run.spent.rays += u64::from(sample - begin);
                 return;
             }
-            if sample >= budget.least && is_settled(samples, budget.tolerance) {
+            if sample >= budget.least && samples.has_converged(budget.tolerance) {
                 break;
             }
             let state = &mut run.state;
@@ -150,7 +152,7 @@ pub fn expose<S: Spectrum>(
         work = known;
         plate.restore(samples, features);
     }
-    let left = Remaining::of(&mut plate, &direct);
+    let left = Remaining::count(&mut plate, &direct);
     let (mut units, mut spent) = (CostModel::default(), Timing::default());
     control.progress.stage("rays", units.count(left.rays, left.gathers));
     if let Some(stop) = control.stop {
@@ -186,7 +188,7 @@ pub fn expose<S: Spectrum>(
         work += done;
         spent += took;
         if pass.every == 1 && units.learn(&spent) {
-            let left = Remaining::of(&mut plate, &direct);
+            let left = Remaining::count(&mut plate, &direct);
             let done = units.count(spent.rays, spent.gathers);
             control.progress.weigh(done, done + units.count(left.rays, left.gathers));
         }
@@ -199,14 +201,14 @@ pub fn expose<S: Spectrum>(
         } else if control.is_late() {
             ended = Ended::OutOfTime;
         }
-        keeping.keep(&work, &plate, lattices, control.progress);
+        keeping.write(&work, &plate, lattices, control.progress);
         if ended != Ended::Complete {
             break;
         }
     }
     control.progress.finish();
     let rays_left =
-        if ended == Ended::Complete { 0 } else { Remaining::of(&mut plate, &direct).rays };
+        if ended == Ended::Complete { 0 } else { Remaining::count(&mut plate, &direct).rays };
     let filled = (ended != Ended::Complete).then(|| has_rays(&mut plate, &direct));
     let mut film = plate.resolve(size, |x, y, samples| {
         let budget = direct(x, y);
@@ -249,39 +251,23 @@ fn has_rays(plate: &mut TiledFilm, direct: &impl Fn(u32, u32) -> PixelBudget) ->
 fn shared(sample: u32, budget: &PixelBudget) -> f64 {
     if budget.rays <= budget.gathers {
         1.0
-    } else if groups(sample + 1, budget) != groups(sample, budget) {
+    } else if budget.gathers_within(sample + 1) != budget.gathers_within(sample) {
         f64::from(budget.rays) / f64::from(budget.gathers)
     } else {
         0.0
     }
 }
 
-/// How many groups the first `rays` rays of a pixel belong to, for all of which the first one
-/// gathers; none where every ray does.
-pub(super) fn groups(rays: u32, budget: &PixelBudget) -> u64 {
-    if rays == 0 || budget.rays <= budget.gathers {
-        return 0;
-    }
-    u64::from(rays - 1) * u64::from(budget.gathers) / u64::from(budget.rays) + 1
-}
-
 /// What the mean of a pixel that has not got all its rays wants, so that light for which one ray
 /// stands in for others counts as if those had been there.
 fn unshared(samples: &Accumulator, budget: &PixelBudget) -> Rgb {
     let given = samples.given() as u32;
-    let groups = groups(given, budget);
+    let groups = budget.gathers_within(given);
     if groups == 0 || given >= budget.rays {
         return Rgb::ZERO;
     }
     let counted = groups as f64 * f64::from(budget.rays) / f64::from(budget.gathers);
     samples.shared() * (f64::from(given) / counted - 1.0)
-}
-
-/// Whether the standard error of a pixel is at most `tolerance` of its mean. A pixel without light
-/// is not: a rare path may still bring some.
-pub(super) fn is_settled(samples: &Accumulator, tolerance: f64) -> bool {
-    let mean = luminance(samples.mean());
-    mean > 0.0 && samples.luminance_variance().sqrt() <= tolerance * mean
 }
 
 /// What is spread evenly over the samples of a pixel.

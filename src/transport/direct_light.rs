@@ -155,7 +155,7 @@ pub fn scattered<S: Spectrum>(
     }
     let span = Span::new(0.0, light.distance);
     let transmittance: S = scene.media.transmittance_counted(&ray, span, &mut ctx.work);
-    S::of(light.radiance) * spread * transmittance
+    S::from_rgb(light.radiance) * spread * transmittance
 }
 
 /// Radiance of lights that `ray` finds by chance, each times `share` of its index, the probability
@@ -180,7 +180,7 @@ fn found<S: Spectrum>(
             let seen = light.radiance_from(ray.direction, at);
             if seen != Rgb::ZERO {
                 let choice = lights.pick_probability(ray.origin, index);
-                radiance += S::of(seen) * share(index, choice, light.pdf(ray.direction, at));
+                radiance += S::from_rgb(seen) * share(index, choice, light.pdf(ray.direction, at));
             }
         }
     }
@@ -246,13 +246,15 @@ fn arriving<S: Spectrum>(
     ctx: &mut PathContext,
 ) -> S {
     let ray = hit.leave(light.direction);
-    let share = S::of(share);
+    let share = S::from_rgb(share);
     if share == S::ZERO || !is_visible(scene, &ray, light, ctx) {
         return S::ZERO;
     }
     if media.is_empty() || !ctx.needs.media {
-        return S::of(light.radiance) * share;
+        return S::from_rgb(light.radiance) * share;
     }
     let span = Span::new(0.0, light.distance);
-    S::of(light.radiance) * share * media.transmittance_counted::<S>(&ray, span, &mut ctx.work)
+    S::from_rgb(light.radiance)
+        * share
+        * media.transmittance_counted::<S>(&ray, span, &mut ctx.work)
 }

@@ -1,7 +1,7 @@
 //! Camera rays, followed to the first diffuse surface.
 
 use crate::director::PixelBudget;
-use crate::image::Sample;
+use crate::film::Sample;
 use crate::math::{Ray, Spectrum, World, luminance};
 use crate::photon::PhotonDirection;
 use crate::surface::TransportMode;
@@ -93,13 +93,13 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
             let Some(hit) = hit else {
                 if sees_lights {
                     let sky = direct_light::environment(self.scene, &way.ray, &mut state.ctx);
-                    found.see(way.throughput * S::of(sky), way.from_eye);
+                    found.see(way.throughput * S::from_rgb(sky), way.from_eye);
                 }
                 break;
             };
             if sees_lights {
                 let emitted = direct_light::emitted(self.scene, &way.ray, &hit);
-                found.see(way.throughput * S::of(emitted), way.from_eye);
+                found.see(way.throughput * S::from_rgb(emitted), way.from_eye);
             }
             if !hit.material.is_specular() {
                 found.light += way.throughput * self.reflected(&way.ray, &hit, state);
@@ -112,7 +112,7 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
             let Some(scattered) = scattered else { break };
             state.ctx.work.specular_bounces += 1;
             inside = (inside + i32::from(scattered.crossing)).max(0);
-            let throughput = way.throughput * S::of(scattered.weight);
+            let throughput = way.throughput * S::from_rgb(scattered.weight);
             let ray = hit.leave(scattered.direction);
             way = Way { ray, throughput, lamps: 1.0, from_eye: false, ..way };
             sees_lights = true;

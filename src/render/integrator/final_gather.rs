@@ -178,7 +178,7 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
         };
         if walk.scattered.is_none() {
             let emitted = direct_light::emitted(self.scene, &walk.ray, &hit);
-            walk.light += walk.throughput * S::of(emitted);
+            walk.light += walk.throughput * S::from_rgb(emitted);
         }
         if hit.material.is_specular() {
             return mirror(walk, &hit, &mut state.ctx);
@@ -202,7 +202,7 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
                 for medium in media.iter().filter(|m| m.emission.is_some()) {
                     ctx.work.emission_lookups += 1;
                     let emission = medium.emission_apart(&walk.ray, flown);
-                    walk.light += walk.throughput * S::of(emission);
+                    walk.light += walk.throughput * S::from_rgb(emission);
                 }
             }
             let Some(c) = next else { return Flown::Through };
@@ -212,14 +212,14 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
             let medium = media.get(c.medium);
             ctx.work.grid_lookups += u64::from(!medium.albedo.is_constant());
             if ctx.needs.emission {
-                let emission = S::of(medium.emission_of(c.density, p));
+                let emission = S::from_rgb(medium.emission_of(c.density, p));
                 walk.light += walk.throughput * emission / c.majorant;
             }
-            let null = S::splat(c.majorant) - S::of(medium.sigma_t) * c.density;
+            let null = S::splat(c.majorant) - S::from_rgb(medium.sigma_t) * c.density;
             let null = walk.throughput * null.not_negative();
             let p_null = null.element_sum() / (walk.throughput.element_sum() * c.majorant);
             if ctx.rng.uniform() >= p_null {
-                let scattering = walk.throughput * S::of(media.sigma_s(&c, p));
+                let scattering = walk.throughput * S::from_rgb(media.sigma_s(&c, p));
                 walk.throughput = scattering / (c.majorant * (1.0 - p_null));
                 return Flown::Scattered(c.t, c.medium);
             }
@@ -277,7 +277,7 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
     fn sky(&self, walk: &mut Walk<S>, ctx: &mut PathContext) {
         let Some(Scattered { pdf, at: from, .. }) = walk.scattered else {
             let sky = direct_light::environment(self.scene, &walk.ray, ctx);
-            walk.light += walk.throughput * S::of(sky);
+            walk.light += walk.throughput * S::from_rgb(sky);
             return;
         };
         for (index, light) in self.scene.lights.lights.iter().enumerate() {
@@ -286,7 +286,7 @@ impl<S: Spectrum, H: PhotonDirection> Marcher<'_, S, H> {
                 let direction = walk.ray.direction;
                 let choice = self.scene.lights.pick_probability(from, index);
                 let other = if light.is_even() { 0.0 } else { choice * light.pdf(direction, None) };
-                let radiance = S::of(light.radiance_from(direction, None));
+                let radiance = S::from_rgb(light.radiance_from(direction, None));
                 walk.light += walk.throughput * radiance * (pdf / (pdf + other));
             }
         }
@@ -300,7 +300,7 @@ fn mirror<S: Spectrum>(walk: &mut Walk<S>, hit: &SurfaceHit<'_>, ctx: &mut PathC
     let Some(scattered) = scattered else { return false };
     ctx.work.specular_bounces += 1;
     walk.inside = (walk.inside + i32::from(scattered.crossing)).max(0);
-    walk.throughput *= S::of(scattered.weight);
+    walk.throughput *= S::from_rgb(scattered.weight);
     walk.ray = hit.leave(scattered.direction);
     walk.scattered = None;
     survives(walk, ctx)

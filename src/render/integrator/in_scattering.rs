@@ -305,7 +305,7 @@ impl<'a, S: Spectrum, H: PhotonDirection> Marcher<'a, S, H> {
     pub(super) fn shares(&self, p: WorldPoint) -> SmallVec<[(usize, S); 1]> {
         let media = &self.scene.media;
         if media.len() == 1 {
-            let albedo = S::of(media.get(0).albedo.at(p));
+            let albedo = S::from_rgb(media.get(0).albedo.at(p));
             return (albedo != S::ZERO).then_some((0, albedo)).into_iter().collect();
         }
         let sigma_t = media.sigma_t_at(p);
@@ -336,7 +336,7 @@ impl<'a, S: Spectrum, H: PhotonDirection> Marcher<'a, S, H> {
         let irradiance = self.maps.irradiance(hit.point, facing, &mut state.ctx.work.gathered);
         state.gathering += start.elapsed();
         let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
-        let indirect = S::of(reflectance) * state.shared * irradiance;
+        let indirect = S::from_rgb(reflectance) * state.shared * irradiance;
         state.stands_in += indirect;
         direct + indirect
     }
@@ -344,7 +344,7 @@ impl<'a, S: Spectrum, H: PhotonDirection> Marcher<'a, S, H> {
 
 /// The share of `sigma_t` that `sigma_s` is; 0 where there is no extinction.
 fn share_of<S: Spectrum>(sigma_s: Rgb, sigma_t: Rgb) -> S {
-    S::of(Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO))
+    S::from_rgb(Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO))
 }
 
 /// A number for the stratum `index` of `count` of the unit interval.

@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use crate::image::Sample;
+use crate::film::Sample;
 use crate::light::LightSample;
 use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint, luminance};
 use crate::scene::Scene;
@@ -134,7 +134,7 @@ impl<'a> PathTracer<'a> {
                 let choice = self.scene.lights.pick_probability(from, index);
                 pdf / (pdf + choice * light.pdf(path.ray.direction, at))
             });
-            path.radiance += path.throughput * S::of(radiance) * weight;
+            path.radiance += path.throughput * S::from_rgb(radiance) * weight;
         }
     }
 
@@ -160,7 +160,7 @@ impl<'a> PathTracer<'a> {
             for medium in media.iter().filter(|m| m.emission.is_some()) {
                 ctx.work.emission_lookups += 1;
                 let emission = medium.emission_apart(&path.ray, flown);
-                path.radiance += path.throughput * S::of(emission);
+                path.radiance += path.throughput * S::from_rgb(emission);
             }
             let Some(c) = next else { return Flight::Through };
             ctx.work.collisions += 1;
@@ -168,10 +168,10 @@ impl<'a> PathTracer<'a> {
             let p = path.ray.at(c.t);
             let medium = media.get(c.medium);
             ctx.work.grid_lookups += u64::from(!medium.albedo.is_constant());
-            let emission = S::of(medium.emission_of(c.density, p));
+            let emission = S::from_rgb(medium.emission_of(c.density, p));
             path.radiance += path.throughput * emission / c.majorant;
-            let scattering = path.throughput * S::of(media.sigma_s(&c, p));
-            let null = S::splat(c.majorant) - S::of(medium.sigma_t) * c.density;
+            let scattering = path.throughput * S::from_rgb(media.sigma_s(&c, p));
+            let null = S::splat(c.majorant) - S::from_rgb(medium.sigma_t) * c.density;
             let null = path.throughput * null.not_negative();
             let rate = path.throughput.element_sum() * c.majorant;
             let (p_scatter, p_null) = (scattering.element_sum() / rate, null.element_sum() / rate);
@@ -241,7 +241,7 @@ impl<'a> PathTracer<'a> {
         let span = Span::new(0.0, t);
         let transmittance: S = media.transmittance_counted(ray, span, &mut ctx.work);
         ctx.work.grid_lookups += media.density_grids();
-        (transmittance * S::of(media.sigma_t_at(ray.at(t)))).element_sum() / 3.0
+        (transmittance * S::from_rgb(media.sigma_t_at(ray.at(t)))).element_sum() / 3.0
     }
 
     /// Directions nearly at lamps from `at`, where rays are sent along them.
@@ -297,7 +297,7 @@ impl<'a> PathTracer<'a> {
             };
             let direction = light.direction;
             let scattering = |(medium, sigma_s): &(usize, Rgb)| {
-                S::of(*sigma_s) * media.get(*medium).phase.eval(ray.direction.dot(direction))
+                S::from_rgb(*sigma_s) * media.get(*medium).phase.eval(ray.direction.dot(direction))
             };
             let scattering: S = media.mixture_at(p).iter().map(scattering).sum();
             ctx.work.grid_lookups += media.scattering_grids();
@@ -309,7 +309,7 @@ impl<'a> PathTracer<'a> {
             let through: S = self.transmittance(ray, t, ctx);
             let through = through * self.transmittance::<S>(&shadow, light.distance, ctx);
             let pdf = lamps.pdf(*index, t) + other(*index, p, t, ctx);
-            sum += S::of(light.radiance) * through * scattering / pdf;
+            sum += S::from_rgb(light.radiance) * through * scattering / pdf;
         }
         sum
     }
@@ -333,7 +333,7 @@ impl<'a> PathTracer<'a> {
             }
             let transmittance: S = self.transmittance(&ray, light.distance, ctx);
             let pdf = if light.delta { own } else { own + scatter_pdf };
-            S::of(light.radiance) * transmittance * share / pdf
+            S::from_rgb(light.radiance) * transmittance * share / pdf
         })
     }
 
@@ -350,7 +350,7 @@ impl<'a> PathTracer<'a> {
             let share = |direction: DVec3| {
                 let cosine = direction.dot(hit.shading_normal).abs();
                 let share = hit.material.eval(incoming, direction, hit, TransportMode::Radiance);
-                (S::of(share * cosine), hit.material.pdf(incoming, direction, hit))
+                (S::from_rgb(share * cosine), hit.material.pdf(incoming, direction, hit))
             };
             let lit = |_, _, light: &LightSample| share(light.direction);
             let light = self.next_event(hit.point, |d| hit.leave(d), lit, ctx);
@@ -360,7 +360,7 @@ impl<'a> PathTracer<'a> {
         let u = std::array::from_fn(|_| ctx.rng.uniform());
         let scattered = hit.material.scatter(incoming, hit, u, TransportMode::Radiance);
         let Some(scattered) = scattered else { return false };
-        path.throughput *= S::of(scattered.weight);
+        path.throughput *= S::from_rgb(scattered.weight);
         path.scatter_pdf = (!scattered.specular).then_some((scattered.pdf, hit.point));
         path.lamp_share = toward
             .filter(|_| !scattered.specular)
