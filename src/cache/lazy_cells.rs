@@ -195,7 +195,7 @@ mod tests {
         fn check<S: Spectrum>() {
             let ([from, to], mut ctx) = ([empty::<S>(), empty::<S>()], ctx());
             let center = |x: i32| from.cells.to_world(DVec3::new(f64::from(x) + 0.5, 2.5, 1.5));
-            let of = |x: i32| S::of(Rgb::new(0.3, 0.2, 0.7) * f64::from(x));
+            let of = |x: i32| S::from_rgb(Rgb::new(0.3, 0.2, 0.7) * f64::from(x));
             let mut sample = |cells: &LazyCells<S>, x: i32, known: bool| {
                 cells.sample(center(x), 2, &mut ctx, |_, _| {
                     assert!(!known);

@@ -1,4 +1,4 @@
-//! What a picture says of itself: how it was made, and what that took.
+//! The header of a picture: settings, work counters, and the keys of checkpoints and recipes.
 
 use serde_json::{Map, Value, json};
 
@@ -6,10 +6,10 @@ use super::partial::COMPLETE;
 use crate::render::Rendered;
 use crate::scene::{Director, Planning, Scene};
 
-/// Says in the header of a picture that is finished what it was made of, by its [`recipe`].
+/// The attribute of a complete picture that holds its [`recipe`].
 pub(super) const RECIPE: &str = "fogbow:recipe";
 
-/// How a picture is made, beside what the scene says.
+/// How a picture is rendered, beside the settings of its scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Method {
     /// Whether it is the unbiased reference.
@@ -18,13 +18,13 @@ pub(super) struct Method {
     pub(super) level_set_as_fog: bool,
 }
 
-/// What the picture is made with; the same input gives the same settings. `asked` are the photons
-/// asked for, where the scene now asks for fewer.
+/// The settings of a picture, the same for the same input. `requested` is the number of photons before it
+/// was fitted to limits.
 pub(super) fn settings(
     scene: &Scene,
     rendered: Option<&Rendered>,
     reference: bool,
-    asked: u64,
+    requested: u64,
 ) -> Map<String, Value> {
     let (film, render) = (&scene.film, &scene.render);
     let mut settings = object(json!({
@@ -43,8 +43,8 @@ pub(super) fn settings(
         "max_scatter": render.max_scatter,
         "final_gather": render.final_gather.name(),
     }));
-    if render.photons != asked {
-        settings.insert("photons_asked".into(), json!(asked));
+    if render.photons != requested {
+        settings.insert("photons_asked".into(), json!(requested));
     }
     if let Some(denoiser) = rendered.and_then(|r| r.film.denoiser()) {
         settings.insert("denoised".into(), json!(true));
@@ -54,29 +54,29 @@ pub(super) fn settings(
         settings.insert("crop".into(), json!(crop.to_string()));
     }
     if render.director != Director::Fixed && !reference {
-        let asked = &render.directing;
+        let directing = &render.directing;
         settings.insert(
             "directing".into(),
             json!({
-                "x": asked.x.name(),
-                "weights": asked.weights,
-                "op": asked.operator.name(),
-                "directs": asked.directed.to_string(),
-                "floor": asked.floor,
-                "coarsest_radius": asked.coarsest_radius,
-                "coarsest_step": asked.coarsest_step,
-                "tolerance": asked.tolerance,
-                "resolution": asked.resolution,
+                "x": directing.x.name(),
+                "weights": directing.weights,
+                "op": directing.operator.name(),
+                "directs": directing.directed.to_string(),
+                "floor": directing.floor,
+                "coarsest_radius": directing.coarsest_radius,
+                "coarsest_step": directing.coarsest_step,
+                "tolerance": directing.tolerance,
+                "resolution": directing.resolution,
             }),
         );
     }
     settings
 }
 
-/// All that the rays of a picture depend on.
-pub(super) fn key(scene: &Scene, method: Method, asked: u64) -> Map<String, Value> {
-    let mut key = settings(scene, None, method.reference, asked);
-    // These are of the PNG alone, which is made of the finished film.
+/// The key of a checkpoint: all that the samples of a picture depend on.
+pub(super) fn key(scene: &Scene, method: Method, requested: u64) -> Map<String, Value> {
+    let mut key = settings(scene, None, method.reference, requested);
+    // These matter for the PNG alone, which is made of the finished film.
     key.remove("exposure");
     key.remove("view");
     key.insert("level_set_as_fog".into(), json!(method.level_set_as_fog));
@@ -85,7 +85,7 @@ pub(super) fn key(scene: &Scene, method: Method, asked: u64) -> Map<String, Valu
     key
 }
 
-/// A hash of all that a picture's files depend on, where no photons are left out.
+/// Hash of all that a picture's files depend on, where photons were not reduced.
 pub(super) fn recipe(scene: &Scene, method: Method) -> String {
     let key = key(scene, method, scene.render.photons);
     let all = format!("{} {:?}", Value::Object(key), scene.film);

@@ -1,4 +1,4 @@
-//! Ctrl-C: what there is becomes the picture.
+//! Signals: Ctrl-C and SIGTERM end a render, and the samples so far become its picture.
 
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -13,7 +13,7 @@ use crate::render::Stop;
 /// What a shell adds to the number of the signal that ended a program.
 const ENDED_BY: i32 = 128;
 
-/// Listens for Ctrl-C and for being asked to end.
+/// Listens for SIGINT (Ctrl-C) and SIGTERM.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Interrupt {
     stop: Arc<Stop>,
@@ -21,15 +21,15 @@ pub(super) struct Interrupt {
     waiting: Arc<Waiting>,
 }
 
-/// How a render stands to signals before its first ray.
+/// State of a render before its first ray, towards signals.
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq)]
 enum Early {
-    /// Nobody waits for one.
+    /// No thread waits for a signal.
     #[default]
     Idle,
-    /// One is waited for.
+    /// A thread waits for one.
     Awaited,
-    /// There was one.
+    /// A signal came.
     Heard,
 }
 
@@ -50,7 +50,7 @@ impl Waiting {
     }
 }
 
-/// Lets nobody wait any longer, even where the work panicked.
+/// Ends the waiting when dropped, even where the work panicked.
 struct Over<'a>(&'a Waiting);
 
 impl Drop for Over<'_> {
@@ -60,9 +60,9 @@ impl Drop for Over<'_> {
 }
 
 impl Interrupt {
-    /// Listens from now on. The first signal stops the render, which keeps what there is. Before
-    /// there is anything it is told to who [waits](Self::early) for it; where nobody does, and from
-    /// the second signal on, it ends the program at once.
+    /// Starts to listen. The first signal stops the render, which saves its picture. Before the first ray it
+    /// wakes the thread that [waits](Self::early) for it. Where none does, and from the second signal on, it
+    /// ends the program at once.
     ///
     /// # Errors
     /// Where the system does not let it listen.
@@ -78,18 +78,18 @@ impl Interrupt {
         Ok(interrupt)
     }
 
-    /// What the render asks whether to stop.
+    /// The stop request that the render watches.
     pub(super) fn stop(&self) -> &Stop {
         &self.stop
     }
 
-    /// The exit code that tells of the signal.
+    /// The exit code for the signal.
     pub(super) fn exit_code(&self) -> u8 {
         (ENDED_BY + self.signal.load(Ordering::Relaxed)) as u8
     }
 
-    /// Runs `work` while `shown` waits beside it for a signal that comes before there is a picture,
-    /// and is then called. Where `shown` returns, `work` goes on.
+    /// Runs `work`. Where a signal comes before the first ray, `shown` is called beside it on another
+    /// thread. Where `shown` returns, `work` goes on.
     pub(super) fn early<T>(&self, shown: impl FnOnce() + Send, work: impl FnOnce() -> T) -> T {
         self.waiting.set(self.waiting.early(), Early::Awaited);
         std::thread::scope(|scope| {
@@ -106,12 +106,12 @@ impl Interrupt {
         })
     }
 
-    /// Whether `work` beside which somebody waits is still at it.
+    /// Whether the work of [`early`](Self::early) still runs and has shot no ray.
     pub(super) fn is_early(&self) -> bool {
         *self.waiting.early() != Early::Idle && !self.stop.has_picture()
     }
 
-    /// Ends the program, and says why.
+    /// Ends the program with an error message.
     pub(super) fn end(&self, message: &str) -> ! {
         console::message(&format!("error: {message}"));
         signal_hook::low_level::exit(self.exit_code().into());

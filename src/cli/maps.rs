@@ -14,7 +14,7 @@ use crate::image::{
     Image, Picture, ScalarMap, View, ViewTransform, contact_sheet, titled, write_exr_image,
     write_exr_layers, write_picture,
 };
-use crate::render::{self, Extent, Maps, Stages};
+use crate::render::{self, DirectorMaps, Extent, Stages};
 use crate::scene::{LoadOptions, Scene};
 
 /// Panels side by side on the contact sheet.
@@ -65,14 +65,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .map_err(|e| Error::file(&args.output, format!("cannot be made: {e}; give a folder")))?;
     let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
     let (scene, pool, _) = load::scene_to_show(&args.scene, options, &args.run)?;
-    let kept = args
+    let cached = args
         .z
         .as_ref()
         .map(|path| CachedSnapshot::read(path, &scene, &scene.render))
         .transpose()?;
     let mut stages = Stages::default();
     let maps =
-        pool.install(|| render::maps(&scene, &scene.render, kept, Extent::All, &mut stages))?;
+        pool.install(|| render::maps(&scene, &scene.render, cached, Extent::All, &mut stages))?;
     let outputs = write(&args.output, &scene, &maps)?;
     if args.run.json {
         let seconds: Map<String, Value> = stages
@@ -93,15 +93,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-fn write(folder: &Path, scene: &Scene, maps: &Maps) -> Result<Vec<PathBuf>> {
+fn write(folder: &Path, scene: &Scene, maps: &DirectorMaps) -> Result<Vec<PathBuf>> {
     let mut outputs = Vec::new();
     let mut panels = Vec::new();
     let width = maps.size[0] as usize;
-    let depth = maps.sight.iter().flat_map(|kept| &kept.sight.depth);
+    let depth = maps.snapshot.iter().flat_map(|cached| &cached.snapshot.depth);
     let distances: Vec<f32> = depth.map(|z| *z as f32).collect();
-    if let Some(kept) = &maps.sight {
+    if let Some(cached) = &maps.snapshot {
         let path = folder.join("z.exr");
-        kept.write(&path)?;
+        cached.write(&path)?;
         outputs.push(path);
     }
     for shown in shown(maps, &distances) {
@@ -133,7 +133,7 @@ fn write(folder: &Path, scene: &Scene, maps: &Maps) -> Result<Vec<PathBuf>> {
 }
 
 /// All maps in the order of the contact sheet.
-fn shown<'a>(maps: &'a Maps, distances: &'a [f32]) -> Vec<Shown<'a>> {
+fn shown<'a>(maps: &'a DirectorMaps, distances: &'a [f32]) -> Vec<Shown<'a>> {
     let unit = |name, title, values: &'a [f32]| {
         let content = Content::Values(values, [0.0, 1.0]);
         Shown { name, title, content }
@@ -142,8 +142,8 @@ fn shown<'a>(maps: &'a Maps, distances: &'a [f32]) -> Vec<Shown<'a>> {
         unit("x", "X: transmittance", &maps.transmittance),
         Shown { name: "z", title: "Z: distance, m", content: Content::Distances(distances) },
     ];
-    if let Some(kept) = &maps.sight {
-        let content = Content::Light(&kept.sight.snapshot);
+    if let Some(cached) = &maps.snapshot {
+        let content = Content::Light(&cached.snapshot.snapshot);
         all.push(Shown { name: "snapshot", title: "snapshot", content });
     }
     if let Some(image) = &maps.false_medium {
@@ -157,9 +157,9 @@ fn shown<'a>(maps: &'a Maps, distances: &'a [f32]) -> Vec<Shown<'a>> {
         all.push(unit("saliency", "S: saliency", &saliency.map));
     }
     if let Some(pilot) = &maps.pilot {
-        all.push(Shown { name: "pilot", title: "coarse look", content: Content::Light(pilot) });
+        all.push(Shown { name: "pilot", title: "pilot", content: Content::Light(pilot) });
     }
-    all.push(unit("x_scattering", "X: uncertainty of visible light", &maps.uncertainty));
+    all.push(unit("x_scattering", "X: uncertainty of visible light", &maps.scattering_x));
     all.push(unit("xs", "XS", &maps.xs));
     all
 }

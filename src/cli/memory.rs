@@ -3,9 +3,9 @@
 use std::fs::read_to_string;
 use std::path::Path;
 
-/// Has large blocks go back to the system as soon as they are freed. The C library would keep more and
-/// more of them for later, by what was freed before: then a render takes up to half as much again as it
-/// needs, now and then.
+/// Makes the allocator return large blocks to the system as soon as they are freed. By default the C
+/// library retains more of them the larger the blocks were that were freed before, so that a render now and
+/// then takes far more memory than it needs.
 pub(super) fn give_freed_blocks_back() {
     crate::vdb::map_large_blocks();
 }

@@ -1,16 +1,16 @@
-//! How long a stage will still take.
+//! The time that is left of a stage, estimated from its recent pace.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Share of the work done from whose pace that of the rest is told: what is cached, and what is done
-/// for the first ray of a pixel alone, makes the beginning slower.
+/// Share of the finished work whose pace is taken for the rest: caches that fill, and what is done for the
+/// first ray of a pixel alone, make the beginning slower.
 const RECENT: f64 = 0.4;
 
-/// Moments that are remembered, at most.
+/// Largest number of moments that are remembered.
 const MOMENTS: usize = 512;
 
-/// The pace of a stage, by looks at the clock and at the work.
+/// The pace of a stage: work against time at some moments.
 #[derive(Debug)]
 pub(super) struct Pace {
     total: u64,
@@ -18,7 +18,7 @@ pub(super) struct Pace {
     begin: Duration,
     /// Time that the stage has taken.
     worked: Duration,
-    /// Time of that which says nothing of the rest.
+    /// The part of it for work that is done once.
     apart: Duration,
     /// Time, without what is apart, and work of some moments before.
     moments: VecDeque<(Duration, u64)>,
@@ -32,8 +32,8 @@ impl Pace {
         Self { total, done: 0, begin: now, worked: zero, apart: zero, moments }
     }
 
-    /// At the time `now`, `done` units are done. What was done `apart` from them took part of the
-    /// time, and will not be done again.
+    /// Records that `done` units are done at the time `now`. The time `apart` went into work that is done
+    /// once, and is left out of the pace.
     pub(super) fn look(&mut self, now: Duration, done: u64, apart: Duration) {
         self.worked = now.saturating_sub(self.begin);
         self.apart = apart.min(self.worked);
@@ -52,7 +52,7 @@ impl Pace {
         self.moments.push_back((self.worked - self.apart, self.done));
     }
 
-    /// The work is counted anew: `done` units are done out of `total`.
+    /// Redefines the units: `done` are done out of `total`.
     pub(super) fn weigh(&mut self, done: u64, total: u64) {
         let factor = done as f64 / self.done.max(1) as f64;
         self.moments.iter_mut().for_each(|(_, units)| *units = (*units as f64 * factor) as u64);
@@ -69,7 +69,7 @@ impl Pace {
         self.worked
     }
 
-    /// About how long it will still take; nothing where no work is done yet.
+    /// Estimated time until the end; `None` before any work is done.
     pub(super) fn left(&self) -> Option<Duration> {
         let &(now, done) = self.moments.back().filter(|(_, done)| *done > 0)?;
         let recent = (done as f64 * (1.0 - RECENT)) as u64;

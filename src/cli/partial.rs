@@ -1,18 +1,18 @@
-//! Pictures that are not finished, and where they go.
+//! Unfinished pictures and previews: where they are written, so that no finished one is lost.
 
 use std::path::Path;
 
 use super::output::Output;
 use crate::image::{png_path_beside, read_attributes};
 
-/// Says in the header of a picture, only where it is not finished, that it is not.
+/// The attribute of an unfinished picture; finished ones lack it.
 pub(super) const COMPLETE: &str = "fogbow:complete";
 
-/// Says in the header of a picture that it is a first look, without photons.
+/// The attribute of a preview.
 pub(super) const PREVIEW: &str = "fogbow:preview";
 
-/// Where a picture goes that was interrupted: to its own place, unless a finished picture is there;
-/// then beside it, as `.partial.exr`.
+/// The files of an interrupted picture: its own, or where a finished picture is there, beside it with
+/// `.partial.exr`.
 pub(super) fn place(output: &Output) -> Output {
     if !output.exr.exists() || is_partial(&output.exr) {
         return Output { exr: output.exr.clone(), png: output.png.clone() };
@@ -20,7 +20,7 @@ pub(super) fn place(output: &Output) -> Output {
     beside(output)
 }
 
-/// Where a first look goes: to its own place, or beside it; nowhere if other pictures are at both.
+/// The files of a preview: its own, or those beside it; `None` where other pictures are at both.
 pub(super) fn place_preview(output: &Output) -> Option<Output> {
     let is_free = |place: &Output| !place.exr.exists() || says(&place.exr, PREVIEW, "true");
     [output.clone(), beside(output)].into_iter().find(is_free)
@@ -30,7 +30,7 @@ pub(super) fn place_preview(output: &Output) -> Option<Output> {
 pub(super) fn clear(output: &Output) {
     let partial = beside(output);
     if is_partial(&partial.exr) {
-        // It is of no more use, but does no harm either.
+        // Left behind, it would do no harm.
         let _ = std::fs::remove_file(&partial.exr);
         let _ = std::fs::remove_file(&partial.png);
     }

@@ -1,4 +1,4 @@
-//! One picture: rendered, held, written.
+//! One picture: photons are fitted to the limits, the scene is rendered, the files are written.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -8,11 +8,11 @@ use serde_json::{Map, Value, json};
 
 use super::console;
 use super::header::{self, Method};
-use super::holding::{LimitArgs, Pause, checkpoint_path};
 use super::interrupt::Interrupt;
-use super::limit;
+use super::limit_args::{CheckpointInterval, LimitArgs, checkpoint_path};
 use super::load::Preparation;
 use super::memory;
+use super::memory_limit;
 use super::output::Output;
 use super::partial;
 use super::progress::Console;
@@ -24,62 +24,62 @@ use crate::render::{
 };
 use crate::scene::Scene;
 
-/// Seconds a pixel that writing takes, about.
+/// Seconds a pixel that writing takes: an allowance that the deadline leaves for it.
 const WRITING: f64 = 1e-6;
 
-/// Seconds a pixel that taking off noise takes, about.
+/// Seconds a pixel that denoising takes: an allowance that the deadline leaves for it.
 const DENOISING: f64 = 2.5e-6;
 
-/// Time for a first look, where a render is interrupted before it has a picture: at most, and less
-/// as a larger film takes longer to write, but at least the second.
+/// Longest and shortest time of a preview, for a render that is interrupted before its first ray. A larger
+/// film, which takes longer to write, gets less.
 const PREVIEW: [Duration; 2] = [Duration::from_millis(400), Duration::from_millis(100)];
 
-/// Time for that and for writing it.
+/// Time of a preview with writing it: what somebody who pressed Ctrl-C is made to wait.
 const LEAVING: Duration = Duration::from_millis(800);
 
-/// Of the time that is left, photons are to take at most this share.
-const PHOTONS: f64 = 0.4;
+/// Largest share of the time that is left for photons; rays take the rest.
+const PHOTON_SHARE: f64 = 0.4;
 
-/// How one picture is rendered.
+/// The job of rendering one picture.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Job<'a> {
-    /// Where it goes.
+pub(super) struct PictureJob<'a> {
+    /// The files to write.
     pub(super) output: &'a Output,
-    /// What holds it.
-    pub(super) hold: &'a LimitArgs,
+    /// Its limits and checkpoints.
+    pub(super) limits: &'a LimitArgs,
     /// Ends it on Ctrl-C.
     pub(super) interrupt: &'a Interrupt,
-    /// How it is made.
+    /// How it is rendered.
     pub(super) method: Method,
     /// Whether progress and notes are left out.
     pub(super) quiet: bool,
-    /// The time.
+    /// Time without pauses.
     pub(super) clock: &'a Arc<Clock>,
-    /// When that of the picture began.
+    /// When the time of this picture began.
     pub(super) start: Duration,
-    /// What came before.
+    /// Times of the stages before the render.
     pub(super) preparation: Preparation,
     /// Bytes in memory before the scene was loaded.
     pub(super) program: u64,
-    /// Takes the noise off, where the scene asks for it.
+    /// The denoiser, for a scene that is denoised.
     pub(super) denoiser: Option<&'a Denoiser>,
 }
 
-/// What is told of a picture that is written.
+/// The report on a picture that was written.
 #[derive(Debug)]
 pub(super) struct PictureReport {
     /// Settings, seconds, work, memory and paths.
     pub(super) report: Value,
-    /// The files.
+    /// The files that were written.
     pub(super) output: Output,
-    /// What is kept, and how to go on, where the picture was interrupted.
+    /// What was saved and how to resume, where the picture was interrupted.
     pub(super) interrupted: Option<String>,
-    /// What the director saw first.
-    pub(super) sight: Option<CachedSnapshot>,
+    /// The director's snapshot, for the next picture.
+    pub(super) snapshot: Option<CachedSnapshot>,
 }
 
 impl PictureReport {
-    /// The end of a run whose last picture this is.
+    /// The result of a run that ends with this picture.
     ///
     /// # Errors
     /// Where the picture was interrupted.
@@ -91,39 +91,39 @@ impl PictureReport {
     }
 }
 
-impl Job<'_> {
-    /// Renders `scene` on `pool` and writes what there is. `warnings` have been printed before; `kept`
-    /// is what the director saw first of an earlier picture.
+impl PictureJob<'_> {
+    /// Renders `scene` on `pool` and writes the picture. `warnings` were printed before and are repeated in
+    /// the report; `cached` is the director's snapshot of an earlier picture.
     ///
     /// # Errors
-    /// Where it takes more memory than it may, cannot be taken up again, rendered or written.
+    /// Where the picture exceeds the memory limit, or cannot be resumed, rendered or written.
     pub(super) fn run(
         &self,
         scene: &mut Scene,
         pool: &ThreadPool,
         mut warnings: Vec<String>,
-        kept: Option<CachedSnapshot>,
+        cached: Option<CachedSnapshot>,
     ) -> Result<PictureReport> {
-        let asked = scene.render.photons;
+        let requested = scene.render.photons;
         self.crop(scene)?;
         let start = Instant::now();
-        let thinned = pool.install(|| self.thin(scene))?;
+        let fewer_photons = pool.install(|| self.fit_photons(scene))?;
         let fitting = start.elapsed();
-        console::warn(thinned.as_slice());
-        warnings.extend(thinned);
-        let checkpoints = self.checkpoints(scene, asked)?;
-        let mut rendered = self.render(scene, pool, kept, checkpoints.as_ref())?;
+        console::warn(fewer_photons.as_slice());
+        warnings.extend(fewer_photons);
+        let checkpoints = self.checkpoints(scene, requested)?;
+        let mut rendered = self.render(scene, pool, cached, checkpoints.as_ref())?;
         let denoiser = self.denoiser.filter(|_| scene.render.denoise);
         if let Some(denoiser) = denoiser.filter(|_| rendered.ended != Ended::Stopped) {
             rendered.denoise(denoiser)?;
         }
 
         let mut ended = rendered.warnings();
-        ended.extend(self.shortened(&rendered, checkpoints.as_ref()));
+        ended.extend(self.out_of_time(&rendered, checkpoints.as_ref()));
         console::warn(&ended);
         warnings.extend(ended);
         let start = Instant::now();
-        let settings = header::settings(scene, Some(&rendered), self.method.reference, asked);
+        let settings = header::settings(scene, Some(&rendered), self.method.reference, requested);
         let output = self.write(scene, &rendered, &settings, checkpoints.as_ref())?;
         let mut report = json!({
             "settings": settings,
@@ -151,14 +151,14 @@ impl Job<'_> {
                 "interrupted: {} has {}{}",
                 output.exr.display(),
                 share(&rendered),
-                going_on(checkpoints.as_ref(), &rendered)
+                how_to_resume(checkpoints.as_ref(), &rendered)
             )
         });
-        Ok(PictureReport { report, output, interrupted, sight: rendered.sight.take() })
+        Ok(PictureReport { report, output, interrupted, snapshot: rendered.snapshot.take() })
     }
 
     fn crop(&self, scene: &mut Scene) -> Result<()> {
-        let Some(crop) = self.hold.crop else { return Ok(()) };
+        let Some(crop) = self.limits.crop else { return Ok(()) };
         let [width, height] = scene.film.size;
         if !crop.fits(scene.film.size) {
             return Err(Error::Usage(format!(
@@ -169,62 +169,63 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Asks for fewer photons where an earlier part of the render did, or where memory or time do
-    /// not last for all; a sentence says so.
-    fn thin(&self, scene: &mut Scene) -> Result<Option<String>> {
-        let asked = scene.render.photons;
-        let before = self.photons_before(asked)?;
-        scene.render.photons = before.unwrap_or(asked);
-        let thinned = limit::fit(scene, self.hold.memory, self.method, self.program)?;
+    /// Reduces the photons of `scene` to those of the checkpoint that is resumed, or to as many as fit the
+    /// limits of memory and time. Returns a warning where memory or time are too small for all.
+    fn fit_photons(&self, scene: &mut Scene) -> Result<Option<String>> {
+        let requested = scene.render.photons;
+        let before = self.photons_before(requested)?;
+        scene.render.photons = before.unwrap_or(requested);
+        let warning =
+            memory_limit::fit_photons(scene, self.limits.memory, self.method, self.program)?;
         let (Some(deadline), None, false) = (self.deadline(scene), before, self.method.reference)
         else {
-            return Ok(thinned);
+            return Ok(warning);
         };
-        let left = deadline.left().mul_f64(PHOTONS);
+        let left = deadline.left().mul_f64(PHOTON_SHARE);
         let photons = scene.render.photons;
         scene.render.photons = render::photons_within(scene, &scene.render, left)?;
         Ok((scene.render.photons < photons)
             .then(|| {
                 format!(
-                    "{} photons instead of {asked}, for which --time is too short",
+                    "{} photons instead of {requested}, for which --time is too short",
                     scene.render.photons
                 )
             })
-            .or(thinned))
+            .or(warning))
     }
 
-    /// The photons that a checkpoint, if one is gone on from, was made with out of `asked`.
-    fn photons_before(&self, asked: u64) -> Result<Option<u64>> {
-        if !self.hold.resume {
+    /// The photons of the checkpoint that is resumed, where `requested` photons were reduced to them.
+    fn photons_before(&self, requested: u64) -> Result<Option<u64>> {
+        if !self.limits.resume {
             return Ok(None);
         }
         let Some(key) = Checkpoints::key_of(&checkpoint_path(&self.output.exr))? else {
             return Ok(None);
         };
         let number = |name: &str| key.get(name).and_then(Value::as_u64);
-        let of = number("photons_asked").or_else(|| number("photons"));
-        Ok(number("photons").filter(|_| of == Some(asked)))
+        let before = number("photons_asked").or_else(|| number("photons"));
+        Ok(number("photons").filter(|_| before == Some(requested)))
     }
 
-    /// When rendering must end for the files to be written in time.
+    /// Time by which rays must end, so that the files are written within `--time`.
     fn deadline(&self, scene: &Scene) -> Option<Deadline<'_>> {
-        let time = self.hold.time?;
+        let time = self.limits.time?;
         let denoising = if scene.render.denoise { DENOISING } else { 0.0 };
         let after = writing(scene) + seconds_of(scene, denoising);
         let at = self.start.checked_add(time - after.min(time / 4))?;
         Some(Deadline { clock: self.clock, at })
     }
 
-    fn checkpoints(&self, scene: &Scene, asked: u64) -> Result<Option<Checkpoints>> {
+    fn checkpoints(&self, scene: &Scene, requested: u64) -> Result<Option<Checkpoints>> {
         let path = checkpoint_path(&self.output.exr);
-        let key = header::key(scene, self.method, asked);
-        let (every, off) = match self.hold.checkpoint {
-            Pause::Lasts(pause) => (pause, false),
-            Pause::Off => (Duration::MAX, true),
+        let key = header::key(scene, self.method, requested);
+        let (every, off) = match self.limits.checkpoint {
+            CheckpointInterval::Every(interval) => (interval, false),
+            CheckpointInterval::Off => (Duration::MAX, true),
         };
-        if !self.hold.resume {
+        if !self.limits.resume {
             let note = format!(
-                "note: {} was left by an earlier render; --resume would go on from it",
+                "note: {} was left by an earlier render; --resume would resume it",
                 path.display()
             );
             self.note(path.exists().then_some(note));
@@ -232,7 +233,7 @@ impl Job<'_> {
         }
         let checkpoints = Checkpoints::resume(&path, key, every)?;
         self.note(Some(if checkpoints.resumes() {
-            format!("note: goes on after {} rays from {}", checkpoints.rays(), path.display())
+            format!("note: resumes after {} rays from {}", checkpoints.rays(), path.display())
         } else {
             format!("note: there is no {}: the render starts from the beginning", path.display())
         }));
@@ -247,7 +248,7 @@ impl Job<'_> {
         &self,
         scene: &Scene,
         pool: &ThreadPool,
-        kept: Option<CachedSnapshot>,
+        cached: Option<CachedSnapshot>,
         checkpoints: Option<&Checkpoints>,
     ) -> Result<Rendered> {
         let console = Console::new(self.clock.clone());
@@ -259,26 +260,27 @@ impl Job<'_> {
             if self.method.reference {
                 Ok(render::render_reference(scene, &scene.render, control))
             } else {
-                render::render_next(scene, &scene.render, kept, control)
+                render::render_next(scene, &scene.render, cached, control)
             }
         };
         let threads = pool.current_num_threads();
-        self.interrupt.early(|| self.show_early(scene, threads, checkpoints), || pool.install(work))
+        self.interrupt
+            .early(|| self.write_preview(scene, threads, checkpoints), || pool.install(work))
     }
 
-    /// Ends the program, interrupted before the first ray, with a first look at `scene` for a
-    /// picture. Returns where there is a better one by then.
-    fn show_early(&self, scene: &Scene, threads: usize, checkpoints: Option<&Checkpoints>) {
+    /// Ends the program, interrupted before the first ray, with a preview of `scene` for a picture. Returns
+    /// where rays have begun by then.
+    fn write_preview(&self, scene: &Scene, threads: usize, checkpoints: Option<&Checkpoints>) {
         let early = "interrupted before the first ray";
-        if let Some(kept) = checkpoints.filter(|kept| kept.resumes()) {
-            let path = kept.path().display();
+        if let Some(resumed) = checkpoints.filter(|checkpoints| checkpoints.resumes()) {
+            let path = resumed.path().display();
             self.interrupt.end(&format!("{early}: {path} holds the state as before"));
         }
         let [most, least] = PREVIEW;
         let time = LEAVING.saturating_sub(writing(scene)).clamp(least, most);
         let deadline = Deadline { clock: self.clock, at: self.clock.elapsed() + time };
         let control = Control { deadline: Some(deadline), ..Control::silent() };
-        // The threads of the render's own pool wait, or are busy with what does not.
+        // The threads of the render's own pool wait, or do work that cannot be halted.
         self.interrupt.stop().pause();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let preview =
@@ -298,23 +300,28 @@ impl Job<'_> {
         named.push((partial::PREVIEW.into(), "true".into()));
         let exr = output.exr.display();
         self.interrupt.end(&match output.write(scene, &preview, &named) {
-            Ok(()) => format!("{early}: {exr} is a first look without photons"),
+            Ok(()) => format!("{early}: {exr} is a preview without photons"),
             Err(error) => format!("{early}: {error}"),
         });
     }
 
-    /// A sentence where the time was over before all rays were shot.
-    fn shortened(&self, rendered: &Rendered, checkpoints: Option<&Checkpoints>) -> Option<String> {
+    /// A warning where the deadline passed before all rays were shot.
+    fn out_of_time(
+        &self,
+        rendered: &Rendered,
+        checkpoints: Option<&Checkpoints>,
+    ) -> Option<String> {
         (rendered.ended == Ended::OutOfTime).then(|| {
             format!(
                 "the time is over: the picture has {}{}",
                 share(rendered),
-                going_on(checkpoints, rendered)
+                how_to_resume(checkpoints, rendered)
             )
         })
     }
 
-    /// Writes the picture, with settings and work counters in its header, and tidies up.
+    /// Writes the picture, with settings and work counters in its header, and removes files that a complete
+    /// one makes obsolete.
     fn write(
         &self,
         scene: &Scene,
@@ -340,17 +347,17 @@ impl Job<'_> {
     }
 }
 
-/// About how long it takes to write the picture of `scene`.
+/// Time to write the picture of `scene`.
 fn writing(scene: &Scene) -> Duration {
     seconds_of(scene, WRITING)
 }
 
-/// What takes so many seconds `a_pixel` takes for the picture of `scene`.
+/// Time of a step that takes the seconds `a_pixel`, for the picture of `scene`.
 fn seconds_of(scene: &Scene, a_pixel: f64) -> Duration {
     Duration::from_secs_f64(scene.window().pixels() as f64 * a_pixel)
 }
 
-/// How much of a picture that is not finished is there.
+/// The share of its rays that an unfinished picture has.
 fn share(rendered: &Rendered) -> String {
     let rays = rendered.film.layer("rays").unwrap_or_default();
     let share = format!("{:.1} % of its rays", rendered.percent());
@@ -363,18 +370,17 @@ fn share(rendered: &Rendered) -> String {
     }
 }
 
-/// How to go on with a picture that is not finished.
-fn going_on(checkpoints: Option<&Checkpoints>, rendered: &Rendered) -> String {
+/// How to resume an unfinished picture.
+fn how_to_resume(checkpoints: Option<&Checkpoints>, rendered: &Rendered) -> String {
     match checkpoints.filter(|_| rendered.checkpoint_error.is_none()) {
-        Some(kept) => {
-            format!("; {} holds its state: add --resume to go on", kept.path().display())
+        Some(written) => {
+            format!("; {} holds its state: add --resume to go on", written.path().display())
         }
         None => "; its state was not kept".into(),
     }
 }
 
-/// Seconds of each stage. `fit` is what it took to see that memory and time suffice, with a look at
-/// photons where that is close.
+/// Seconds of each stage. `fitting` is the time to fit photons to the limits.
 fn seconds(
     preparation: Preparation,
     fitting: Duration,

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::console;
-use super::limit;
 use super::load;
 use super::look::LookArgs;
+use super::memory_limit;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{self, Costs, StageSeconds};
@@ -42,10 +42,10 @@ pub(super) struct Args {
 
 /// Prints what rendering the scene needs, and what it should cost.
 pub(super) fn run(args: &Args) -> Result<()> {
-    let program = limit::program();
+    let program = memory_limit::program();
     let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
     let (scene, pool, _) = load::scene(&args.scene, options, &args.run)?;
-    let plan = RenderPlan::of(&scene, &scene.render);
+    let plan = RenderPlan::new(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
     let advice: Vec<_> = scene::advice(&scene).into_iter().chain(slow(&scene, &costs)).collect();
     console::warn(&advice);

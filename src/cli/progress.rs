@@ -12,40 +12,40 @@ use super::pace::Pace;
 use super::units;
 use crate::render::{Clock, Progress};
 
-/// How often it is looked how far a stage is.
+/// Time between two updates of what is shown.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// A stage that takes less is told only when it is over.
+/// A stage that takes less gets one line, when it is over.
 const SHORT: Duration = Duration::from_secs(2);
 
-/// The stage whose work takes equally long from the first on, so that what it has left is told before
-/// its first part is done. First rays are slower than the rest.
+/// The stage whose units take equally long from the first on, so that its remaining time is shown before
+/// its first part is done. The first rays are slower than the rest.
 const EVEN: &str = "photons";
 
-/// That is told where so much is left, once the stage has run so long.
+/// It is shown where at least the first time is left, once the stage has run for the second.
 const LONG: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(5)];
 
 /// Parts of the work after each of which a line is printed.
 const LINES: f64 = 10.0;
 
-/// A stage that is shown.
+/// The stage that is shown.
 #[derive(Debug)]
 struct Stage {
     name: String,
     pace: Pace,
-    /// Nothing where lines are printed.
+    /// `None` where lines are printed.
     bar: Option<ProgressBar>,
-    /// Parts of the work that lines have told of, once there has been one.
-    told: Option<u64>,
+    /// Parts of the work that a line was printed for, once there was one.
+    printed: Option<u64>,
 }
 
-/// What is known, and shown from a thread of its own.
+/// State of a stage, which a thread of its own shows.
 #[derive(Debug)]
 struct Shown {
     clock: Arc<Clock>,
     terminal: bool,
     done: AtomicU64,
-    /// Nanoseconds that went into what is done once.
+    /// Nanoseconds of work that is done once.
     once: AtomicU64,
     stage: Mutex<Option<Stage>>,
 }
@@ -74,7 +74,7 @@ impl Console {
                 std::thread::sleep(PERIOD);
             }
         };
-        // Without the thread only the remaining time is not told.
+        // Without the thread only the remaining time is missing.
         let _ = std::thread::Builder::new().name("progress".into()).spawn(watch);
         Self { shown }
     }
@@ -85,16 +85,16 @@ impl Shown {
         self.stage.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Looks at clock and work, and shows them.
+    /// Reads clock and work, and shows them.
     fn look(&self) {
         if let Some(stage) = self.stage().as_mut() {
-            self.tell(&mut stage.pace);
+            self.update(&mut stage.pace);
             stage.show(self.done.load(Ordering::Relaxed));
         }
     }
 
-    /// Tells `pace` how far it is.
-    fn tell(&self, pace: &mut Pace) {
+    /// Updates `pace`.
+    fn update(&self, pace: &mut Pace) {
         let once = Duration::from_nanos(self.once.load(Ordering::Relaxed));
         pace.look(self.clock.elapsed(), self.done.load(Ordering::Relaxed), once);
     }
@@ -113,11 +113,11 @@ impl Stage {
         }
         let part = (self.pace.share() * LINES) as u64;
         let Some(left) = left else { return };
-        let is_even = self.name == EVEN && self.told.is_none();
+        let is_even = self.name == EVEN && self.printed.is_none();
         let is_long = is_even && left >= LONG[0] && worked >= LONG[1];
-        let is_further = part > self.told.unwrap_or(0) && worked >= SHORT;
+        let is_further = part > self.printed.unwrap_or(0) && worked >= SHORT;
         if (is_long || is_further) && part < LINES as u64 {
-            self.told = Some(part);
+            self.printed = Some(part);
             console::message(&format!(
                 "{}: {:.0} % after {:.1} s, ETA {}",
                 self.name,
@@ -143,7 +143,7 @@ impl Progress for Console {
             name: name.to_owned(),
             pace: Pace::new(total, self.shown.clock.elapsed()),
             bar: self.shown.terminal.then(bar),
-            told: None,
+            printed: None,
         });
     }
 
@@ -168,7 +168,7 @@ impl Progress for Console {
     fn finish(&self) {
         let Some(mut stage) = self.shown.stage().take() else { return };
         let done = self.shown.done.load(Ordering::Relaxed);
-        self.shown.tell(&mut stage.pace);
+        self.shown.update(&mut stage.pace);
         if let Some(bar) = stage.bar.take() {
             bar.set_position(done);
             bar.set_prefix(units::brief(stage.pace.worked()));

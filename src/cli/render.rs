@@ -9,13 +9,13 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use super::console;
 use super::frames::FrameArgs;
 use super::header::Method;
-use super::holding::LimitArgs;
 use super::interrupt::Interrupt;
-use super::limit;
+use super::limit_args::LimitArgs;
 use super::load;
 use super::look::LookArgs;
+use super::memory_limit;
 use super::output::Output;
-use super::picture::{Job, PictureReport};
+use super::picture::{PictureJob, PictureReport};
 use super::sequence;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
 use crate::error::{Error, Result};
@@ -45,12 +45,12 @@ pub(super) struct Args {
     pub(super) write_scene: Option<PathBuf>,
     #[command(flatten)]
     pub(super) look: LookArgs,
-    /// What to do of what the scene does not need: nothing, or everything all the same.
-    #[arg(long, value_name = "WHAT", default_value = "needed",
+    /// Work to do: what the scene needs, or for tests everything all the same.
+    #[arg(long, hide = true, value_name = "WHAT", default_value = "needed",
         value_parser = PossibleValuesParser::new(["needed", "everything"]).map(planning))]
     pub(super) plan: Planning,
     #[command(flatten)]
-    pub(super) hold: LimitArgs,
+    pub(super) limits: LimitArgs,
     #[command(flatten)]
     pub(super) frames: FrameArgs,
     #[command(flatten)]
@@ -61,16 +61,16 @@ pub(super) struct Args {
 }
 
 impl Args {
-    /// What stands over the scene file, or beside a VDB file alone.
+    /// Settings that override the scene file's, and the look of a VDB file alone.
     pub(super) fn options(&self) -> LoadOptions {
         let mut options = load::options(&self.settings, &self.look);
         if self.denoise {
             options = options.with("render.denoise", true);
         }
-        LoadOptions { memory: self.hold.memory, planning: self.plan, ..options }
+        LoadOptions { memory: self.limits.memory, planning: self.plan, ..options }
     }
 
-    /// How pictures are made.
+    /// How pictures are rendered.
     pub(super) const fn method(&self) -> Method {
         Method { reference: self.reference, level_set_as_fog: self.look.level_set_as_fog() }
     }
@@ -81,7 +81,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     if let Some(frames) = &args.frames.frames {
         return sequence::run(args, frames);
     }
-    let (clock, program) = (Clock::start(), limit::program());
+    let (clock, program) = (Clock::start(), memory_limit::program());
     let mut denoiser = early_denoiser(args)?;
     let output = Output::check(&args.paths.output)?;
     let interrupt = Interrupt::listen()?;
@@ -99,9 +99,9 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let advice = advice(args, &scene);
     console::warn(&advice);
     let warnings = [scene.warnings.clone(), advice].concat();
-    let job = Job {
+    let job = PictureJob {
         output: &output,
-        hold: &args.hold,
+        limits: &args.limits,
         interrupt: &interrupt,
         method: args.method(),
         quiet: args.run.quiet,
@@ -111,13 +111,13 @@ pub(super) fn run(args: &Args) -> Result<()> {
         program,
         denoiser: denoiser.as_ref(),
     };
-    let told = job.run(&mut scene, &pool, warnings, None)?;
-    tell(args, &told);
-    told.end(&interrupt)
+    let picture = job.run(&mut scene, &pool, warnings, None)?;
+    print_report(args, &picture);
+    picture.end(&interrupt)
 }
 
-/// Writes the scene that was made for a VDB file alone, with the settings and the exposure that it is
-/// rendered with, where that is asked for.
+/// Writes the scene that was made for a VDB file alone, with the settings and exposure of the render, where
+/// `--write-scene` is given.
 pub(super) fn write_scene(args: &Args, scene: &Scene) -> Result<()> {
     let Some(path) = &args.write_scene else { return Ok(()) };
     let Some(made) = &scene.made else {
@@ -150,13 +150,13 @@ fn from_folder_of(scene: &Path, volume: &Path) -> String {
     .into_owned()
 }
 
-/// One line on what rendering `scene` needs, where it is to be said.
+/// The plan of a render of `scene` in one line, with `--verbose`.
 pub(super) fn plan(args: &Args, scene: &Scene) -> Option<String> {
-    let said = args.verbose && !args.reference;
-    said.then(|| RenderPlan::of(scene, &scene.render).line())
+    let prints = args.verbose && !args.reference;
+    prints.then(|| RenderPlan::new(scene, &scene.render).line())
 }
 
-/// The denoiser that a flag asks for, found before anything is loaded.
+/// The denoiser that `--denoise` needs, found before anything is loaded.
 ///
 /// # Errors
 /// As [`Denoiser::find`].
@@ -164,34 +164,34 @@ pub(super) fn early_denoiser(args: &Args) -> Result<Option<Denoiser>> {
     args.denoise.then(Denoiser::find).transpose()
 }
 
-/// Finds a denoiser where `scene` asks for one and none is found yet; whether it asks for one.
+/// Finds a denoiser where `scene` is denoised and none was found yet. Returns whether it is denoised.
 ///
 /// # Errors
 /// As [`Denoiser::find`].
 pub(super) fn find_denoiser(denoiser: &mut Option<Denoiser>, scene: &Scene) -> Result<bool> {
-    let asked = scene.render.denoise;
-    if asked && denoiser.is_none() {
+    let denoises = scene.render.denoise;
+    if denoises && denoiser.is_none() {
         *denoiser = Some(Denoiser::find()?);
     }
-    Ok(asked)
+    Ok(denoises)
 }
 
-/// One line on what takes the noise off.
+/// A note that names the denoiser.
 pub(super) fn note(denoiser: &Denoiser) -> String {
     format!("note: {denoiser} takes the noise off: {}", denoiser.path().display())
 }
 
-/// What may be wrong with the settings for `scene`.
+/// Warnings about settings that do not suit `scene`.
 pub(super) fn advice(args: &Args, scene: &Scene) -> Vec<String> {
     if args.reference { Vec::new() } else { scene::advice(scene) }
 }
 
-/// Prints what is told of a picture.
-pub(super) fn tell(args: &Args, told: &PictureReport) {
+/// Prints the report on a picture, or its files.
+pub(super) fn print_report(args: &Args, picture: &PictureReport) {
     if args.run.json {
-        console::result(&told.report.to_string());
+        console::result(&picture.report.to_string());
     } else {
-        told.output.names().iter().for_each(|name| console::result(name));
+        picture.output.names().iter().for_each(|name| console::result(name));
     }
 }
 

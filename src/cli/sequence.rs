@@ -10,13 +10,13 @@ use serde_json::{Value, json};
 use super::console;
 use super::frames::{Frame, Reader};
 use super::header;
-use super::holding::checkpoint_path;
 use super::interrupt::Interrupt;
-use super::limit;
+use super::limit_args::checkpoint_path;
 use super::load::{self, Preparation};
 use super::memory;
+use super::memory_limit;
 use super::output::Output;
-use super::picture::{Job, PictureReport};
+use super::picture::{PictureJob, PictureReport};
 use super::render::{self, Args};
 use super::units;
 use crate::director::CachedSnapshot;
@@ -28,7 +28,7 @@ use crate::sequence::{Frames, Pattern};
 
 /// Renders `frames`, each as it would be alone.
 pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
-    let program = limit::program();
+    let program = memory_limit::program();
     let denoiser = render::early_denoiser(args)?;
     let frames = frames.numbers();
     let target = target(&args.paths.output);
@@ -49,7 +49,7 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
         scene.film.exposure = scene.film.exposure.or(exposure);
         render::write_scene(args, &scene)?;
     }
-    let mut run = Run::new(args, &interrupt, program, frames.len());
+    let mut run = FrameLoop::new(args, &interrupt, program, frames.len());
     run.denoiser = denoiser;
     std::thread::scope(|scope| {
         for frame in reader.ahead(scope, frames)? {
@@ -72,7 +72,7 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
 /// The exposure of all frames where the scene leaves it open: metered in one of them.
 fn exposure(sequence: &Sequence) -> Result<Option<f64>> {
     let Some(frame) = sequence.metered_frame() else { return Ok(None) };
-    // A frame that cannot be used is told of where it is rendered.
+    // A frame that cannot be used is picture of where it is rendered.
     let Ok(scene) = sequence.load(frame) else { return Ok(None) };
     match scene.film.exposure {
         Some(_) => Ok(None),
@@ -90,30 +90,30 @@ fn target(path: &Path) -> Pattern {
     Pattern::of(path).or_else(|| Pattern::of(&numbered(path))).expect("#### is a pattern")
 }
 
-/// A sequence on its way.
-struct Run<'a> {
+/// The state of a sequence between two frames.
+struct FrameLoop<'a> {
     args: &'a Args,
     interrupt: &'a Interrupt,
     clock: Arc<Clock>,
     /// Bytes in memory before anything was loaded.
     program: u64,
-    /// Frames asked for.
+    /// Number of frames to render.
     frames: usize,
-    /// Frames that are done or were left out, the one at hand among them.
+    /// Frames that were finished or left out, and the current one.
     done: usize,
-    /// Pictures that are there now.
+    /// Frames that have a picture.
     pictures: usize,
-    /// Pictures rendered, and the time for them.
+    /// Number of pictures that were rendered, and the time for them.
     rendered: (u32, Duration),
-    /// The director's first look at the picture before.
-    sight: Option<CachedSnapshot>,
-    /// What has been said, which need not be said of each frame.
+    /// The director's snapshot of the picture before.
+    snapshot: Option<CachedSnapshot>,
+    /// Messages that were printed, which are not repeated for each frame.
     said: BTreeSet<String>,
-    /// Takes the noise off, once a frame has asked for it.
+    /// The denoiser, once a frame needed it.
     denoiser: Option<Denoiser>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> FrameLoop<'a> {
     fn new(args: &'a Args, interrupt: &'a Interrupt, program: u64, frames: usize) -> Self {
         Self {
             args,
@@ -124,7 +124,7 @@ impl<'a> Run<'a> {
             done: 0,
             pictures: 0,
             rendered: (0, Duration::ZERO),
-            sight: None,
+            snapshot: None,
             said: BTreeSet::new(),
             denoiser: None,
         }
@@ -140,12 +140,12 @@ impl<'a> Run<'a> {
             self.report(json!({ "frame": number, "state": "skipped", "problem": problem }));
             return Ok(());
         };
-        scene.render.crop = self.args.hold.crop;
+        scene.render.crop = self.args.limits.crop;
         self.pictures += 1;
         if let (Some(held), Some(problem)) = (held, &problem) {
             self.warn(number, &format!("{problem}; frame {held} is rendered again"));
         }
-        if self.args.hold.resume && self.is_finished(output, &scene) {
+        if self.args.limits.resume && self.is_finished(output, &scene) {
             self.say(number, "finished by an earlier run");
             self.report(json!({ "frame": number, "state": "finished", "outputs": output.names() }));
             return Ok(());
@@ -160,16 +160,16 @@ impl<'a> Run<'a> {
         }
         self.say(number, &self.progress());
         render::find_denoiser(&mut self.denoiser, &scene)?;
-        let warnings = self.tell(&scene);
-        let told = self.picture(&mut scene, output, pool, warnings, (start, loading))?;
+        let warnings = self.print_notes(&scene);
+        let picture = self.picture(&mut scene, output, pool, warnings, (start, loading))?;
         self.rendered.0 += 1;
         self.rendered.1 += self.clock.elapsed() - start;
         let state = if held.is_some() { "held" } else { "rendered" };
         let of_frame = json!({ "frame": number, "state": state, "held": held, "problem": problem });
-        let report = merged(of_frame, told.report);
-        let told = PictureReport { report, ..told };
-        render::tell(self.args, &told);
-        told.end(self.interrupt)
+        let report = merged(of_frame, picture.report);
+        let picture = PictureReport { report, ..picture };
+        render::print_report(self.args, &picture);
+        picture.end(self.interrupt)
     }
 
     /// Renders and writes the picture of `scene`, which took `loading`; its time began at `start`.
@@ -183,9 +183,9 @@ impl<'a> Run<'a> {
     ) -> Result<PictureReport> {
         // The frame that is read meanwhile will be about as large as this one.
         let next: usize = scene.media.grid_bytes().iter().sum();
-        let job = Job {
+        let job = PictureJob {
             output,
-            hold: &self.args.hold,
+            limits: &self.args.limits,
             interrupt: self.interrupt,
             method: self.args.method(),
             quiet: self.args.run.quiet,
@@ -195,9 +195,9 @@ impl<'a> Run<'a> {
             program: self.program + next as u64,
             denoiser: self.denoiser.as_ref(),
         };
-        let mut told = job.run(scene, pool, warnings, self.sight.take())?;
-        self.sight = told.sight.take();
-        Ok(told)
+        let mut picture = job.run(scene, pool, warnings, self.snapshot.take())?;
+        self.snapshot = picture.snapshot.take();
+        Ok(picture)
     }
 
     /// Whether `output` holds the picture of `scene`, whole and made as it would be now.
@@ -209,13 +209,13 @@ impl<'a> Run<'a> {
             layers.attributes.get(header::RECIPE).is_some_and(|r| *r == recipe)
         });
         if finished {
-            // The run was killed before it took that away.
+            // An earlier run was killed before it removed the checkpoint.
             let _ = std::fs::remove_file(checkpoint_path(&output.exr));
         }
         finished
     }
 
-    /// How far the sequence is, with about the time that is left by that of the frames so far.
+    /// Progress of the sequence, with the time that is left by the mean of the frames so far.
     fn progress(&self) -> String {
         let place = format!("{} of {}", self.done, self.frames);
         let (count, time) = self.rendered;
@@ -229,8 +229,8 @@ impl<'a> Run<'a> {
         )
     }
 
-    /// Prints what there is to say of `scene` and was not said of an earlier frame; all warnings.
-    fn tell(&mut self, scene: &Scene) -> Vec<String> {
+    /// Prints the notes and warnings on `scene` that no earlier frame had. Returns all warnings.
+    fn print_notes(&mut self, scene: &Scene) -> Vec<String> {
         let notes = scene.notes.iter().map(|note| format!("note: {note}"));
         let denoiser = self.denoiser.as_ref().filter(|_| scene.render.denoise);
         let notes = notes.chain(denoiser.map(render::note));

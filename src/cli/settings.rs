@@ -67,7 +67,7 @@ fn flag(table: &'static str, key: &'static Key) -> Arg {
         .long(name)
         .value_name(value_name(&key.kind))
         .allow_negative_numbers(true)
-        .value_parser(move |text: &str| Setting::of_flag(table, key, text))
+        .value_parser(move |text: &str| Setting::from_flag(table, key, text))
         .help(sentence);
     if table == "director" { arg.help_heading("Director") } else { arg }
 }

@@ -21,7 +21,7 @@ use crate::study::{Answer, CANDIDATES, Effect, MOST_SEEDS, Metric, Request, Stud
 #[derive(Debug, clap::Args)]
 #[command(
     after_help = "The gold standard is the scene's picture with the ceiling of rays in every \
-    pixel. Every trial is on disk at once: after a kill, the same command with --resume goes on. \
+    pixel. Every run is on disk at once: after a kill, the same command with --resume goes on. \
     With all candidates the report tells what each part of the director brings at equal time; the \
     candidate photons shows how errors fall with photons, beside theory."
 )]
@@ -98,7 +98,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     })?;
     let report = args.output.join("report.html");
     if args.run.json {
-        let told = json!({
+        let summary = json!({
             "verdict": results.verdict,
             "headline": results.headline,
             "plan": results.plan,
@@ -107,7 +107,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "report": report,
             "results": args.output.join("results.json"),
         });
-        console::result(&told.to_string());
+        console::result(&summary.to_string());
     } else {
         results.verdict.iter().for_each(|sentence| console::result(sentence));
         if !results.ablation.is_empty() {
@@ -141,8 +141,8 @@ fn table(effects: &[Effect]) -> String {
 }
 
 fn candidates() -> PossibleValuesParser {
-    let told = CANDIDATES.map(|(name, about)| PossibleValue::new(name).help(about));
-    PossibleValuesParser::new(told)
+    let candidates = CANDIDATES.map(|(name, about)| PossibleValue::new(name).help(about));
+    PossibleValuesParser::new(candidates)
 }
 
 fn metric() -> impl TypedValueParser<Value = Metric> {

@@ -1,58 +1,62 @@
-//! From importance to what a pixel may spend.
+//! The budget of a pixel: camera rays, gathers, gather radius and march step.
 
 use crate::scene::Directing;
 
-/// What a pixel may spend: plain numbers, fixed before its samples are drawn.
+/// What rendering a pixel may spend. It is fixed before the pixel's first sample, so that sampling stays
+/// unbiased.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PixelBudget {
-    /// Camera rays.
+    /// Camera rays, at most.
     pub rays: u32,
     /// Rays after which the pixel may end early.
     pub least: u32,
-    /// Standard error over mean at which it does; a pixel without light goes on.
+    /// Ratio of standard error to mean, of luminance, at which it does; a pixel without light goes on.
     pub tolerance: f64,
-    /// Rays along which photons are gathered, spread evenly among all.
+    /// Rays that gather indirect light, weighted for the others; spread evenly among all.
     pub gathers: u32,
-    /// Gather radius in media, in metres.
+    /// Gather radius of volume photons, in metres.
     pub radius: f64,
     /// March step, in metres; grids are integrated exactly where it is at most a voxel.
     pub step: f64,
-    /// Saliency, 0 to 1; 1 where nothing is directed.
+    /// Value of the S-map, 0 to 1; 1 where nothing is directed.
     pub saliency: f64,
-    /// Importance in the XS-map, 0 to 1; 1 where nothing is directed.
+    /// Value of the XS-map, 0 to 1; 1 where nothing is directed.
     pub xs: f64,
 }
 
-/// Rays of a pixel along which light that varies little within it is gathered.
+/// Rays of a pixel that gather indirect light, which varies little within it.
 const GATHERS: u32 = 4;
 
+/// Largest exponent of a gather radius: the thinned photon map of level 8 has one photon in 256.
+const MAX_LEVEL: f64 = 8.0;
+
 impl PixelBudget {
-    /// The same for all pixels: the gold standard, where `radius` and `step` are the finest.
+    /// The budget that every pixel of the gold standard has: `radius` and `step` in metres are its finest.
     pub const fn fixed(rays: u32, radius: f64, step: f64) -> Self {
         let (saliency, xs) = (1.0, 1.0);
         let (least, tolerance, gathers) = (rays, 0.0, GATHERS);
         Self { rays, least, tolerance, gathers, radius, step, saliency, xs }
     }
 
-    /// What a pixel of the importance `xs`, 0 to 1, may spend out of `self`, the gold standard's.
-    /// Rays are in proportion to `xs`, at least the floor; radius and step go geometrically from
-    /// the finest to the coarsest, the radius in powers of two, for each of which there is a map
-    /// of its own. `voxel` is the shortest voxel edge in metres, if there is any grid.
-    pub fn for_importance(self, xs: f32, asked: &Directing, voxel: Option<f64>) -> Self {
+    /// The budget of a pixel of the importance `xs`, 0 to 1, where `self` is the gold standard's. Rays
+    /// are in proportion to `xs`, and at least the floor. Radius and step go geometrically from the finest
+    /// to the coarsest; the radius in powers of two, for each of which there is a thinned photon map.
+    /// `voxel` is the shortest voxel edge in metres, where there is a grid.
+    pub fn for_importance(self, xs: f32, directing: &Directing, voxel: Option<f64>) -> Self {
         let importance = f64::from(xs);
         let mut budget = Self { xs: importance, ..self };
-        if asked.directed.rays {
+        if directing.directed.rays {
             let rays = (f64::from(self.rays) * importance).round() as u32;
-            budget.rays = rays.clamp(asked.floor.min(self.rays), self.rays);
+            budget.rays = rays.clamp(directing.floor.min(self.rays), self.rays);
             budget.least = budget.rays;
             // As many gathers a ray as the gold standard has.
             budget.gathers = (self.gathers * budget.rays).div_ceil(self.rays).max(1);
         }
-        if asked.directed.radius {
-            budget.radius *= f64::from(1_u32 << radius_level(asked, xs));
+        if directing.directed.radius {
+            budget.radius *= f64::from(1_u32 << radius_level(directing, xs));
         }
-        if let Some(voxel) = voxel.filter(|_| asked.directed.step) {
-            let coarsest = (asked.coarsest_step * voxel).max(self.step);
+        if let Some(voxel) = voxel.filter(|_| directing.directed.step) {
+            let coarsest = (directing.coarsest_step * voxel).max(self.step);
             budget.step = if importance >= 1.0 {
                 self.step
             } else {
@@ -63,19 +67,28 @@ impl PixelBudget {
         budget
     }
 
-    /// As `self`, but a pixel ends once its error is small.
+    /// As `self`, but a pixel ends after at least `floor` rays once the ratio of its standard error to its
+    /// mean is at most `tolerance`.
     pub fn until(self, tolerance: f64, floor: u32) -> Self {
         let least = floor.max(GATHERS).min(self.rays);
-        // Which rays will be the last is not known, so that each must gather.
+        // The last ray is not known beforehand, so each must gather.
         Self { least, tolerance, gathers: self.rays, ..self }
+    }
+
+    /// How many of the first `rays` rays gather for others; 0 where every ray gathers for itself.
+    pub fn gathers_within(&self, rays: u32) -> u64 {
+        if rays == 0 || self.rays <= self.gathers {
+            return 0;
+        }
+        u64::from(rays - 1) * u64::from(self.gathers) / u64::from(self.rays) + 1
     }
 }
 
-/// The gather radius of a pixel of the importance `xs` over the finest, as the exponent of the
+/// Ratio of the gather radius of a pixel of the importance `xs` to the finest, as the exponent of the
 /// nearest power of two.
-pub fn radius_level(asked: &Directing, xs: f32) -> u32 {
-    let octaves = asked.coarsest_radius.max(1.0).log2() * (1.0 - f64::from(xs));
-    octaves.round().clamp(0.0, 8.0) as u32
+pub fn radius_level(directing: &Directing, xs: f32) -> u32 {
+    let octaves = directing.coarsest_radius.max(1.0).log2() * (1.0 - f64::from(xs));
+    octaves.round().clamp(0.0, MAX_LEVEL) as u32
 }
 
 #[cfg(test)]
@@ -88,11 +101,11 @@ mod tests {
 
     #[test]
     fn the_ends_of_importance() {
-        let asked = Directing::default();
-        assert_eq!(GOLD.for_importance(1.0, &asked, Some(0.02)), GOLD);
-        let least = GOLD.for_importance(0.0, &asked, Some(0.02));
-        assert_eq!((least.rays, least.radius), (asked.floor, 0.1 * asked.coarsest_radius));
-        assert!((least.step - 0.02 * asked.coarsest_step).abs() < 1e-12);
+        let directing = Directing::default();
+        assert_eq!(GOLD.for_importance(1.0, &directing, Some(0.02)), GOLD);
+        let least = GOLD.for_importance(0.0, &directing, Some(0.02));
+        assert_eq!((least.rays, least.radius), (directing.floor, 0.1 * directing.coarsest_radius));
+        assert!((least.step - 0.02 * directing.coarsest_step).abs() < 1e-12);
     }
 
     #[test]
@@ -104,8 +117,8 @@ mod tests {
             (Directed { radius: true, ..none }, [false, true, false]),
             (Directed { step: true, ..none }, [false, false, true]),
         ] {
-            let asked = Directing { directed, ..Directing::default() };
-            let budget = GOLD.for_importance(0.0, &asked, Some(0.02));
+            let directing = Directing { directed, ..Directing::default() };
+            let budget = GOLD.for_importance(0.0, &directing, Some(0.02));
             let changed =
                 [budget.rays < GOLD.rays, budget.radius > GOLD.radius, budget.step > GOLD.step];
             assert_eq!(changed, changes, "{directed:?}");
@@ -115,8 +128,8 @@ mod tests {
     proptest! {
         #[test]
         fn more_important_is_never_coarser(a in 0.0..=1.0f32, b in 0.0..=1.0f32) {
-            let asked = Directing::default();
-            let of = |xs| GOLD.for_importance(xs, &asked, Some(0.02));
+            let directing = Directing::default();
+            let of = |xs| GOLD.for_importance(xs, &directing, Some(0.02));
             let (low, high) = (of(a.min(b)), of(a.max(b)));
             prop_assert!(low.rays <= high.rays && low.radius >= high.radius);
             prop_assert!(low.step >= high.step);

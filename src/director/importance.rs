@@ -1,10 +1,113 @@
-//! X and S become one: the XS-map.
+//! Importance of pixels: the two X-maps, the false medium, and XS.
 
-use crate::scene::Operator;
+use rayon::prelude::*;
+
+use super::snapshot::{Snapshot, middle};
+use crate::image::{Film, Image, srgb_encode};
+use crate::math::{Ray, Rgb, Span, World, luminance};
+use crate::scene::plan::Needs;
+use crate::scene::{Operator, Scene};
+use crate::work::Work;
+
+/// Quantile of the luminances above 0 that counts as the white of a picture without an exposure.
+const WHITE: f64 = 0.99;
+
+/// Quantile of the deviations above 0 that gets the importance 1, so that few outliers do not make the
+/// rest unimportant.
+const FULL: f64 = 0.95;
+
+/// Least importance of a pixel that receives light: the few rays of a pilot may have missed its noise.
+const MIN_LIT: f32 = 0.02;
+
+/// The X-map of transmittance: from the eye to the first surface, by luminance, for each pixel; exact
+/// (see [`Media::transmittance`](crate::medium::Media::transmittance)), with the distances of
+/// `snapshot` in place of intersections. 0 where no light can come along the ray: nothing is hit and
+/// no environment shines (Anson et al. 2006, section 3.1).
+/// Without media in `needs` it is 1, without an environment 0 where nothing is hit.
+pub fn x_map(scene: &Scene, snapshot: &Snapshot, needs: Needs) -> (Vec<f32>, Work) {
+    let width = snapshot.snapshot.width();
+    let size = [width, snapshot.snapshot.height()].map(|side| side as u32);
+    let is_dark = |ray: &Ray<World>| scene.lights.environment_radiance(ray.direction) == Rgb::ZERO;
+    let pixel = |index: usize, depth: f64, work: &mut Work| {
+        if depth.is_infinite() && !needs.environment {
+            return 0.0;
+        }
+        let ray = middle(scene, size, index);
+        if depth.is_infinite() && is_dark(&ray) {
+            return 0.0;
+        }
+        if !needs.media {
+            return 1.0;
+        }
+        let span = Span::new(0.0, depth);
+        luminance(scene.media.transmittance_counted(&ray, span, work)) as f32
+    };
+    let row = |(y, row): (usize, &[f64])| {
+        let mut work = Work::default();
+        let indices = y * width..;
+        let x = indices.zip(row).map(|(index, depth)| pixel(index, *depth, &mut work)).collect();
+        (x, work)
+    };
+    let rows = snapshot.depth.par_chunks(width).enumerate().map(row);
+    let rows: Vec<(Vec<f32>, Work)> = rows.collect();
+    let work = rows.iter().map(|(_, work)| *work).sum();
+    (rows.into_iter().flat_map(|(x, _)| x).collect(), work)
+}
+
+/// The false medium: the snapshot seen through `x` with the inverted `x` over it, 1 being the
+/// snapshot's white (Anson et al. 2006, section 3.2).
+pub fn false_medium(snapshot: &Image, x: &[f32]) -> Image {
+    let light = |pixel: &[f32; 3]| luminance(Rgb::from(pixel.map(f64::from)));
+    let white = quantile(snapshot.pixels().iter().map(light), WHITE).map_or(1.0, |w| w as f32);
+    let over = |(pixel, x): (&[f32; 3], &f32)| pixel.map(|v| v / white * x + (1.0 - x));
+    let pixels = snapshot.pixels().iter().zip(x).map(over).collect();
+    Image::new(snapshot.width(), snapshot.height(), pixels)
+}
+
+/// The X-map of scattered light, 0 to 1, in the pixels of `pilot`: the standard deviation of a ray's
+/// luminance in display values, averaged over the neighbours of a pixel. Edges within a pixel raise it as
+/// the noise of shadows and scattering does; it is 0 where no light is.
+///
+/// Rays in proportion to it minimise the sum of squared errors for their number (Neyman 1934,
+/// "On the Two Different Aspects of the Representative Method", optimum allocation).
+pub fn scattering_x_map(pilot: &Film) -> Vec<f32> {
+    let (width, height) = (pilot.width(), pilot.height());
+    let image = pilot.image();
+    let light = |pixel: &[f32; 3]| luminance(Rgb::from(pixel.map(f64::from)));
+    let lights: Vec<f64> = image.pixels().iter().map(light).collect();
+    let layer = |name: &str| pilot.layer(name).unwrap_or_default().iter().map(|v| f64::from(*v));
+    let Some(white) = quantile(lights.iter().copied(), WHITE) else {
+        return vec![0.0; lights.len()];
+    };
+    // The layer holds the variance of the mean of a pixel's rays.
+    let deviations: Vec<f64> = layer("variance")
+        .zip(layer("rays"))
+        .zip(&lights)
+        .map(|((variance, rays), light)| {
+            let deviation = (variance * rays).sqrt();
+            let shown = |light: f64| srgb_encode((light / white).clamp(0.0, 1.0));
+            0.5 * (shown(light + deviation) - shown(light - deviation))
+        })
+        .collect();
+    let around = |x: usize, side: usize| x.saturating_sub(1)..(x + 2).min(side);
+    let smooth = |x: usize, y: usize| {
+        let rows = around(y, height).flat_map(|row| &deviations[row * width..][around(x, width)]);
+        let (sum, count) = rows.fold((0.0, 0.0), |(sum, count), d| (sum + d, count + 1.0));
+        sum / count
+    };
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let map: Vec<f64> = places.map(|(x, y)| smooth(x, y)).collect();
+    let full = quantile(map.iter().copied(), FULL);
+    let importance = |(deviation, light): (&f64, &f64)| {
+        let least = if *light > 0.0 { MIN_LIT } else { 0.0 };
+        full.map_or(least, |full| ((deviation / full) as f32).clamp(least, 1.0))
+    };
+    map.iter().zip(&lights).map(importance).collect()
+}
 
 /// The XS-map, 0 to 1: w_x X + w_s S, or X^w_x S^w_s (Anson et al. 2006, section 3.3, whose own
 /// weights are (0.5, 0.5) with the sum). The two maps have one value a pixel each, 0 to 1; a map
-/// whose weight is 0 is not looked at and may be empty.
+/// whose weight is 0 is not read and may be empty.
 pub fn xs_map(x: &[f32], s: &[f32], weights: [f64; 2], operator: Operator) -> Vec<f32> {
     let value = |map: &[f32], weight: f64, index: usize| {
         if weight == 0.0 { None } else { map.get(index).map(|v| f64::from(v.clamp(0.0, 1.0))) }
@@ -21,6 +124,13 @@ pub fn xs_map(x: &[f32], s: &[f32], weights: [f64; 2], operator: Operator) -> Ve
     (0..x.len().max(s.len())).map(one).collect()
 }
 
+/// The quantile of the `values` above 0 at `share`, 0 to 1; `None` where there are none.
+fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut values: Vec<f64> = values.filter(|v| *v > 0.0).collect();
+    let rank = (values.len().checked_sub(1)? as f64 * share) as usize;
+    Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -33,5 +143,15 @@ mod tests {
         assert_eq!(xs_map(&x, &[], [1.0, 0.0], Operator::Sum), x);
         assert_eq!(xs_map(&[], &s, [0.0, 1.0], Operator::Product), s);
         assert_eq!(xs_map(&x, &s, [3.0, 0.0], Operator::Sum), [1.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn quantiles_ignore_what_is_black() {
+        let values = || [0.0, 4.0, 1.0, 0.0, 3.0, 2.0, 5.0].into_iter();
+        assert_eq!(
+            [0.0, 0.5, 1.0].map(|share| quantile(values(), share)),
+            [1.0, 3.0, 5.0].map(Some)
+        );
+        assert_eq!(quantile([0.0].into_iter(), 0.5), None);
     }
 }

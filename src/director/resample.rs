@@ -1,7 +1,7 @@
-//! Maps brought to another size.
+//! Resampling of maps to another size.
 
-/// `map`, of the size `from` (width, height), at the size `to`: mixed between the places of its
-/// values where it grows, the mean over the area of each pixel where it shrinks.
+/// `map`, of the size `from` (width, height), resampled to the size `to`: bilinearly between the middles
+/// of pixels where it grows, by the mean over the area of each new pixel where it shrinks.
 pub fn resampled(map: &[f32], from: [u32; 2], to: [u32; 2]) -> Vec<f32> {
     if from == to {
         return map.to_vec();
@@ -33,7 +33,7 @@ fn enlarged(map: &[f32], from: [u32; 2], to: [u32; 2]) -> Vec<f32> {
 }
 
 fn mean(map: &[f32], from: [u32; 2], to: [u32; 2]) -> Vec<f32> {
-    // Pixels that a pixel of the new size covers along an axis, each with the part that is covered.
+    // Old pixels that a new one covers along an axis, each with the covered part of its width.
     let covered = |i: u32, axis: usize| {
         let scale = f64::from(from[axis]) / f64::from(to[axis]);
         let (start, end) = (f64::from(i) * scale, f64::from(i + 1) * scale);

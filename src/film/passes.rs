@@ -1,35 +1,35 @@
-//! The order in which pixels get their rays: passes over the film, and rounds that share what they find.
+//! Passes over the film: the order in which pixels get their rays.
 
 use std::iter::successors;
 
 use crate::cache::SamplePass;
 
-/// How many times as many rays a pixel has after a pass as before it.
+/// Ratio of the rays that a pixel has after a pass to those before it.
 const GROWTH: u32 = 4;
 
-/// Before all pixels get their first ray, one in so many along each side does: what is cut short
-/// early shows the whole film, if coarsely.
+/// Spacing, in pixels, of those that get their first ray before all do, pass by pass: a render that is cut
+/// short early shows the whole film coarsely.
 const SPARSE: [u32; 3] = [32, 8, 2];
 
-/// A way over the film.
+/// A pass over the film.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pass {
-    /// How many rays pixels have before it.
+    /// Rays of a pixel before it.
     pub begin: u32,
-    /// And after it.
+    /// Rays of a pixel after it.
     pub end: u32,
-    /// One pixel in so many along each side gets them.
+    /// Spacing along each side, in pixels, of those that get them.
     pub every: u32,
 }
 
 impl Pass {
-    /// Whether nothing has been shot before it.
+    /// Whether no ray was shot before it.
     pub fn is_first(&self) -> bool {
         self.every == SPARSE[0]
     }
 }
 
-/// The ways over a film whose pixels get up to `most` rays.
+/// The passes over a film whose pixels get up to `most` rays.
 pub fn passes(most: u32) -> impl Iterator<Item = Pass> {
     let sparse = SPARSE.into_iter().map(|every| Pass { begin: 0, end: 1, every });
     let ends = successors(Some(1_u32), |end| end.checked_mul(GROWTH));
@@ -39,8 +39,8 @@ pub fn passes(most: u32) -> impl Iterator<Item = Pass> {
     sparse.chain(whole).take_while(move |_| most > 0)
 }
 
-/// The round that a sample of a pixel with at most so many rays belongs to: the first few passes, or
-/// a later one.
+/// The pass that `sample` of a pixel with up to `rays` rays belongs to. The sparse passes count as part of
+/// the first.
 pub fn sample_pass(sample: u32, rays: u32) -> SamplePass {
     let index = sample.max(1).ilog(GROWTH);
     let end = |index: u32| GROWTH.checked_pow(index + 1).map_or(rays, |end| end.min(rays));
@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rounds_are_whole_passes() {
+    fn sample_passes_are_whole_passes() {
         for most in [1, 3, 4, 5, 16, 40, 1000, u32::MAX] {
             let mut shot = 0;
             for index in 0.. {

@@ -1,45 +1,47 @@
-//! What rays have left so far, pixel by pixel, before it becomes a film.
+//! The film in tiles: samples and features of each pixel, until they are resolved into layers.
 
 use std::iter;
 
-use crate::image::{Accumulator, FeatureMean, Features, Film, FilmPixel, Window};
+use super::accumulator::Accumulator;
+use super::feature_mean::FeatureMean;
+use crate::image::{Features, Film, FilmPixel, Window};
 
-/// Edge of the square of pixels that is one piece of work.
+/// Edge of a tile in pixels. A tile is what one thread works on at a time.
 const TILE: u32 = 16;
 
 /// A square of pixels, cut where the window ends.
 #[derive(Debug)]
 pub struct Tile {
-    /// Its place on the whole film.
+    /// Its pixels on the whole film.
     pub place: Window,
-    /// What its pixels have, row by row.
+    /// Samples of its pixels, row by row.
     pub samples: Vec<Accumulator>,
-    /// What the rays of each see; empty where that is not asked for.
+    /// Features of its pixels, row by row; empty where none are gathered.
     pub features: Vec<FeatureMean>,
 }
 
-/// A pixel with its place on the whole film.
+/// A pixel of a tile.
 #[derive(Debug)]
 pub struct Pixel<'a> {
     /// Column on the whole film.
     pub x: u32,
     /// Row on the whole film, from the top.
     pub y: u32,
-    /// What its rays brought.
+    /// Its samples.
     pub samples: &'a mut Accumulator,
-    /// What they see, where that is asked for.
+    /// Its features, where they are gathered.
     pub features: Option<&'a mut FeatureMean>,
 }
 
 impl Tile {
-    /// Its pixels with their places on the whole film.
+    /// Column and row on the whole film, and samples, of each pixel.
     pub fn pixels(&mut self) -> impl Iterator<Item = (u32, u32, &mut Accumulator)> {
         let Window { left, top, width, .. } = self.place;
         let place = move |index: u32| (left + index % width, top + index / width);
         (0..).map(place).zip(&mut self.samples).map(|((x, y), samples)| (x, y, samples))
     }
 
-    /// All that its pixels have.
+    /// Its pixels, with their features.
     pub fn all_pixels(&mut self) -> impl Iterator<Item = Pixel<'_>> {
         let Window { left, top, width, .. } = self.place;
         let features = self.features.iter_mut().map(Some).chain(iter::repeat_with(|| None));
@@ -53,18 +55,18 @@ impl Tile {
     }
 }
 
-/// The pixels of a window, in tiles. Their order scatters neighbours, so that any run of tiles looks
-/// like all of them: how long it took tells how long the rest will.
+/// The pixels of a window, in tiles. Their order is scattered over the window, so that any run of tiles
+/// costs about as much as any other: the time that is left follows from the time that went by.
 #[derive(Debug)]
 pub struct TiledFilm {
-    /// What part of the film they are of.
+    /// The part of the film that is rendered.
     pub window: Window,
     /// The tiles in the order in which they are worked on.
     pub tiles: Vec<Tile>,
 }
 
 impl TiledFilm {
-    /// Nothing yet for the pixels of `window`; `features` says whether they take in what rays see.
+    /// A film without samples. `features` says whether features are gathered.
     pub fn new(window: Window, features: bool) -> Self {
         let [across, down] = [window.width, window.height].map(|side| side.div_ceil(TILE));
         let count = u64::from(across) * u64::from(down);
@@ -83,17 +85,17 @@ impl TiledFilm {
         Self { window, tiles: (0..count).map(tile).collect() }
     }
 
-    /// What each pixel has, tile by tile.
+    /// Samples of each pixel, tile by tile.
     pub fn samples(&self) -> impl Iterator<Item = &Accumulator> {
         self.tiles.iter().flat_map(|tile| &tile.samples)
     }
 
-    /// What the rays of each pixel see, in the order of [`samples`](Self::samples).
+    /// Features of each pixel, in the order of [`samples`](Self::samples).
     pub fn features(&self) -> impl Iterator<Item = &FeatureMean> {
         self.tiles.iter().flat_map(|tile| &tile.features)
     }
 
-    /// Replaces what each pixel has, in the order of [`samples`](Self::samples), and what its rays see.
+    /// Replaces samples and features of all pixels, both in the order of [`samples`](Self::samples).
     pub fn restore(
         &mut self,
         samples: impl IntoIterator<Item = Accumulator>,
@@ -106,7 +108,8 @@ impl TiledFilm {
         }
     }
 
-    /// The film, a part of one of the size `full`; `pixel` makes a pixel of its place and samples.
+    /// Resolves the samples into layers of a film that is a part of one of the size `full` (width, height):
+    /// `pixel` makes a pixel of its column, row and samples.
     pub fn resolve(
         mut self,
         full: [u32; 2],
@@ -114,27 +117,28 @@ impl TiledFilm {
     ) -> Film {
         let mut film = Film::part(full, self.window);
         let Window { left, top, width, .. } = self.window;
-        let told = self.features().count();
-        let mut shown = vec![Features::default(); told];
+        let count = self.features().count();
+        let mut means = vec![Features::default(); count];
         for tile in &mut self.tiles {
             for Pixel { x, y, samples, features } in tile.all_pixels() {
                 let pixel = pixel(x, y, samples);
                 let (column, row) = ((x - left) as usize, (y - top) as usize);
                 film.set(column, row, &pixel);
                 if let Some(features) = features {
-                    shown[row * width as usize + column] = features.mean();
+                    means[row * width as usize + column] = features.mean();
                 }
             }
             (tile.samples, tile.features) = (Vec::new(), Vec::new());
         }
-        if told > 0 {
-            film.set_features(shown);
+        if count > 0 {
+            film.set_features(means);
         }
         film
     }
 }
 
-/// A number near the golden section of `count` that has no divisor in common with it.
+/// A stride that visits each of `count` tiles once: near the golden section of `count`, whose multiples are
+/// spread evenly, and without a common divisor.
 fn stride(count: u64) -> u64 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let near = ((count as f64 * GOLDEN) as u64).max(1);

@@ -1,13 +1,38 @@
-//! The film: what a render leaves per pixel.
+//! The film: the layers and features of a picture.
 
 use std::ops::AddAssign;
 
-use super::{Accumulator, Features, Image, Window, fill};
+use glam::DVec3;
+
+use super::{Image, Window, fill};
 use crate::math::Rgb;
 
 /// The depth, in metres, that stands for "nothing hit" in a stored Z layer: far behind everything,
 /// yet finite. Blender writes the same value.
 pub const FAR: f64 = 1e10;
+
+/// Features of a ray or a pixel: properties of what it sees that do not depend on light, by which a
+/// denoiser finds edges. Values are linear; directions lie in world space.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Features {
+    /// Albedo of what is seen, in [0, 1] per channel; 0 where nothing is.
+    pub albedo: [f32; 3],
+    /// Shading normal of the surfaces seen, on the camera's side, each weighted by how much is seen of
+    /// it: at most of length 1, and 0 where there is none.
+    pub normal: [f32; 3],
+}
+
+impl Features {
+    /// Features rounded to f32.
+    pub fn new(albedo: Rgb, normal: DVec3) -> Self {
+        Self { albedo: albedo.as_vec3().to_array(), normal: normal.as_vec3().to_array() }
+    }
+
+    /// Whether all values are finite.
+    pub fn is_finite(&self) -> bool {
+        self.albedo.iter().chain(&self.normal).all(|value| value.is_finite())
+    }
+}
 
 /// One pixel of a [`Film`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,22 +82,6 @@ impl Default for FilmPixel {
     }
 }
 
-impl From<&Accumulator> for FilmPixel {
-    /// What the samples tell; saliency, xs, radius and step are 0 and the caller's to fill.
-    fn from(samples: &Accumulator) -> Self {
-        Self {
-            radiance: samples.mean(),
-            visible_emission: samples.visible_emission(),
-            alpha: samples.alpha(),
-            depth: samples.depth(),
-            transmittance: samples.transmittance(),
-            rays: (samples.count() + samples.dropped()) as f64,
-            variance: samples.luminance_variance(),
-            ..Self::default()
-        }
-    }
-}
-
 impl FilmPixel {
     fn values(&self) -> [f64; LAYERS.len()] {
         let depth = if self.depth.is_nan() { self.depth } else { self.depth.min(FAR) };
@@ -109,7 +118,7 @@ const LAYERS: [&str; 12] = [
     "variance",
 ];
 
-/// The names of layers that hold what was in the first three before noise was taken off.
+/// The names of the layers that hold the noisy picture of a denoised film.
 const NOISY: [&str; 3] = ["noisy.R", "noisy.G", "noisy.B"];
 
 /// How many of [`LAYERS`], from the first on, show what is seen.
@@ -126,14 +135,20 @@ pub struct Film {
     visible_emission: Vec<[f32; 3]>,
     /// What was seen before noise was taken off; empty where it is still there.
     noisy: Vec<Vec<f32>>,
-    /// What each pixel shows, told without light; empty where that was not asked for.
+    /// Features of each pixel; empty where none were gathered.
     features: Vec<Features>,
-    /// What took the noise off.
+    /// The denoiser, where the film is denoised.
     denoiser: Option<String>,
     repaired: u64,
 }
 
 impl Film {
+    /// Bytes of a pixel in its layers.
+    pub const LAYER_BYTES: usize = size_of::<[f32; LAYERS.len()]>();
+
+    /// Bytes of a pixel in memory, without features and the layers of a denoised film.
+    pub const PIXEL_BYTES: usize = Self::LAYER_BYTES + size_of::<[f32; 3]>();
+
     /// A film of default pixels.
     ///
     /// # Panics
@@ -212,7 +227,7 @@ impl Film {
         }
     }
 
-    /// Sets what each pixel shows, told without light, row by row from the top.
+    /// Sets the features of each pixel, row by row from the top.
     ///
     /// # Panics
     /// Where there are not as many as pixels.
@@ -221,8 +236,7 @@ impl Film {
         self.features = features;
     }
 
-    /// What each pixel shows, told without light, row by row from the top; empty where that was not
-    /// asked for.
+    /// Features of each pixel, row by row from the top; empty where none were gathered.
     pub fn features(&self) -> &[Features] {
         &self.features
     }
@@ -250,8 +264,8 @@ impl Film {
         }
     }
 
-    /// Shows `image`, which `denoiser` made, in place of what is seen: that is kept in `noisy.R`,
-    /// `noisy.G` and `noisy.B`.
+    /// Replaces the picture by `image`, which `denoiser` made; the noisy one stays in `noisy.R`, `noisy.G`
+    /// and `noisy.B`.
     ///
     /// # Panics
     /// Where it has another size.
@@ -264,7 +278,7 @@ impl Film {
         self.denoiser = Some(denoiser.into());
     }
 
-    /// What took noise off, with its version, where something did.
+    /// The denoiser with its version, where the film is denoised.
     pub fn denoiser(&self) -> Option<&str> {
         self.denoiser.as_deref()
     }

@@ -1,9 +1,7 @@
-//! Pictures: pixel buffers and textures, the film with mean and variance, EXR and PNG, maps in
-//! false colours.
+//! Pictures: pixel buffers and textures, the layers of a film, EXR and PNG, maps in false colours.
 //!
 //! Pixels are linear Rec.709 everywhere; row 0 is the top row. Bulk data are f32, arithmetic is f64.
 
-mod accumulator;
 mod agx;
 mod decoded;
 mod decoder;
@@ -11,7 +9,6 @@ mod denoise;
 mod exr_header;
 mod exr_read;
 mod exr_write;
-mod features;
 mod fill;
 mod film;
 mod hdr_read;
@@ -27,15 +24,13 @@ mod tiff_read;
 mod view;
 mod window;
 
-pub use accumulator::{Accumulator, Sample};
 pub use agx::AgxCurve;
 pub use decoded::{DecodedTexture, Encoding};
 pub use decoder::PICTURE_DECODER;
 pub use denoise::Denoiser;
 pub use exr_read::{Layers, read_attributes, read_exr, read_layers};
 pub use exr_write::{exr_bytes, write_exr, write_exr_image, write_exr_layers};
-pub use features::{FeatureMean, Features};
-pub use film::{FAR, Film, FilmPixel};
+pub use film::{FAR, Features, Film, FilmPixel};
 pub use meter::meter;
 pub use palette::{NOT_FINITE, viridis};
 pub use picture::Picture;

@@ -1,4 +1,4 @@
-//! How many channels light is traced in: three, or one where all three are equal.
+//! Spectra of one or three channels: light is traced in one where all three are equal.
 
 use std::fmt::Debug;
 use std::iter::Sum;
@@ -38,9 +38,9 @@ pub trait Spectrum:
     /// 1 in all.
     const ONE: Self;
 
-    /// The same in 32 bits, as bulk data is stored.
+    /// The packed f32 form that bulk data is stored in.
     type Stored: Copy + Debug + Default + PartialEq + Send + Sync;
-    /// The same in 32 bits, to reckon with.
+    /// The f32 form for arithmetic.
     type F32: Copy
         + Debug
         + Default
@@ -52,49 +52,49 @@ pub trait Spectrum:
         + Mul<f32, Output = Self::F32>
         + Div<f32, Output = Self::F32>;
 
-    /// The channels of `color`, which are all the same where there is but one.
-    fn of(color: Rgb) -> Self;
-    /// As a colour.
+    /// `color` as a spectrum; one of a single channel takes the first, which must equal the others.
+    fn from_rgb(color: Rgb) -> Self;
+    /// The spectrum as a colour; a single channel stands for three.
     fn rgb(self) -> Rgb;
-    /// One of the channels.
+    /// The channel `index`, from 0 to [`CHANNELS`](Self::CHANNELS) - 1.
     fn channel(self, index: usize) -> f64;
-    /// Each channel through `f`.
+    /// Applies `f` to each channel.
     #[must_use]
-    fn each(self, f: impl Fn(f64) -> f64) -> Self;
-    /// In 32 bits, to reckon with.
+    fn map(self, f: impl Fn(f64) -> f64) -> Self;
+    /// Rounds to f32.
     fn to_f32(self) -> Self::F32;
-    /// From 32 bits.
-    fn to_f64(short: Self::F32) -> Self;
-    /// For storing.
-    fn pack(short: Self::F32) -> Self::Stored;
-    /// As it was stored.
+    /// Widens from f32.
+    fn to_f64(value: Self::F32) -> Self;
+    /// Packs for storage.
+    fn pack(value: Self::F32) -> Self::Stored;
+    /// Unpacks from storage.
     fn unpack(stored: Self::Stored) -> Self::F32;
-    /// From one number a channel, which `f` gives.
+    /// Builds an f32 spectrum from `f`, called with the index of each channel.
     fn from_channels(f: impl Fn(usize) -> f32) -> Self::F32;
-    /// One channel of a short one.
-    fn channel_f32(short: Self::F32, index: usize) -> f32;
-    /// The sum over the three channels of the colour.
+    /// The channel `index` of an f32 spectrum.
+    fn channel_f32(value: Self::F32, index: usize) -> f32;
+    /// Sum over the three channels of the colour.
     fn element_sum(self) -> f64;
     /// The largest channel.
     fn max_element(self) -> f64;
-    /// Which channels of the colour are above 0.
+    /// Mask of the colour's channels that are above 0.
     fn nonzero(self) -> BVec3;
 
-    /// The same in all channels.
+    /// `value` in all channels.
     fn splat(value: f64) -> Self {
         Self::ONE * value
     }
 
-    /// e to the power of each channel.
+    /// exp of each channel.
     #[must_use]
     fn exp(self) -> Self {
-        self.each(f64::exp)
+        self.map(f64::exp)
     }
 
-    /// No channel below 0.
+    /// Clamps negative channels to 0.
     #[must_use]
     fn not_negative(self) -> Self {
-        self.each(|value| value.max(0.0))
+        self.map(|value| value.max(0.0))
     }
 
     /// Whether all channels are finite.
@@ -111,7 +111,7 @@ impl Spectrum for Rgb {
     type Stored = [f32; 3];
     type F32 = Vec3A;
 
-    fn of(color: Rgb) -> Self {
+    fn from_rgb(color: Rgb) -> Self {
         color
     }
 
@@ -123,7 +123,7 @@ impl Spectrum for Rgb {
         self[index]
     }
 
-    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
         Self::new(f(self.x), f(self.y), f(self.z))
     }
 
@@ -131,12 +131,12 @@ impl Spectrum for Rgb {
         self.as_vec3a()
     }
 
-    fn to_f64(short: Vec3A) -> Self {
-        short.as_dvec3()
+    fn to_f64(value: Vec3A) -> Self {
+        value.as_dvec3()
     }
 
-    fn pack(short: Vec3A) -> [f32; 3] {
-        short.to_array()
+    fn pack(value: Vec3A) -> [f32; 3] {
+        value.to_array()
     }
 
     fn unpack(stored: [f32; 3]) -> Vec3A {
@@ -147,8 +147,8 @@ impl Spectrum for Rgb {
         Vec3A::new(f(0), f(1), f(2))
     }
 
-    fn channel_f32(short: Vec3A, index: usize) -> f32 {
-        short[index]
+    fn channel_f32(value: Vec3A, index: usize) -> f32 {
+        value[index]
     }
 
     fn element_sum(self) -> f64 {
@@ -172,7 +172,7 @@ impl Spectrum for f64 {
     type Stored = f32;
     type F32 = f32;
 
-    fn of(color: Rgb) -> Self {
+    fn from_rgb(color: Rgb) -> Self {
         color.x
     }
 
@@ -184,7 +184,7 @@ impl Spectrum for f64 {
         self
     }
 
-    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+    fn map(self, f: impl Fn(f64) -> f64) -> Self {
         f(self)
     }
 
@@ -192,12 +192,12 @@ impl Spectrum for f64 {
         self as f32
     }
 
-    fn to_f64(short: f32) -> Self {
-        Self::from(short)
+    fn to_f64(value: f32) -> Self {
+        Self::from(value)
     }
 
-    fn pack(short: f32) -> f32 {
-        short
+    fn pack(value: f32) -> f32 {
+        value
     }
 
     fn unpack(stored: f32) -> f32 {
@@ -208,8 +208,8 @@ impl Spectrum for f64 {
         f(0)
     }
 
-    fn channel_f32(short: f32, _: usize) -> f32 {
-        short
+    fn channel_f32(value: f32, _: usize) -> f32 {
+        value
     }
 
     fn element_sum(self) -> f64 {

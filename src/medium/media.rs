@@ -81,7 +81,7 @@ impl Media {
         let mut thickness = S::ZERO;
         for medium in &self.media {
             let depth = medium.density.integrate(ray, span, work);
-            thickness += thickness_of(S::of(medium.sigma_t), depth);
+            thickness += thickness_of(S::from_rgb(medium.sigma_t), depth);
         }
         thickness
     }
@@ -103,7 +103,8 @@ impl Media {
             work.grid_lookups += flights.take_lookups();
             let Some(c) = next else { return transmittance };
             work.collisions += 1;
-            transmittance *= S::ONE - S::of(self.get(c.medium).sigma_t) * (c.density / c.majorant);
+            transmittance *=
+                S::ONE - S::from_rgb(self.get(c.medium).sigma_t) * (c.density / c.majorant);
             // Russian roulette keeps thick media from costing time for nothing.
             let left = transmittance.max_element();
             if left < 0.05 {

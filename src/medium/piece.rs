@@ -84,7 +84,7 @@ impl<S: Spectrum> Piece<S> {
 
 /// `sigma_t` times `length`, where nothing over an endless way is nothing.
 pub(super) fn thickness_of<S: Spectrum>(sigma_t: S, length: f64) -> S {
-    (sigma_t * length).each(|tau| if tau.is_nan() { 0.0 } else { tau })
+    (sigma_t * length).map(|tau| if tau.is_nan() { 0.0 } else { tau })
 }
 
 #[cfg(test)]

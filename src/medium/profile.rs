@@ -97,7 +97,7 @@ impl<S: Spectrum> Profile<S> {
         jitter: f64,
     ) {
         let (mut steps, mut total) = (0, S::ZERO);
-        let sigma_t = S::of(medium.sigma_t);
+        let sigma_t = S::from_rgb(medium.sigma_t);
         let pieces = &mut self.pieces;
         medium.density.pieces(ray, span, step, jitter, |piece, value| {
             steps += 1;
@@ -113,9 +113,9 @@ impl<S: Spectrum> Profile<S> {
         let mut used = 0;
         for (index, medium) in media.iter().enumerate() {
             let track = next_track(&mut self.tracks, &mut used);
-            track.sigma_t = S::of(medium.sigma_t);
+            track.sigma_t = S::from_rgb(medium.sigma_t);
             track.emission = match &medium.emission {
-                Some(Emission::Density(rate)) => EmissionRate::PerUnit(S::of(*rate)),
+                Some(Emission::Density(rate)) => EmissionRate::PerUnit(S::from_rgb(*rate)),
                 Some(Emission::Blackbody { .. }) => EmissionRate::OfMedium(index),
                 Some(Emission::Grid { .. } | Emission::Ramped(_)) | None => EmissionRate::None,
             };
@@ -134,7 +134,7 @@ impl<S: Spectrum> Profile<S> {
             if let Some(Emission::Grid { grid, color }) = &medium.emission {
                 let track = next_track(&mut self.tracks, &mut used);
                 track.sigma_t = S::ZERO;
-                track.emission = EmissionRate::PerUnit(S::of(*color));
+                track.emission = EmissionRate::PerUnit(S::from_rgb(*color));
                 let local = grid.transform().ray_to_local(ray);
                 let mut steps = 0;
                 let _ = grid.cells(&local, span, |piece, integral, _| {
@@ -158,7 +158,7 @@ impl<S: Spectrum> Profile<S> {
                     steps += 1;
                     if integral != Rgb::ZERO && !piece.is_empty() {
                         track.pieces.push((piece, Ramp::flat(1.0)));
-                        track.colors.push(S::of(integral / piece.length()));
+                        track.colors.push(S::from_rgb(integral / piece.length()));
                     }
                     ControlFlow::Continue(())
                 });
@@ -173,7 +173,7 @@ impl<S: Spectrum> Profile<S> {
             EmissionRate::PerUnit(rate) => rate * value,
             EmissionRate::OfMedium(index) => {
                 let at = ray.at(piece.start + jitter * piece.length());
-                S::of(media.get(index).emission_of(value, at))
+                S::from_rgb(media.get(index).emission_of(value, at))
             }
             EmissionRate::OfPiece => track.colors[at],
         };
@@ -261,7 +261,7 @@ impl<S: Spectrum> Profile<S> {
         for piece in &self.pieces {
             if piece.emission != S::ZERO {
                 let length = piece.span.length();
-                let reach = piece.sigma_t.each(|sigma_t| seen_length(sigma_t, length));
+                let reach = piece.sigma_t.map(|sigma_t| seen_length(sigma_t, length));
                 sum += (-piece.before).exp() * piece.emission * reach;
             }
         }
@@ -327,7 +327,7 @@ impl<S: Spectrum> Profile<S> {
     }
 
     fn opacity(&self) -> S {
-        *self.opacity.get_or_init(|| self.total.each(|tau| -(-tau).exp_m1()))
+        *self.opacity.get_or_init(|| self.total.map(|tau| -(-tau).exp_m1()))
     }
 }
 

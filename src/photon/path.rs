@@ -160,7 +160,7 @@ impl PhotonTracer<'_> {
         ctx.work.light_choices += u64::from(self.emitters.len() > 1);
         Some(PhotonState {
             ray: start.ray,
-            power: S::of(start.power) / self.shooting.photons as f64,
+            power: S::from_rgb(start.power) / self.shooting.photons as f64,
             scattered: 0,
             direct: start.direct,
             sampled: start.sampled,
@@ -227,7 +227,7 @@ impl PhotonTracer<'_> {
         let (mut since, mut flown_with) = (0.0, *power);
         let visit = |step: &FlightStep<S>, ctx: &mut PathContext| {
             let changed = tracked.is_some()
-                && (step.throughput - flown_with).each(f64::abs).max_element()
+                && (step.throughput - flown_with).map(f64::abs).max_element()
                     > ROUNDING * step.throughput.max_element();
             if changed {
                 self.record_segment(tracked, ray, since..step.span.start, flown_with, out);
@@ -327,7 +327,7 @@ impl PhotonTracer<'_> {
         let u = [rng.uniform(), rng.uniform(), rng.uniform()];
         let scattered = hit.material.scatter(incoming, hit, u, TransportMode::Importance);
         let Some(scattered) = scattered else { return false };
-        let power = photon.power * S::of(scattered.weight);
+        let power = photon.power * S::from_rgb(scattered.weight);
         let survival = power.element_sum() / photon.power.element_sum();
         if rng.uniform() >= survival {
             return false;

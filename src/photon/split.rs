@@ -34,7 +34,7 @@ impl PhotonTracer<'_> {
         let draw = |u: [f64; 2]| {
             let (direction, pdf) = aim_from(hit.point, normal, &self.reach, u)?;
             let f = hit.material.eval(incoming, direction, hit, TransportMode::Importance);
-            let power = photon.power * S::of(f) * (direction.dot(normal) / pdf);
+            let power = photon.power * S::from_rgb(f) * (direction.dot(normal) / pdf);
             (power.element_sum() > 0.0).then_some((direction, power))
         };
         // One sample estimates their power. It is not used again: their number must not depend on the

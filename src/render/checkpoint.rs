@@ -1,8 +1,6 @@
-//! The state of a render, kept on disk: where a render that was killed is taken up again.
+//! Checkpoints: the state of a render on disk, from which one that was killed resumes.
 //!
-//! A file is made of a magic number and a version, a head in JSON (what it is a checkpoint of, work
-//! so far, how much follows), what each pixel has gathered and what its rays see where that is asked
-//! for, the cells of lattices that are known, and the BLAKE3 hash of all that. Photons are not kept: they are shot again, the same ones.
+//! Photons are not stored. They are shot again, and are the same.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -12,57 +10,35 @@ use serde_json::{Map, Value};
 
 use crate::cache::LazyCells;
 use crate::error::{Error, Result};
-use crate::image::{Accumulator, FeatureMean};
 use crate::math::Spectrum;
 use crate::work::Work;
 
-use super::Progress;
-use super::checkpoint_file;
+use super::checkpoint_file::{self, CacheState, CheckpointState};
+use super::progress::Progress;
 use crate::film::TiledFilm;
 
-/// Of the time, at most one part in so many goes into checkpoints.
-const SHARE: u32 = 20;
+/// Least ratio of the time between checkpoints to the time that one takes: writing them takes at most 5 %.
+const MIN_INTERVAL_RATIO: u32 = 20;
 
-/// What is known of a lattice.
-#[derive(Debug, PartialEq)]
-pub(super) struct CacheState {
-    /// Cells of the lattice.
-    pub cells: usize,
-    /// Index and value of those that are known.
-    pub known: Vec<(u32, [u32; 3])>,
-}
-
-/// The state of an exposure between two rays.
-#[derive(Debug, PartialEq)]
-pub(super) struct CheckpointState {
-    /// Work so far.
-    pub work: Work,
-    /// What each pixel has, in the order of [`TiledFilm::samples`].
-    pub samples: Vec<Accumulator>,
-    /// What their rays see, in the order of [`TiledFilm::features`]; empty where that was not asked for.
-    pub features: Vec<FeatureMean>,
-    /// What lattices know, one entry each.
-    pub lattices: Vec<CacheState>,
-}
-
-/// Where the state of a render is kept, and what one that was cut short left there.
+/// The checkpoint file of a render, and the state of an earlier run that is resumed.
 #[derive(Debug)]
 pub struct Checkpoints {
     path: PathBuf,
     key: Map<String, Value>,
     every: Duration,
-    left: Mutex<Option<CheckpointState>>,
+    resumed: Mutex<Option<CheckpointState>>,
     resumes: bool,
 }
 
 impl Checkpoints {
-    /// Keeps the state in the file `path`, once `every` has passed since the last time, more seldom
-    /// where it takes long. `key` says what picture it is of: all that the bytes depend on.
+    /// Writes checkpoints to the file `path`, one after each interval `every`, or more seldom where
+    /// writing takes long. `key` identifies the picture: it holds all that its bytes depend on.
     pub fn new(path: &Path, key: Map<String, Value>, every: Duration) -> Self {
-        Self { path: path.into(), key, every, left: Mutex::new(None), resumes: false }
+        Self { path: path.into(), key, every, resumed: Mutex::new(None), resumes: false }
     }
 
-    /// As [`new`](Self::new), and goes on from what the file holds, where there is one.
+    /// As [`new`](Self::new), and resumes the render of which the file is a checkpoint, where there is
+    /// one.
     ///
     /// # Errors
     /// Where the file cannot be read, is damaged or of another picture.
@@ -71,11 +47,11 @@ impl Checkpoints {
         if !path.exists() {
             return Ok(fresh);
         }
-        let moment = checkpoint_file::read(path, &fresh.key)?;
-        Ok(Self { left: Mutex::new(Some(moment)), resumes: true, ..fresh })
+        let state = checkpoint_file::read(path, &fresh.key)?;
+        Ok(Self { resumed: Mutex::new(Some(state)), resumes: true, ..fresh })
     }
 
-    /// What the file `path` is a checkpoint of; nothing where it is not there.
+    /// The key of the checkpoint `path`; `None` where there is no such file.
     ///
     /// # Errors
     /// Where it cannot be read or is damaged.
@@ -83,7 +59,7 @@ impl Checkpoints {
         if path.exists() { checkpoint_file::key(path).map(Some) } else { Ok(None) }
     }
 
-    /// Whether it goes on from what an earlier run left.
+    /// Whether an earlier run is resumed.
     pub fn resumes(&self) -> bool {
         self.resumes
     }
@@ -93,9 +69,9 @@ impl Checkpoints {
         &self.path
     }
 
-    /// Camera rays shot by the runs before this one, until they are taken up again.
+    /// Camera rays of the runs before this one; 0 once the render has taken them over.
     pub fn rays(&self) -> u64 {
-        self.lock().as_ref().map_or(0, |moment| moment.work.rays)
+        self.lock().as_ref().map_or(0, |state| state.work.rays)
     }
 
     /// Removes the file: the picture is finished.
@@ -110,38 +86,38 @@ impl Checkpoints {
             .map_err(|e| Error::file(&self.path, format!("cannot be removed: {e}")))
     }
 
-    /// Tells `lattices` what was known of them, uncounted: the work for it has been counted.
+    /// Restores the filled cells of `caches`. No work is counted for them: the checkpoint's holds it.
     ///
     /// # Errors
-    /// Where they are not the lattices of the render that left it.
-    pub(super) fn restore<S: Spectrum>(&self, lattices: &[&LazyCells<S>]) -> Result<()> {
-        let mut left = self.lock();
-        let Some(moment) = left.as_mut() else { return Ok(()) };
-        let fits = moment.lattices.len() == lattices.len()
-            && moment.lattices.iter().zip(lattices).all(|(k, lattice)| k.cells == lattice.count());
+    /// Where they differ in size from the caches of the earlier run.
+    pub(super) fn restore<S: Spectrum>(&self, caches: &[&LazyCells<S>]) -> Result<()> {
+        let mut resumed = self.lock();
+        let Some(state) = resumed.as_mut() else { return Ok(()) };
+        let fits = state.caches.len() == caches.len()
+            && state.caches.iter().zip(caches).all(|(stored, cache)| stored.cells == cache.count());
         if !fits {
             return Err(Error::file(
                 &self.path,
-                "has lattices of another size than this machine makes; delete it to start anew",
+                "has caches of another size than this machine makes; delete it to start anew",
             ));
         }
-        for (CacheState { known, .. }, lattice) in moment.lattices.drain(..).zip(lattices) {
-            known.iter().for_each(|(cell, value)| lattice.restore(*cell as usize, *value));
+        for (CacheState { known, .. }, cache) in state.caches.drain(..).zip(caches) {
+            known.iter().for_each(|(cell, value)| cache.restore(*cell as usize, *value));
         }
         Ok(())
     }
 
-    /// What an earlier run left, once.
+    /// Takes the state of the earlier run, for the render to start from.
     pub(super) fn take(&self) -> Option<CheckpointState> {
         self.lock().take()
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Option<CheckpointState>> {
-        self.left.lock().unwrap_or_else(PoisonError::into_inner)
+        self.resumed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Keeps the state of one exposure from time to time.
+/// Writes the checkpoints of one render.
 #[derive(Debug)]
 pub(super) struct CheckpointWriter<'a> {
     checkpoints: Option<&'a Checkpoints>,
@@ -150,30 +126,30 @@ pub(super) struct CheckpointWriter<'a> {
 }
 
 impl<'a> CheckpointWriter<'a> {
-    /// Keeps it in `checkpoints`, if there are any.
+    /// Writes to the file of `checkpoints`, or nothing without them.
     pub(super) fn new(checkpoints: Option<&'a Checkpoints>) -> Self {
         let due = checkpoints.and_then(|c| Instant::now().checked_add(c.every));
         Self { checkpoints, due, problem: None }
     }
 
-    /// When the state is to be kept next.
+    /// When the next checkpoint is due; `None` where no more are written.
     pub(super) fn due(&self) -> Option<Instant> {
         self.due
     }
 
-    /// Keeps it. Where that fails the earlier file stays, `progress` is told, and it is not tried
-    /// again: the render goes on.
-    pub(super) fn keep<S: Spectrum>(
+    /// Writes a checkpoint. Where that fails the earlier file stays, `progress` is warned, no other is
+    /// tried, and the render goes on.
+    pub(super) fn write<S: Spectrum>(
         &mut self,
         work: &Work,
-        plate: &TiledFilm,
-        lattices: &[&LazyCells<S>],
+        film: &TiledFilm,
+        caches: &[&LazyCells<S>],
         progress: &dyn Progress,
     ) {
         let Some(checkpoints) = self.checkpoints.filter(|_| self.problem.is_none()) else { return };
         let start = Instant::now();
         let written =
-            checkpoint_file::write(&checkpoints.path, &checkpoints.key, work, plate, lattices);
+            checkpoint_file::write(&checkpoints.path, &checkpoints.key, work, film, caches);
         if let Err(error) = written {
             let problem = format!("no checkpoint is kept: {error}");
             progress.warn(&problem);
@@ -181,11 +157,11 @@ impl<'a> CheckpointWriter<'a> {
             self.due = None;
             return;
         }
-        let pause = checkpoints.every.max(start.elapsed() * SHARE);
-        self.due = Instant::now().checked_add(pause);
+        let interval = checkpoints.every.max(start.elapsed() * MIN_INTERVAL_RATIO);
+        self.due = Instant::now().checked_add(interval);
     }
 
-    /// Why it is kept no longer.
+    /// Why no more checkpoints were written.
     pub(super) fn problem(self) -> Option<String> {
         self.problem
     }

@@ -1,4 +1,11 @@
-//! Checkpoints as files.
+//! The file format of checkpoints.
+//!
+//! 1. name and version, 12 bytes
+//! 2. length of the head in bytes, u64; all numbers are little-endian
+//! 3. head in JSON: key, work, and how much follows
+//! 4. samples of each pixel, then features where they are gathered, as the bits of their numbers
+//! 5. for each cache a bit a cell, set where it is filled, in words of 64; then the filled cells' values
+//! 6. BLAKE3 hash of all before it
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
@@ -7,94 +14,116 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use super::checkpoint::{CacheState, CheckpointState};
 use crate::cache::LazyCells;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::film::TiledFilm;
-use crate::image::{Accumulator, FeatureMean};
+use crate::film::{Accumulator, FeatureMean, TiledFilm};
 use crate::math::Spectrum;
 use crate::work::Work;
 
-/// What a checkpoint begins with: name and version.
+/// The filled cells of a cache.
+#[derive(Debug, PartialEq)]
+pub(super) struct CacheState {
+    /// Cells of the cache, filled or not.
+    pub cells: usize,
+    /// Index and value of those that are filled.
+    pub known: Vec<(u32, [u32; 3])>,
+}
+
+/// The state of an exposure between two rays.
+#[derive(Debug, PartialEq)]
+pub(super) struct CheckpointState {
+    /// Work done so far.
+    pub work: Work,
+    /// Samples of each pixel, in the order of [`TiledFilm::samples`].
+    pub samples: Vec<Accumulator>,
+    /// Features of each pixel, in the order of [`TiledFilm::features`]; empty where none are gathered.
+    pub features: Vec<FeatureMean>,
+    /// Filled cells, one entry for each cache.
+    pub caches: Vec<CacheState>,
+}
+
+/// Name and version of the format.
 const MAGIC: [u8; 12] = *b"fogbow cp 3\n";
 
-/// Bytes of the hash at its end.
+/// Bytes of the hash.
 const HASH: u64 = blake3::OUT_LEN as u64;
 
-/// The largest head, in bytes.
+/// Largest length of a head, in bytes: many times a real one's, so that a damaged file cannot ask for all
+/// memory.
 const MAX_HEAD: u64 = 1 << 20;
 
-/// What a checkpoint says of itself.
+/// The head of a file.
 #[derive(Debug, Serialize, Deserialize)]
 struct Head {
-    /// What it is a checkpoint of.
+    /// Identifies the picture.
     key: Map<String, Value>,
     work: Work,
-    /// How many pixels follow.
+    /// Number of pixels.
     pixels: u64,
-    /// Whether what their rays see follows as well.
+    /// Whether features follow the samples.
     features: bool,
-    /// Cells of each lattice, and how many are known.
-    lattices: Vec<[u64; 2]>,
+    /// For each cache, the number of its cells and of those that are filled.
+    #[serde(rename = "lattices")]
+    caches: Vec<[u64; 2]>,
 }
 
 impl Head {
-    /// Bytes that follow it, without the hash; nothing where there could not be so many.
+    /// Bytes between head and hash; `None` where the number overflows.
     fn body(&self) -> Option<u64> {
         let words = Accumulator::WORDS + if self.features { FeatureMean::WORDS } else { 0 };
         let pixels = self.pixels.checked_mul(8 * words as u64)?;
-        self.lattices.iter().try_fold(pixels, |sum, [cells, known]| {
+        self.caches.iter().try_fold(pixels, |sum, [cells, known]| {
             let bits = cells.div_ceil(64).checked_mul(8)?;
             sum.checked_add(bits)?.checked_add(known.checked_mul(12)?)
         })
     }
 }
 
-/// Writes the state of a render of `key` to `path`, whole or not at all.
+/// Writes the state of a render with `key` to `path`, whole or not at all.
 pub(super) fn write<S: Spectrum>(
     path: &Path,
     key: &Map<String, Value>,
     work: &Work,
-    plate: &TiledFilm,
-    lattices: &[&LazyCells<S>],
+    film: &TiledFilm,
+    caches: &[&LazyCells<S>],
 ) -> Result<()> {
-    let counts = |lattice: &&LazyCells<S>| {
-        let known = (0..lattice.count()).filter(|&cell| lattice.stored(cell).is_some()).count();
-        [lattice.count() as u64, known as u64]
+    let counts = |cache: &&LazyCells<S>| {
+        let known = (0..cache.count()).filter(|&cell| cache.stored(cell).is_some()).count();
+        [cache.count() as u64, known as u64]
     };
     let head = Head {
         key: key.clone(),
         work: *work,
-        pixels: plate.samples().count() as u64,
-        features: plate.features().next().is_some(),
-        lattices: lattices.iter().map(counts).collect(),
+        pixels: film.samples().count() as u64,
+        features: film.features().next().is_some(),
+        caches: caches.iter().map(counts).collect(),
     };
     let head = serde_json::to_vec(&head)
         .map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
-    let mut passing = path.as_os_str().to_owned();
-    passing.push(".new");
-    file::write_by_way_of(Path::new(&passing), path, |out| {
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(".new");
+    file::write_by_way_of(Path::new(&temporary), path, |out| {
         let mut out = Hashing::new(out);
         out.put(&MAGIC)?;
         out.put(&(head.len() as u64).to_le_bytes())?;
         out.put(&head)?;
-        for samples in plate.samples() {
+        for samples in film.samples() {
             out.put(samples.to_bits().map(u64::to_le_bytes).as_flattened())?;
         }
-        for features in plate.features() {
+        for features in film.features() {
             out.put(features.to_bits().map(u64::to_le_bytes).as_flattened())?;
         }
-        for lattice in lattices {
-            let known = |cell: &usize| lattice.stored(*cell);
-            for first in (0..lattice.count()).step_by(64) {
-                let cells = first..lattice.count().min(first + 64);
-                let bits = cells.rev().fold(0_u64, |bits, cell| {
-                    bits << 1 | u64::from(lattice.stored(cell).is_some())
-                });
+        for cache in caches {
+            let known = |cell: &usize| cache.stored(*cell);
+            for first in (0..cache.count()).step_by(64) {
+                let cells = first..cache.count().min(first + 64);
+                let bits = cells
+                    .rev()
+                    .fold(0_u64, |bits, cell| bits << 1 | u64::from(cache.stored(cell).is_some()));
                 out.put(&bits.to_le_bytes())?;
             }
-            for value in (0..lattice.count()).filter_map(|cell| known(&cell)) {
+            for value in (0..cache.count()).filter_map(|cell| known(&cell)) {
                 out.put(value.map(u32::to_le_bytes).as_flattened())?;
             }
         }
@@ -103,7 +132,7 @@ pub(super) fn write<S: Spectrum>(
     })
 }
 
-/// What the checkpoint at `path` is of.
+/// Reads the key of the checkpoint `path`.
 ///
 /// # Errors
 /// Where it cannot be read or is damaged.
@@ -111,10 +140,10 @@ pub(super) fn key(path: &Path) -> Result<Map<String, Value>> {
     Opened::open(path).map(|opened| opened.head.key)
 }
 
-/// Reads the checkpoint at `path`.
+/// Reads the checkpoint `path`.
 ///
 /// # Errors
-/// Where it cannot be read, is damaged, or not of `key`.
+/// Where it cannot be read, is damaged or has another key than `key`.
 pub(super) fn read(path: &Path, key: &Map<String, Value>) -> Result<CheckpointState> {
     let Opened { mut input, head } = Opened::open(path)?;
     check_key(path, &head.key, key)?;
@@ -128,7 +157,7 @@ pub(super) fn read(path: &Path, key: &Map<String, Value>) -> Result<CheckpointSt
     body.ok_or_else(|| damaged(path, "it has not as many cells as it says"))
 }
 
-/// A file of which the head has been read.
+/// A file whose head was read.
 struct Opened {
     input: Hashing<BufReader<File>>,
     head: Head,
@@ -164,7 +193,7 @@ fn damaged(path: &Path, what: &str) -> Error {
     Error::file(
         path,
         format!(
-            "is not a checkpoint that can be gone on from: {what}; delete it, or leave out \
+            "is not a checkpoint that can be resumed: {what}; delete it, or leave out \
              --resume, to start from the beginning"
         ),
     )
@@ -177,19 +206,19 @@ fn cut(path: &Path, e: &io::Error) -> Error {
     }
 }
 
-/// Everything behind the head; nothing where counts do not fit.
+/// Reads what lies between head and hash; `None` where bits and number of filled cells disagree.
 fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<CheckpointState>> {
     let mut samples = Vec::with_capacity(head.pixels as usize);
     for _ in 0..head.pixels {
         samples.push(Accumulator::from_bits(&input.words()?));
     }
-    let told = if head.features { head.pixels } else { 0 };
-    let mut features = Vec::with_capacity(told as usize);
-    for _ in 0..told {
+    let count = if head.features { head.pixels } else { 0 };
+    let mut features = Vec::with_capacity(count as usize);
+    for _ in 0..count {
         features.push(FeatureMean::from_bits(&input.words()?));
     }
-    let mut lattices = Vec::with_capacity(head.lattices.len());
-    for [cells, count] in &head.lattices {
+    let mut caches = Vec::with_capacity(head.caches.len());
+    for [cells, count] in &head.caches {
         let mut indices = Vec::with_capacity(*count as usize);
         for first in (0..*cells).step_by(64) {
             let bits = u64::from_le_bytes(input.take()?);
@@ -205,22 +234,24 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
             input.fill(value.as_flattened_mut())?;
             known.push((index, value.map(u32::from_le_bytes)));
         }
-        lattices.push(CacheState { cells: *cells as usize, known });
+        caches.push(CacheState { cells: *cells as usize, known });
     }
-    Ok(Some(CheckpointState { work: head.work, samples, features, lattices }))
+    Ok(Some(CheckpointState { work: head.work, samples, features, caches }))
 }
 
-/// Refuses a checkpoint of another picture, naming what differs.
-fn check_key(path: &Path, found: &Map<String, Value>, asked: &Map<String, Value>) -> Result<()> {
+/// Refuses a checkpoint of another picture; the error names the entries of the key that differ.
+fn check_key(path: &Path, found: &Map<String, Value>, wanted: &Map<String, Value>) -> Result<()> {
     let none = Value::Null;
-    let names = asked.keys().chain(found.keys().filter(|name| !asked.contains_key(*name)));
-    let differs = |name: &&String| found.get(*name) != asked.get(*name);
-    let of = |map: &Map<String, Value>, name: &str| map.get(name).unwrap_or(&none).to_string();
-    let named: Vec<String> = names
+    let names = wanted.keys().chain(found.keys().filter(|name| !wanted.contains_key(*name)));
+    let differs = |name: &&String| found.get(*name) != wanted.get(*name);
+    let entry = |map: &Map<String, Value>, name: &str| map.get(name).unwrap_or(&none).to_string();
+    let differences: Vec<String> = names
         .filter(differs)
-        .map(|name| format!("{name} is {} there and {} here", of(found, name), of(asked, name)))
+        .map(|name| {
+            format!("{name} is {} there and {} here", entry(found, name), entry(wanted, name))
+        })
         .collect();
-    if named.is_empty() {
+    if differences.is_empty() {
         return Ok(());
     }
     Err(Error::file(
@@ -228,12 +259,12 @@ fn check_key(path: &Path, found: &Map<String, Value>, asked: &Map<String, Value>
         format!(
             "is the checkpoint of another render: {}; ask for the same, or delete it or leave out \
              --resume to start anew",
-            named.join(", ")
+            differences.join(", ")
         ),
     ))
 }
 
-/// Hashes what is written or read.
+/// A reader or writer that hashes the bytes that pass.
 struct Hashing<T> {
     inner: T,
     hash: blake3::Hasher,

@@ -1,90 +1,96 @@
-//! Time as a render has it: while its process is stopped or the machine sleeps, none goes by.
+//! Time of a render without the pauses of its process.
+//!
+//! A deadline must not run out while a render is stopped (Ctrl-Z, SIGSTOP, a batch system that
+//! suspends jobs). No system clock leaves that time out: the monotonic clock runs on, and a CPU clock
+//! does not tell how long somebody has waited. So a thread of the process ticks: it stops with the
+//! process, and a long gap between two ticks was a pause.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How often a clock is looked at.
+/// Time between two ticks. A pause may count as work by up to so much.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// Where a clock has not been looked at for so long, the program was paused.
-const PAUSED: Duration = Duration::from_secs(1);
+/// Least gap between two ticks that counts as a pause: ten periods, which a machine under load hardly
+/// delays a tick by.
+const PAUSE: Duration = Duration::from_secs(1);
 
-/// Counts time without pauses, from when it was started. A thread of its own looks at it; without
-/// that pauses count.
+/// Measures time without pauses, from [`start`](Self::start) on. Its thread ends with the last handle;
+/// where no thread can be started, pauses count.
 #[derive(Debug)]
 pub struct Clock {
     begin: Instant,
-    seen: Mutex<Seen>,
+    last: Mutex<Tick>,
 }
 
-/// The last look.
+/// The state of a clock at its last tick.
 #[derive(Debug, Default)]
-struct Seen {
-    /// Whether there has been one.
-    ever: bool,
-    /// When it was, since the beginning.
+struct Tick {
+    /// Whether there has been a tick.
+    has_ticked: bool,
+    /// Time since the beginning, pauses included.
     at: Duration,
-    /// The part of that which was no pause.
+    /// Time since the beginning without pauses.
     worked: Duration,
 }
 
-impl Seen {
-    /// Time without pauses until `now`.
-    fn worked(&self, now: Duration) -> Duration {
+impl Tick {
+    /// Time without pauses until `now`, which counts from the beginning.
+    fn worked_until(&self, now: Duration) -> Duration {
         let gap = now.saturating_sub(self.at);
-        self.worked + if self.ever && gap > PAUSED { PERIOD } else { gap }
+        self.worked + if self.has_ticked && gap > PAUSE { PERIOD } else { gap }
     }
 
-    fn look(&mut self, now: Duration) {
-        *self = Self { ever: true, at: now, worked: self.worked(now) };
+    fn tick(&mut self, now: Duration) {
+        *self = Self { has_ticked: true, at: now, worked: self.worked_until(now) };
     }
 }
 
 impl Clock {
-    /// Begins at 0.
+    /// Starts a clock at 0.
     pub fn start() -> Arc<Self> {
-        let clock = Arc::new(Self { begin: Instant::now(), seen: Mutex::default() });
-        let watched = Arc::downgrade(&clock);
-        let watch = move || {
-            while let Some(clock) = watched.upgrade() {
-                clock.seen().look(clock.begin.elapsed());
+        let clock = Arc::new(Self { begin: Instant::now(), last: Mutex::default() });
+        let ticking = Arc::downgrade(&clock);
+        let ticks = move || {
+            while let Some(clock) = ticking.upgrade() {
+                clock.last().tick(clock.begin.elapsed());
                 drop(clock);
                 std::thread::sleep(PERIOD);
             }
         };
-        // What that costs is told above.
-        let _ = std::thread::Builder::new().name("clock".into()).spawn(watch);
+        // Without the thread the clock still runs, as its type says.
+        let _ = std::thread::Builder::new().name("clock".into()).spawn(ticks);
         clock
     }
 
-    /// Time that has gone by without pauses.
+    /// Time since the start without pauses.
     pub fn elapsed(&self) -> Duration {
-        // The lock first: a look after the time was taken would pass for a pause.
-        let seen = self.seen();
-        seen.worked(self.begin.elapsed())
+        // The lock comes first, so that no tick falls between reading the time and using it.
+        let last = self.last();
+        last.worked_until(self.begin.elapsed())
     }
 
-    fn seen(&self) -> MutexGuard<'_, Seen> {
-        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
+    fn last(&self) -> MutexGuard<'_, Tick> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// A moment on a clock.
+/// A time on a clock by which something must be done.
 #[derive(Debug, Clone, Copy)]
 pub struct Deadline<'a> {
     /// The clock.
     pub clock: &'a Clock,
-    /// What it shows then.
+    /// Its [`elapsed`](Clock::elapsed) time at the deadline.
     pub at: Duration,
 }
 
 impl Deadline<'_> {
-    /// Time until then; nothing where it is over.
+    /// Time until the deadline; 0 after it.
     pub fn left(&self) -> Duration {
         self.at.saturating_sub(self.clock.elapsed())
     }
 
-    /// Whether it is over.
+    /// Whether the deadline has passed.
     pub fn is_over(&self) -> bool {
         self.left().is_zero()
     }
@@ -97,17 +103,17 @@ mod tests {
     #[test]
     fn pauses_are_not_counted() {
         let second = Duration::from_secs(1);
-        let mut seen = Seen::default();
-        assert_eq!(seen.worked(7 * second), 7 * second, "nobody looks");
-        (0..=20).for_each(|tenth| seen.look(tenth * PERIOD));
-        assert_eq!(seen.worked(2 * second + PERIOD / 2), 2 * second + PERIOD / 2);
-        // Stopped for an hour; until the next look time stands still.
-        assert_eq!(seen.worked(3600 * second), 2 * second + PERIOD);
-        assert_eq!(seen.worked(3601 * second), 2 * second + PERIOD);
-        seen.look(3601 * second);
-        assert_eq!(seen.worked(3601 * second), 2 * second + PERIOD);
-        seen.look(3601 * second + PERIOD);
-        assert_eq!(seen.worked(3601 * second + PERIOD), 2 * second + 2 * PERIOD);
+        let mut last = Tick::default();
+        assert_eq!(last.worked_until(7 * second), 7 * second, "no tick yet");
+        (0..=20).for_each(|tenth| last.tick(tenth * PERIOD));
+        assert_eq!(last.worked_until(2 * second + PERIOD / 2), 2 * second + PERIOD / 2);
+        // Stopped for an hour; until the next tick time stands still.
+        assert_eq!(last.worked_until(3600 * second), 2 * second + PERIOD);
+        assert_eq!(last.worked_until(3601 * second), 2 * second + PERIOD);
+        last.tick(3601 * second);
+        assert_eq!(last.worked_until(3601 * second), 2 * second + PERIOD);
+        last.tick(3601 * second + PERIOD);
+        assert_eq!(last.worked_until(3601 * second + PERIOD), 2 * second + 2 * PERIOD);
     }
 
     #[test]

@@ -1,80 +1,80 @@
-//! How a running render is held: watched, stopped, ended in time, kept on disk.
+//! Control of a running render: progress, stop, pause, deadline and checkpoints.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::checkpoint::Checkpoints;
 use super::clock::Deadline;
-use super::{Progress, Silent};
+use super::progress::{Progress, Silent};
 
-/// How often it is looked whether a pause is over.
+/// Time between two checks of whether a pause is over: well below what somebody notices.
 const PERIOD: Duration = Duration::from_millis(5);
 
-/// Asks a running render to end, from any thread.
+/// A request to a running render to end or to pause, made from any thread.
 #[derive(Debug, Default)]
 pub struct Stop {
-    asked: AtomicBool,
-    exposing: AtomicBool,
+    requested: AtomicBool,
+    has_picture: AtomicBool,
     paused: AtomicBool,
 }
 
 impl Stop {
-    /// Asks for the end. Rays on their way are finished, and what there is makes the picture.
+    /// Requests the end. Rays on their way are finished, and the samples so far make the picture.
     pub fn ask(&self) {
-        self.asked.store(true, Ordering::Relaxed);
+        self.requested.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the end has been asked for.
+    /// Whether the end was requested.
     pub fn is_asked(&self) -> bool {
-        self.asked.load(Ordering::Relaxed)
+        self.requested.load(Ordering::Relaxed)
     }
 
-    /// Whether rays are being shot or were, so that there is a picture to keep. Before that there is
-    /// nothing to wait for.
+    /// Whether rays are or were shot, so that there is a picture to save. Before that there is nothing
+    /// worth waiting for.
     pub fn has_picture(&self) -> bool {
-        self.exposing.load(Ordering::Acquire)
+        self.has_picture.load(Ordering::Acquire)
     }
 
-    /// There is a picture from now on.
+    /// Marks that rays begin.
     pub(super) fn begin_picture(&self) {
-        self.exposing.store(true, Ordering::Release);
+        self.has_picture.store(true, Ordering::Release);
     }
 
-    /// Photons that are being shot wait until [`go_on`](Self::go_on) is called: another thread has
-    /// something to do that cannot.
+    /// Halts the threads that shoot photons until [`go_on`](Self::go_on) is called, so that another
+    /// thread gets the processors.
     pub fn pause(&self) {
         self.paused.store(true, Ordering::Relaxed);
     }
 
-    /// Ends a [pause](Self::pause).
+    /// Ends a [`pause`](Self::pause).
     pub fn go_on(&self) {
         self.paused.store(false, Ordering::Relaxed);
     }
 
-    /// Waits while paused.
+    /// Blocks the calling thread while paused.
     pub(super) fn wait(&self) {
         while self.paused.load(Ordering::Relaxed) {
             std::thread::sleep(PERIOD);
         }
     }
 
-    /// For the next picture: there is none yet.
+    /// Prepares for the next picture of a sequence: no ray of it was shot yet.
     pub fn begin_anew(&self) {
-        self.exposing.store(false, Ordering::Release);
+        self.has_picture.store(false, Ordering::Release);
     }
 }
 
-/// Who is told of a render's progress, and what may end it early. Made of whom to tell alone, it lets
-/// the render run to its end.
+/// Receiver of a render's progress, and what may end it early. Converted from a [`Progress`] alone, it
+/// lets the render run to its end.
 #[derive(Clone, Copy)]
 pub struct Control<'a> {
-    /// Is told of stages and of work done in them.
+    /// Receives stages and the work done in them.
     pub progress: &'a dyn Progress,
-    /// Ends the render when asked.
+    /// Ends or pauses the render on request.
     pub stop: Option<&'a Stop>,
-    /// When the picture must be there. What comes before the rays is not cut short.
+    /// Time by which rays end. The stages before them are not cut short.
     pub deadline: Option<Deadline<'a>>,
-    /// Where the state is kept from time to time, and what is gone on from.
+    /// Where checkpoints are written, and the one that is resumed.
     pub checkpoints: Option<&'a Checkpoints>,
 }
 
@@ -91,45 +91,46 @@ impl<'a> From<&'a dyn Progress> for Control<'a> {
 }
 
 impl Control<'_> {
-    /// Tells nobody, and nothing ends the render early.
+    /// Reports to nobody and never ends a render early.
     pub const fn silent() -> Self {
         Self { progress: &Silent, stop: None, deadline: None, checkpoints: None }
     }
 
-    /// Whether the end has been asked for.
+    /// Whether the end was requested.
     pub(super) fn is_stopped(&self) -> bool {
         self.stop.is_some_and(Stop::is_asked)
     }
 
-    /// Whether the time is over.
+    /// Whether the deadline has passed.
     pub(super) fn is_late(&self) -> bool {
         self.deadline.is_some_and(|deadline| deadline.is_over())
     }
 }
 
-/// Halts all workers of a stretch of work, each before its next ray.
+/// Halts all threads of a pass, each before its next ray: on request, at the deadline, or when a checkpoint
+/// is due.
 #[derive(Debug)]
 pub(super) struct Halt<'a> {
     stop: Option<&'a Stop>,
     deadline: Option<Deadline<'a>>,
-    /// When the stretch ends.
+    /// When the next checkpoint is due.
     until: Option<Instant>,
     halted: AtomicBool,
 }
 
 impl<'a> Halt<'a> {
-    /// For a stretch of work that ends at `until`, or before where `control` says so.
+    /// Halts at `until`, or earlier where `control` ends the render.
     pub(super) fn new(control: &Control<'a>, until: Option<Instant>) -> Self {
         let Control { stop, deadline, .. } = *control;
         Self { stop, deadline, until, halted: AtomicBool::new(false) }
     }
 
-    /// Whether it has.
+    /// Whether threads were halted.
     pub(super) fn has_halted(&self) -> bool {
         self.halted.load(Ordering::Relaxed)
     }
 
-    /// Whether to halt; the clock is read only where `looks`.
+    /// Whether to halt. The clock, which costs time, is read only where `looks`.
     pub(super) fn halts(&self, looks: bool) -> bool {
         if self.halted.load(Ordering::Relaxed) {
             return true;

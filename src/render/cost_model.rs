@@ -1,7 +1,7 @@
-//! How much of an exposure is left, in units that all take about equally long.
+//! Rays that are left of an exposure, in units that take about equally long, for progress reports.
 //!
-//! Few rays of a pixel gather light for all of them, and take longer. How much longer shows once the
-//! first have been shot.
+//! Some rays of a pixel gather light for the others and take longer. How much longer is measured in the
+//! first passes. Nothing but the report depends on it.
 
 use std::ops::AddAssign;
 use std::time::Duration;
@@ -10,45 +10,45 @@ use rayon::prelude::*;
 
 use crate::director::PixelBudget;
 
-use super::pixel_sampling::{gather_groups, has_converged};
 use crate::film::{Tile, TiledFilm};
 
-/// Units of a ray that gathers nothing for others.
+/// Units of a ray that does not gather; so fine that rounding a gather's does not matter.
 const RAY: u64 = 1000;
 
-/// Times as long as another ray that one which gathers takes, at most.
-const MOST: f64 = 1e4;
+/// Upper bound of the ratio of a gather's time to a ray's: keeps the units within 64 bits where rays
+/// take no time that a clock can tell.
+const MAX_GATHER_RATIO: f64 = 1e4;
 
-/// Rays that are left.
+/// Rays that are left to shoot.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Remaining {
-    /// The most that one pixel may get in all.
+    /// Largest number of rays of a pixel, those included that are shot.
     pub most: u32,
-    /// All that are left.
+    /// Rays that are left.
     pub rays: u64,
-    /// Those of them that gather for others.
+    /// Those of them that gather.
     pub gathers: u64,
 }
 
 impl Remaining {
-    /// What is left for the pixels of `plate` of what `direct` says that they may spend.
-    pub(super) fn of(
-        plate: &mut TiledFilm,
+    /// Counts what is left for the pixels of `film`, whose budgets `direct` gives.
+    pub(super) fn count(
+        film: &mut TiledFilm,
         direct: &(impl Fn(u32, u32) -> PixelBudget + Sync),
     ) -> Self {
         let tile = |tile: &mut Tile| {
             tile.pixels().fold(Self::default(), |sum, (x, y, samples)| {
                 let budget = direct(x, y);
                 let given = samples.given() as u32;
-                let settled = given >= budget.least && has_converged(samples, budget.tolerance);
-                let rays = if settled { 0 } else { budget.rays.saturating_sub(given) };
-                let gathers = gather_groups(budget.rays, &budget)
-                    .saturating_sub(gather_groups(given, &budget));
+                let converged = given >= budget.least && samples.has_converged(budget.tolerance);
+                let rays = if converged { 0 } else { budget.rays.saturating_sub(given) };
+                let all = budget.gathers_within(budget.rays);
+                let gathers = all.saturating_sub(budget.gathers_within(given));
                 let gathers = if rays == 0 { 0 } else { gathers };
                 sum.and(Self { most: budget.rays, rays: rays.into(), gathers })
             })
         };
-        plate.tiles.par_iter_mut().map(tile).reduce(Self::default, Self::and)
+        film.tiles.par_iter_mut().map(tile).reduce(Self::default, Self::and)
     }
 
     fn and(self, other: Self) -> Self {
@@ -60,18 +60,18 @@ impl Remaining {
     }
 }
 
-/// Rays that were shot, and the time that threads took for them.
+/// Rays that were shot, and the time that they took, summed over threads.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Timing {
-    /// Rays shot or no longer needed.
+    /// Rays that were shot or have become unnecessary.
     pub rays: u64,
-    /// Those that gathered for others.
+    /// Rays that gathered.
     pub gathers: u64,
-    /// For all.
+    /// Time of all rays.
     pub time: Duration,
-    /// For what was gathered.
+    /// The part of it that gathers took.
     pub gathering: Duration,
-    /// For what is kept for rays to come.
+    /// The part of it that filling caches took.
     pub once: Duration,
 }
 
@@ -85,20 +85,21 @@ impl AddAssign for Timing {
     }
 }
 
-/// What rays count.
+/// Units of a ray and of a gather.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct CostModel {
-    /// Units that a ray counts more if it gathers for others, once that is known.
+    /// Units that a gather adds to its ray's, once they are measured.
     gather: Option<u64>,
 }
 
 impl CostModel {
-    /// So many rays, and so many that gather among them.
+    /// Units of `rays` rays, `gathers` of which gather.
     pub(super) fn count(&self, rays: u64, gathers: u64) -> u64 {
         rays * RAY + gathers * self.gather.unwrap_or(0)
     }
 
-    /// Learns from what was `spent` what a ray that gathers counts; whether that is news.
+    /// Takes the units of a gather from `spent`, the first time that it holds gathers. Returns whether it
+    /// did.
     pub(super) fn learn(&mut self, spent: &Timing) -> bool {
         if self.gather.is_some() || spent.gathers == 0 {
             return false;
@@ -106,7 +107,7 @@ impl CostModel {
         let apart = spent.gathering + spent.once;
         let rest = spent.time.saturating_sub(apart).as_secs_f64() / spent.rays as f64;
         let gather = spent.gathering.as_secs_f64() / spent.gathers as f64;
-        let more = (gather / rest.max(f64::MIN_POSITIVE)).min(MOST);
+        let more = (gather / rest.max(f64::MIN_POSITIVE)).min(MAX_GATHER_RATIO);
         self.gather = Some((more * RAY as f64) as u64);
         true
     }

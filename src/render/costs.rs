@@ -1,112 +1,83 @@
-//! About how much work and memory a render will take, from a small look at the scene.
+//! Work, memory and time that a render will take, extrapolated from a small part of it.
+//!
+//! - Photons: a few of the paths are traced. Their counters scale with the number of paths, and their
+//!   time as in [`PhotonRate`].
+//! - Rays: the film is rendered twice in few pixels. The second time finds the caches filled: its
+//!   counters and time scale with the pixels of the film. What the first took more is added once.
+//! - Director: its maps are made, at a lower resolution where the film is large; their time scales with
+//!   their pixels. The budgets that follow tell what share of the rays is shot.
 
 use std::time::Instant;
 
 use serde::Serialize;
 
+use super::control::Control;
+use super::director_pass::DirectorMaps;
 use super::exposure::{self, RenderRegion};
 use super::features::FeatureTracer;
 use super::integrator::Integrator;
+use super::memory::{Memory, map_pixels, memory_with};
 use super::photon_pass::PhotonPass;
 use super::photon_rate::PhotonRate;
 use super::pixel_sampling::{CameraRay, Workspace};
-use super::seconds::{self, StageSeconds};
-use super::{Control, director_pass, finest_step, specialised};
+use super::progress::Stages;
+use super::stage_settings::{finest_step, sampled_pass_settings, specialised};
 use crate::director::PixelBudget;
 use crate::error::Result;
-use crate::image::{Accumulator, FeatureMean, Features, Sample, Window};
+use crate::film::Sample;
+use crate::image::Window;
 use crate::math::{Spectrum, Stage};
-use crate::medium::Medium;
 use crate::photon::{self, PhotonDirection, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 use crate::strategy::Summary;
 use crate::work::Work;
 
-/// Rays of the look, about.
+/// Rays that an estimate shoots each time, about.
 const RAYS: f64 = 30_000.0;
 
-/// Bytes a pixel: what its samples leave and the film's layers.
-const FILM: u64 = size_of::<Accumulator>() as u64 + 60;
+/// Pixels of each of the director's maps, at most, that an estimate makes.
+const MAP_PIXELS: f64 = 262_144.0;
 
-/// Bytes a pixel more where it takes in what its rays see.
-const FEATURES: u64 = (size_of::<FeatureMean>() + size_of::<Features>()) as u64;
-
-/// Bytes a pixel of the layers, their copies for the file and the file itself.
-const WRITING: u64 = 48 + 48 + 48;
-
-/// Bytes a pixel of the maps: distances, snapshot, X, S, XS.
-const MAPS: u64 = 8 + 12 + 4 + 4 + 4;
-
-/// Bytes a pixel of the film: what it may spend.
-const BUDGET: u64 = 80;
-
-/// Bytes, at most, that the allocator keeps of what was freed: larger blocks go back at once.
-const RETAINED: u64 = 32 << 20;
-
-/// Bytes of threads, small tables and what the file formats keep.
-const WORKING: u64 = 4 << 20;
-
-/// About what a render takes.
+/// What a render takes, estimated.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Costs {
     /// How light in media is estimated, and why.
     pub strategy: Summary,
-    /// Work, by the counters that the render itself will report; at most so much where a director
-    /// hands out rays.
+    /// Work, by the counters that the render itself will report; an upper bound where a director
+    /// distributes rays.
     pub work: Work,
     /// Memory.
     pub memory: Memory,
-    /// Time on this machine, on as many threads as the look had.
+    /// Time on this machine, on as many threads as the estimate had.
     pub seconds: StageSeconds,
 }
 
-/// Memory in bytes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct Memory {
-    /// What stays once it is there: grids, trees, photon maps and maps as they are used, the film with
-    /// what is gathered for it.
-    #[serde(flatten)]
-    pub kept: MemoryParts,
-    /// The film while it is written, with its copies.
-    pub writing: u64,
-    /// The most that is in use at any time.
-    pub peak: u64,
-    /// What it consists of.
-    pub at_peak: MemoryParts,
+/// Wall-clock time of the stages of a render, in seconds, without loading, metering and writing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct StageSeconds {
+    /// Pilot and director.
+    pub director: f64,
+    /// Photons, with building their maps.
+    pub photons: f64,
+    /// Rays; an upper bound where a director ends a pixel once its error is small.
+    pub march: f64,
 }
 
-/// Bytes in use at one time.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct MemoryParts {
-    /// The program and its libraries.
-    pub program: u64,
-    /// Voxel grids, and what is read into them.
-    pub grids: u64,
-    /// Surfaces with their trees, and what is read into them.
-    pub surfaces: u64,
-    /// Photons and what they leave, with what building that takes.
-    pub photons: u64,
-    /// The film, or its copies while it is written.
-    pub film: u64,
-    /// The director's maps.
-    pub maps: u64,
-}
-
-impl MemoryParts {
-    /// All of it.
-    pub const fn sum(&self) -> u64 {
-        self.program + self.grids + self.surfaces + self.photons + self.film + self.maps
+impl StageSeconds {
+    /// Sum of all stages.
+    pub fn total(&self) -> f64 {
+        self.director + self.photons + self.march
     }
 }
 
-/// Estimates what rendering `scene` under `settings` takes, by a small part of it, in a program that
-/// takes `program` bytes before it loads the scene.
+/// Estimates what rendering `scene` under `settings` takes, by rendering a small part of it, in a
+/// program that takes `program` bytes before it loads the scene.
 ///
 /// # Errors
 /// As [`render`](super::render()).
 pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Costs> {
-    specialised!(Needs::of(scene, settings), estimate(scene, settings, program))
+    specialised!(Needs::new(scene, settings), estimate(scene, settings, program))
 }
 
 fn estimate<S: Spectrum, H: PhotonDirection>(
@@ -114,22 +85,66 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     settings: &RenderSettings,
     program: u64,
 ) -> Result<Costs> {
-    let needs = Needs::of(scene, settings);
     let start = Instant::now();
-    let (photons, mut work) = look::<S, H>(scene, settings)?;
-    let shooting = PhotonRate::beside(scene, settings, start.elapsed())?;
+    let (photons, mut work) = sample_photons::<S, H>(scene, settings)?;
+    let rate = PhotonRate::from_sample(scene, settings, start.elapsed())?;
 
-    let [width, height] = scene.film.size.map(f64::from);
-    let all = width * height * f64::from(settings.rays);
-    let coarser = (all / RAYS).sqrt().max(1.0);
-    let size = [width, height].map(|side| (side / coarser).ceil().max(1.0));
-    let step = settings.step.unwrap_or_else(|| finest_step(scene));
-    let budget = PixelBudget::fixed(settings.rays, photons.maps.volume_radius, step);
-    let integrator = Integrator::new(scene, &photons, needs);
-    let seen = FeatureTracer::new(scene, settings.denoise);
-    let expose = |seed: u64| {
+    let gold =
+        PixelBudget::fixed(settings.rays, photons.maps.volume_radius, finest_step(scene, settings));
+    let sample = RaySample::new(scene, settings);
+    let (first, first_seconds) = sample.expose(scene, settings, &photons, gold, settings.seed);
+    let (second, seconds) =
+        sample.expose(scene, settings, &photons, gold, settings.seed.wrapping_add(1));
+    work += scaled(&second, sample.ratio);
+    work += first.less(&second);
+
+    let directed = directed_share(scene, settings, gold)?;
+    let seconds = StageSeconds {
+        director: directed.seconds,
+        photons: rate.map_or(0.0, |rate| rate.time(settings.photons).as_secs_f64()),
+        march: directed.share * seconds * sample.ratio + (first_seconds - seconds).max(0.0),
+    };
+    work.rays = Window::whole(scene.film.size).pixels() * u64::from(settings.rays);
+    let maps = Needs::new(scene, settings).maps;
+    work.map_pixels = if maps { map_pixels(scene, settings) } else { 0 };
+    let memory = memory_with(scene, settings, photon_pass_memory(&work, &photons), program);
+    let strategy = photons.choice.summary();
+    Ok(Costs { strategy, work, memory, seconds })
+}
+
+/// The film of an estimate of rays, with fewer pixels than the picture's.
+struct RaySample {
+    /// Width and height in pixels.
+    size: [f64; 2],
+    /// Pixels of the picture for each.
+    ratio: f64,
+}
+
+impl RaySample {
+    fn new(scene: &Scene, settings: &RenderSettings) -> Self {
+        let [width, height] = scene.film.size.map(f64::from);
+        let all = width * height * f64::from(settings.rays);
+        let coarser = (all / RAYS).sqrt().max(1.0);
+        let size = [width, height].map(|side| (side / coarser).ceil().max(1.0));
+        Self { size, ratio: width * height / (size[0] * size[1]) }
+    }
+
+    /// Renders it: the work, and the seconds that it took.
+    fn expose<S: Spectrum, H: PhotonDirection>(
+        &self,
+        scene: &Scene,
+        settings: &RenderSettings,
+        photons: &PhotonPass<S, H>,
+        budget: PixelBudget,
+        seed: u64,
+    ) -> (Work, f64) {
+        let start = Instant::now();
+        let needs = Needs::new(scene, settings);
+        let integrator = Integrator::new(scene, photons, needs);
+        let tracer = FeatureTracer::new(scene, settings.denoise);
+        let ([width, height], size) = (scene.film.size.map(f64::from), self.size);
         let small = size.map(|side| side as u32);
-        let sheet = RenderRegion {
+        let region = RenderRegion {
             size: small,
             window: Window::whole(small),
             seed,
@@ -139,112 +154,86 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
             features: false,
         };
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
-        let radiance = |ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
-            let sample = integrator.radiance(ray, workspace);
-            Sample { features: seen.along(ray.ray, ray.budget.step, workspace), ..sample }
+        let radiance = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
+            let sample = integrator.radiance(camera_ray, workspace);
+            let CameraRay { ray, budget, .. } = camera_ray;
+            Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
         };
         let fixed = |_, _| budget;
-        exposure::expose(sheet, camera, fixed, radiance, &[], &Control::silent()).work
-    };
-    let timed = |seed: u64| {
-        let start = Instant::now();
-        (expose(seed), start.elapsed().as_secs_f64())
-    };
-    // What lattices keep is computed once; the second look finds most of it.
-    let (first, begun) = timed(settings.seed);
-    let (again, each) = timed(settings.seed.wrapping_add(1));
-    let larger = width * height / (size[0] * size[1]);
-    work += scaled(&again, larger);
-    work += first.less(&again);
-    let directed = seconds::directed(scene, settings, budget)?;
-    let seconds = StageSeconds {
-        director: directed.seconds,
-        photons: shooting.map_or(0.0, |pace| pace.time(settings.photons).as_secs_f64()),
-        march: directed.share * each * larger + (begun - each).max(0.0),
-    };
-    work.rays = (width * height) as u64 * u64::from(settings.rays);
-    work.map_pixels = if needs.maps { map_pixels(scene, settings) } else { 0 };
-    let strategy = photons.choice.summary();
-    let [fluence, lazy] = photons.caches.memory_bytes();
-    let photons = photon::memory::<S, H>(&work, fluence, lazy);
-    let memory = memory(scene, settings, photons, program + WORKING);
-    Ok(Costs { strategy, work, memory, seconds })
+        let exposed = exposure::expose(region, camera, fixed, radiance, &[], &Control::silent());
+        (exposed.work, start.elapsed().as_secs_f64())
+    }
 }
 
-/// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`], without a look
-/// at its rays. Its look at photons is no work of the picture, and not counted.
+/// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`] does, without
+/// shooting rays. The photons that it shoots are not counted as work of the picture.
 ///
 /// # Errors
 /// As [`costs`].
 pub fn memory_needed(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Memory> {
-    let photons = specialised!(Needs::of(scene, settings), photon_memory(scene, settings))?;
-    Ok(memory(scene, settings, photons, program + WORKING))
+    let photons = specialised!(Needs::new(scene, settings), photon_memory(scene, settings))?;
+    Ok(memory_with(scene, settings, photons, program))
 }
 
 fn photon_memory<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
 ) -> Result<PhotonMemory> {
-    let (photons, work) = look::<S, H>(scene, settings)?;
-    let [fluence, lazy] = photons.caches.memory_bytes();
-    Ok(photon::memory::<S, H>(&work, fluence, lazy))
+    let (photons, work) = sample_photons::<S, H>(scene, settings)?;
+    Ok(photon_pass_memory(&work, &photons))
 }
 
-/// The maps that a few of the photons leave, and the work that all are.
-fn look<S: Spectrum, H: PhotonDirection>(
+/// Photon maps of a few of the paths, and the work that all paths are.
+fn sample_photons<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
 ) -> Result<(PhotonPass<S, H>, Work)> {
-    let (shooting, paths) = director_pass::look(scene, settings);
+    let (shooting, paths) = sampled_pass_settings(scene, settings);
     let (photons, shot) = PhotonPass::new(scene, &shooting, &|_| ())?;
     Ok((photons, scaled(&shot, settings.photons as f64 / paths.max(1) as f64)))
-}
-
-/// About the memory that rendering `scene` under `settings` takes beside photons, in a program that
-/// takes `program` bytes before it loads the scene.
-pub fn memory_without_photons(scene: &Scene, settings: &RenderSettings, program: u64) -> Memory {
-    let none = PhotonMemory { held: 0, building: 0, pieces: 0 };
-    memory(scene, settings, none, program + WORKING)
 }
 
 fn scaled(work: &Work, factor: f64) -> Work {
     work.map(|count| (count as f64 * factor).round() as u64)
 }
 
-/// Pixels of each of the director's maps.
-fn map_pixels(scene: &Scene, settings: &RenderSettings) -> u64 {
-    settings.directing.map_size(scene.film.size).map(u64::from).iter().product()
+/// What a director takes, and what it leaves for the rays.
+#[derive(Debug, Clone, Copy)]
+struct DirectedShare {
+    /// Seconds for its maps.
+    seconds: f64,
+    /// Rays in its budgets over rays of the gold standard, 0 to 1.
+    share: f64,
 }
 
-fn memory(scene: &Scene, settings: &RenderSettings, photons: PhotonMemory, program: u64) -> Memory {
-    let all = Window::whole(scene.film.size);
-    let pixels = settings.crop.unwrap_or(all).pixels();
-    let media = &scene.media;
-    let sizes = media.grid_bytes();
-    let grids = sizes.iter().map(|bytes| *bytes as u64).sum::<u64>();
-    let surfaces = scene.surfaces.memory_bytes() as u64;
-    let film = pixels * (FILM + if settings.denoise { FEATURES } else { 0 });
-    let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
-    let maps = if Needs::of(scene, settings).maps { maps } else { 0 };
-    let writing = pixels * WRITING;
-    // Grids are read one after another, the last beside the others; its source and OpenVDB's own
-    // copy come and go. So do the lists that a mesh is read into.
-    let read = sizes.last().map_or(0, |bytes| 2 * *bytes as u64);
-    let reading = read + surfaces;
-    let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
-    let building = photons.building + tables;
-    let left = |freed: u64| freed.min(RETAINED);
-    // What reading left is taken again for photons.
-    let freed = left(reading.max(building - photons.held));
-    let built = (building + left(photons.pieces)).max(left(reading));
-    let scene = MemoryParts { program, grids, surfaces, ..MemoryParts::default() };
-    let at_peak = [
-        MemoryParts { grids: grids + read, surfaces: 2 * surfaces, ..scene },
-        MemoryParts { maps, photons: built, ..scene },
-        MemoryParts { maps, photons: photons.held + freed, film, ..scene },
-        MemoryParts { film: writing, photons: freed, ..scene },
-    ];
-    let at_peak = at_peak.into_iter().max_by_key(MemoryParts::sum).unwrap_or(scene);
-    let kept = MemoryParts { photons: photons.held, film, maps, ..scene };
-    Memory { kept, writing, peak: at_peak.sum(), at_peak }
+/// Estimates what the director of `settings` takes and leaves, where `gold` is the gold standard's
+/// budget.
+fn directed_share(
+    scene: &Scene,
+    settings: &RenderSettings,
+    gold: PixelBudget,
+) -> Result<DirectedShare> {
+    if !Needs::new(scene, settings).maps {
+        return Ok(DirectedShare { seconds: 0.0, share: 1.0 });
+    }
+    let all = map_pixels(scene, settings) as f64;
+    let mut small = *settings;
+    small.directing.resolution *= (MAP_PIXELS / all).sqrt().min(1.0);
+    let mut stages = Stages::default();
+    let maps = DirectorMaps::for_render(scene, &small, None, &mut stages)?;
+    let ratio = all / map_pixels(scene, &small) as f64;
+    let budgets = maps.budgets(scene, settings, gold);
+    let rays: f64 = budgets.iter().map(|budget| f64::from(budget.rays)).sum();
+    let most = budgets.len() as f64 * f64::from(gold.rays.max(1));
+    let share = if budgets.is_empty() { 1.0 } else { rays / most };
+    Ok(DirectedShare { seconds: stages.seconds() * ratio, share })
+}
+
+/// Memory of the photons that `work` counts, with the caches of `photons`.
+fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
+    work: &Work,
+    photons: &PhotonPass<S, H>,
+) -> PhotonMemory {
+    let [fluence, lazy] = photons.caches.memory_bytes();
+    photon::memory::<S, H>(work, fluence, lazy)
 }

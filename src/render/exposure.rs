@@ -11,18 +11,20 @@ use rayon::prelude::*;
 
 use crate::cache::LazyCells;
 use crate::director::PixelBudget;
+use crate::film::{Accumulator, Sample};
 use crate::film::{Pass, Pixel, Tile, TiledFilm, passes, sample_pass};
-use crate::image::{Accumulator, Film, FilmPixel, Sample, Window};
+use crate::image::{Film, FilmPixel, Window};
 use crate::math::{Ray, Spectrum, Stage, Stream, World};
 use crate::scene::plan::Needs;
 use crate::transport::{PathContext, StratifiedSample};
 use crate::work::Work;
 
-use super::checkpoint::{CheckpointState, CheckpointWriter, Checkpoints};
+use super::checkpoint::{CheckpointWriter, Checkpoints};
+use super::checkpoint_file::CheckpointState;
 use super::control::{Control, Halt};
 use super::cost_model::{CostModel, Remaining, Timing};
 use super::pixel_sampling::{
-    CameraRay, Workspace, has_converged, indirect_correction, indirect_weight, sobol_point,
+    CameraRay, Workspace, indirect_correction, indirect_weight, sobol_point,
 };
 use super::rendered::Ended;
 
@@ -115,7 +117,7 @@ where
         let control = self.control;
         let mut film = TiledFilm::new(self.region.window, self.region.features);
         let mut work = self.restore(&mut film);
-        let left = Remaining::of(&mut film, &self.budget);
+        let left = Remaining::count(&mut film, &self.budget);
         let (mut costs, mut timing) = (CostModel::default(), Timing::default());
         control.progress.stage("rays", costs.count(left.rays, left.gathers));
         if let Some(stop) = control.stop {
@@ -140,7 +142,7 @@ where
                 continue;
             }
             ended = if pass.is_first() { ended_by(&untimed) } else { ended_by(control) };
-            writer.keep(&work, &film, caches, control.progress);
+            writer.write(&work, &film, caches, control.progress);
             if ended != Ended::Complete {
                 break;
             }
@@ -161,7 +163,7 @@ where
 
     /// Counts progress anew by what rays have been found to cost.
     fn update_progress(&self, film: &mut TiledFilm, costs: &CostModel, timing: &Timing) {
-        let left = Remaining::of(film, &self.budget);
+        let left = Remaining::count(film, &self.budget);
         let done = costs.count(timing.rays, timing.gathers);
         self.control.progress.weigh(done, done + costs.count(left.rays, left.gathers));
     }
@@ -205,7 +207,7 @@ where
                 of.timing.rays += u64::from(index - begin);
                 return;
             }
-            if index >= budget.least && has_converged(samples, budget.tolerance) {
+            if index >= budget.least && samples.has_converged(budget.tolerance) {
                 break;
             }
             let cells = of.workspace.ctx.amortized.cells;
@@ -259,7 +261,7 @@ where
         checkpoint_error: Option<String>,
     ) -> Exposure {
         let is_cut = ended != Ended::Complete;
-        let rays_left = if is_cut { Remaining::of(&mut film, &self.budget).rays } else { 0 };
+        let rays_left = if is_cut { Remaining::count(&mut film, &self.budget).rays } else { 0 };
         let known = is_cut.then(|| self.has_rays(&mut film));
         let mut film = film.resolve(self.region.size, |x, y, samples: &Accumulator| {
             let budget = (self.budget)(x, y);

@@ -132,7 +132,7 @@ fn albedo_along<S: Spectrum>(media: &Media, ray: &Ray<World>, profile: &Profile<
             break;
         }
         let length = piece.span.length();
-        let opacity = (piece.sigma_t * length).each(|tau| -(-tau).exp_m1()).rgb();
+        let opacity = (piece.sigma_t * length).map(|tau| -(-tau).exp_m1()).rgb();
         if opacity == Rgb::ZERO {
             continue;
         }

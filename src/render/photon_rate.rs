@@ -1,89 +1,92 @@
-//! How long photons take, and how many a render has time for.
+//! Time that photons take, and the number of them that a render has time for.
 
 use std::time::{Duration, Instant};
 
 use super::photon_pass::{PassSettings, PhotonPass};
-use super::{director_pass, specialised};
+use super::stage_settings::{sampled_pass_settings, specialised};
 use crate::error::Result;
 use crate::math::Spectrum;
 use crate::photon::PhotonDirection;
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 
-/// Fewer photons show nothing.
-const FEWEST: u64 = 1000;
+/// Photon paths below which their number is not reduced: so few are noise.
+const MIN_PATHS: u64 = 1000;
 
-/// How many times fewer paths a second look takes.
-const FEWER: u64 = 8;
+/// Ratio of the paths of the two timed samples. The two times give the slope and the constant of a
+/// line.
+const SAMPLE_RATIO: u64 = 8;
 
-/// Share of a look's time that its paths take at least, lest chance makes them look free.
-const LEAST: f64 = 0.02;
+/// Share of a sample's time that its paths take at least, so that noise of the clock cannot make
+/// paths look free.
+const MIN_PATH_SHARE: f64 = 0.02;
 
-/// As many of the photons that `settings` ask for as can be shot in about `time`, judged by a look
-/// at a few of them, whose work is not counted.
+/// The number of photons that can be shot in about `time`, at most as many as `settings` ask for. It
+/// is judged by a sample of the paths, which is not counted as work of the picture.
 ///
 /// # Errors
 /// As [`render`](super::render()).
 pub fn photons_within(scene: &Scene, settings: &RenderSettings, time: Duration) -> Result<u64> {
-    let asked = settings.photons;
-    let Some(PhotonRate { fixed, rate }) = PhotonRate::of(scene, settings)? else {
-        return Ok(asked);
+    let wanted = settings.photons;
+    let Some(PhotonRate { fixed, rate }) = PhotonRate::measure(scene, settings)? else {
+        return Ok(wanted);
     };
     let left = time.saturating_sub(fixed).as_secs_f64();
-    Ok(((left * rate) as u64).clamp(FEWEST, asked))
+    Ok(((left * rate) as u64).clamp(MIN_PATHS, wanted))
 }
 
-/// How fast photons are shot.
+/// Time of a photon pass as a line over the number of its paths.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PhotonRate {
-    /// Time before the first and after the last, the same for any number of them.
+    /// Time that does not depend on the number of paths.
     fixed: Duration,
     /// Paths a second.
     rate: f64,
 }
 
 impl PhotonRate {
-    /// Looks at a few of those that `settings` ask for; nothing where there are too few to look at.
-    fn of(scene: &Scene, settings: &RenderSettings) -> Result<Option<Self>> {
-        let needs = Needs::of(scene, settings);
-        if settings.photons <= FEWEST || !needs.photons() {
+    /// Measures it by two samples of the paths of `settings`; `None` where these are too few.
+    fn measure(scene: &Scene, settings: &RenderSettings) -> Result<Option<Self>> {
+        let needs = Needs::new(scene, settings);
+        if settings.photons <= MIN_PATHS || !needs.photons() {
             return Ok(None);
         }
-        let (shooting, many) = director_pass::look(scene, settings);
+        let (shooting, _) = sampled_pass_settings(scene, settings);
         let start = Instant::now();
-        specialised!(needs, shoot(scene, &shooting.pilot(many)))?;
-        Self::beside(scene, settings, start.elapsed())
+        specialised!(needs, shoot(scene, &shooting))?;
+        Self::from_sample(scene, settings, start.elapsed())
     }
 
-    /// As [`of`](Self::of), where a look at few has been taken already, in the time `long`.
-    pub(super) fn beside(
+    /// Measures it where the larger sample, of
+    /// [`sampled_pass_settings`], was shot before, in the time `long`.
+    pub(super) fn from_sample(
         scene: &Scene,
         settings: &RenderSettings,
         long: Duration,
     ) -> Result<Option<Self>> {
-        let needs = Needs::of(scene, settings);
-        if settings.photons <= FEWEST || !needs.photons() {
+        let needs = Needs::new(scene, settings);
+        if settings.photons <= MIN_PATHS || !needs.photons() {
             return Ok(None);
         }
-        let (shooting, many) = director_pass::look(scene, settings);
-        let few = many / FEWER;
+        let (shooting, many) = sampled_pass_settings(scene, settings);
+        let few = many / SAMPLE_RATIO;
         let start = Instant::now();
         specialised!(needs, shoot(scene, &shooting.pilot(few)))?;
         let (short, long) = (start.elapsed().as_secs_f64(), long.as_secs_f64());
-        let each = (long - short) / (many - few) as f64;
-        let each = each.max(LEAST * long / many as f64).max(f64::MIN_POSITIVE);
-        let fixed = (long - each * many as f64).max(0.0);
-        Ok(Some(Self { fixed: Duration::from_secs_f64(fixed), rate: 1.0 / each }))
+        let path = (long - short) / (many - few) as f64;
+        let path = path.max(MIN_PATH_SHARE * long / many as f64).max(f64::MIN_POSITIVE);
+        let fixed = (long - path * many as f64).max(0.0);
+        Ok(Some(Self { fixed: Duration::from_secs_f64(fixed), rate: 1.0 / path }))
     }
 
-    /// About how long `photons` take.
+    /// Time that `photons` paths take.
     pub(super) fn time(&self, photons: u64) -> Duration {
         let paths = Duration::try_from_secs_f64(photons as f64 / self.rate);
         self.fixed.saturating_add(paths.unwrap_or(Duration::MAX))
     }
 }
 
-/// Shoots photons for nothing but the time it takes.
+/// Shoots photons for the time it takes, and drops their maps.
 fn shoot<S: Spectrum, H: PhotonDirection>(scene: &Scene, shooting: &PassSettings) -> Result<()> {
     PhotonPass::<S, H>::new(scene, shooting, &|_| ()).map(drop)
 }

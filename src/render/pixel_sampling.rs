@@ -3,8 +3,8 @@
 
 use crate::cache::SamplePass;
 use crate::director::PixelBudget;
-use crate::image::Accumulator;
-use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
+use crate::film::Accumulator;
+use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World};
 use crate::medium::Profile;
 use crate::transport::{PathContext, SobolPoint};
 
@@ -60,27 +60,18 @@ pub(super) fn sobol_point(seed: u64, pixel: u64, sample: u32) -> SobolPoint {
 pub(super) fn indirect_weight(sample: u32, budget: &PixelBudget) -> f64 {
     if budget.rays <= budget.gathers {
         1.0
-    } else if gather_groups(sample + 1, budget) != gather_groups(sample, budget) {
+    } else if budget.gathers_within(sample + 1) != budget.gathers_within(sample) {
         f64::from(budget.rays) / f64::from(budget.gathers)
     } else {
         0.0
     }
 }
 
-/// Number of groups that the first `rays` rays of a pixel are in, where the first ray of each group
-/// gathers indirect light for all of it; 0 where every ray gathers for itself.
-pub(super) fn gather_groups(rays: u32, budget: &PixelBudget) -> u64 {
-    if rays == 0 || budget.rays <= budget.gathers {
-        return 0;
-    }
-    u64::from(rays - 1) * u64::from(budget.gathers) / u64::from(budget.rays) + 1
-}
-
 /// Radiance to add to the mean of a pixel that has not got all of its rays, so that indirect light
 /// counts as if each group of rays were complete.
 pub(super) fn indirect_correction(samples: &Accumulator, budget: &PixelBudget) -> Rgb {
     let given = samples.given() as u32;
-    let groups = gather_groups(given, budget);
+    let groups = budget.gathers_within(given);
     if groups == 0 || given >= budget.rays {
         return Rgb::ZERO;
     }
@@ -88,17 +79,10 @@ pub(super) fn indirect_correction(samples: &Accumulator, budget: &PixelBudget) -
     samples.indirect() * (f64::from(given) / counted - 1.0)
 }
 
-/// Whether the standard error of a pixel is at most `tolerance` of its mean. A black pixel has not
-/// converged: a rare path may still bring light.
-pub(super) fn has_converged(samples: &Accumulator, tolerance: f64) -> bool {
-    let mean = luminance(samples.mean());
-    mean > 0.0 && samples.luminance_variance().sqrt() <= tolerance * mean
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::Sample;
+    use crate::film::Sample;
 
     #[test]
     fn an_unfinished_pixel_has_as_much_light_as_a_finished_one() {

@@ -1,24 +1,31 @@
-//! How a render tells how far it is, and what it took.
+//! Progress reports of a render, and the times of its stages.
 
 use std::time::{Duration, Instant};
 
-/// Is told of stages and of work done in them, from any thread.
+/// Receives the progress of a render, from any thread.
 pub trait Progress: Sync {
-    /// A stage of `total` units of work begins.
+    /// A stage of `total` units of work begins; 0 where the number is unknown.
     fn stage(&self, name: &str, total: u64);
     /// `units` more of the stage's work are done.
     fn advance(&self, units: u64);
-    /// So much of the stage's time went into what is done once, and says nothing of the rest.
-    fn once(&self, _: Duration) {}
-    /// The stage's units are counted anew: so many are done out of `total`.
+    /// `time` of the stage went into work that is done once, as filling a cache: an estimate of the
+    /// time that is left should leave it out.
+    fn once(&self, _time: Duration) {}
+    /// The stage's units are redefined: `done` are done out of `total`.
     fn weigh(&self, _done: u64, _total: u64) {}
     /// The stage is over.
     fn finish(&self);
-    /// Something went wrong that does not end the render: one sentence.
-    fn warn(&self, _: &str) {}
+    /// Something failed that does not end the render; `problem` is one sentence.
+    fn warn(&self, _problem: &str) {}
 }
 
-/// Tells nobody.
+/// Ignores all reports.
+///
+/// ```
+/// use fogbow::render::{Progress, Silent};
+/// Silent.stage("photons", 1000);
+/// Silent.finish();
+/// ```
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Silent;
 
@@ -28,16 +35,29 @@ impl Progress for Silent {
     fn finish(&self) {}
 }
 
-/// The stages of a run with the time that each took.
+/// Wall-clock times of the stages that ran. A stage that was left out is not listed.
+///
+/// ```
+/// use fogbow::render::Stages;
+/// use std::time::Instant;
+/// let mut stages = Stages::default();
+/// stages.done("photons", Instant::now());
+/// assert_eq!(stages.timings[0].0, "photons");
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct Stages {
-    /// In the order in which they ran.
+    /// Name and time of each stage, in the order in which they ran.
     pub timings: Vec<(&'static str, Duration)>,
 }
 
 impl Stages {
-    /// The stage that began at `start` is over.
+    /// Records the stage `name`, which began at `start` and ends here.
     pub fn done(&mut self, name: &'static str, start: Instant) {
         self.timings.push((name, start.elapsed()));
+    }
+
+    /// Time of all stages, in seconds.
+    pub fn seconds(&self) -> f64 {
+        self.timings.iter().map(|(_, time)| time.as_secs_f64()).sum()
     }
 }

@@ -1,4 +1,4 @@
-//! A finished picture.
+//! The result of a render: the picture, the work and the time that it took.
 
 use std::time::{Duration, Instant};
 
@@ -14,56 +14,56 @@ use crate::work::Work;
 /// Why a render ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ended {
-    /// All rays are shot.
+    /// All rays were shot.
     Complete,
-    /// It was asked to stop.
+    /// A [`Stop`](super::Stop) asked for the end.
     Stopped,
-    /// Its time was over.
+    /// The [`Deadline`](super::Deadline) passed.
     OutOfTime,
 }
 
-/// A picture and what it took.
+/// A rendered picture, with its work and time.
 #[derive(Debug)]
 pub struct Rendered {
     /// The picture.
     pub film: Film,
-    /// What was done, and what a kept look spared: the same whether or not there was one.
+    /// Work done, including what a cached snapshot saved: the same with and without one.
     pub work: Work,
-    /// Stages in the order in which they ran, each with the time it took.
+    /// Name and wall-clock time of each stage, in the order in which they ran.
     pub timings: Vec<(&'static str, Duration)>,
-    /// Gather radius of the volume photons, in metres; nothing for the reference.
+    /// Finest gather radius of volume photons, in metres; `None` for the reference.
     pub radius: Option<f64>,
+    /// Why the render ended.
+    pub ended: Ended,
+    /// Rays that were left to shoot.
+    pub rays_left: u64,
+    /// Why no checkpoint could be written, one sentence.
+    pub checkpoint_error: Option<String>,
     /// How light in media was estimated, and why; `None` for the reference and previews.
     pub strategy: Option<Summary>,
-    /// Whether the picture is finished.
-    pub ended: Ended,
-    /// Rays that it would still have got.
-    pub rays_left: u64,
-    /// Why its state could not be kept on disk.
-    pub checkpoint_error: Option<String>,
-    /// What the director's maps took, where there are any.
-    pub director: Option<Directed>,
-    /// What the director saw first, for another picture with the same camera, surfaces and lights.
-    pub sight: Option<CachedSnapshot>,
+    /// Work for the director's maps, where there are any.
+    pub director: Option<DirectorWork>,
+    /// The director's snapshot, for the next picture with the same camera, surfaces and lights.
+    pub snapshot: Option<CachedSnapshot>,
 }
 
-/// Work for the director's maps, without that of the coarse look at scattered light.
+/// Work for the director's maps, without the pilot's.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub struct Directed {
-    /// What was done.
+pub struct DirectorWork {
+    /// Work done.
     pub work: Work,
-    /// What was not, thanks to a kept look.
+    /// Work that a cached snapshot saved.
     pub spared: Work,
 }
 
 impl Rendered {
-    /// Share of its rays that the picture has got, in percent.
+    /// Share of the picture's rays that were shot, in percent.
     pub fn percent(&self) -> f64 {
         let (done, left) = (self.work.rays as f64, self.rays_left as f64);
         100.0 * done / (done + left).max(1.0)
     }
 
-    /// Takes noise off the picture, as one more stage.
+    /// Denoises the picture, as one more stage.
     ///
     /// # Errors
     /// As [`Denoiser::denoised`].
@@ -75,13 +75,13 @@ impl Rendered {
         Ok(())
     }
 
-    /// Whether all rays have been shot.
+    /// Whether all rays were shot.
     pub fn is_complete(&self) -> bool {
         self.ended == Ended::Complete
     }
 
-    /// What keeps the picture from being all that was asked for, one sentence each: work that was
-    /// cut short, samples that were left out.
+    /// Warnings about the picture, one sentence each: paths that were cut short, photons that were
+    /// never gathered, samples that were dropped.
     pub fn warnings(&self) -> Vec<String> {
         let Work { capped_paths: capped, photon_paths, rays, .. } = self.work;
         let mut warnings: Vec<String> = self.checkpoint_error.iter().cloned().collect();

@@ -1,6 +1,6 @@
-//! How the director is asked to spend a picture's budget.
+//! Settings of the director: which maps it makes, and what they direct.
 
-/// Who decides what a pixel may spend.
+/// What decides on the budget of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Director {
     /// Every pixel gets the same.
@@ -10,10 +10,10 @@ pub enum Director {
     X,
     /// The saliency map alone: what catches the eye.
     S,
-    /// Both, combined as [`Directing`] says.
+    /// XS: both, combined as [`Directing`] says.
     Xs,
     /// No map: each pixel is sampled until its own error estimate is small, as Cycles and Arnold
-    /// do. Stopping looks at the samples, so it is biased where those of the maps are not.
+    /// do. As stopping depends on the samples it is biased; budgets of the maps are not.
     Variance,
 }
 
@@ -36,13 +36,12 @@ impl Director {
     }
 }
 
-/// What the X-map says.
+/// What the X-map measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Importance {
     /// Transmittance to the first surface, as in Anson et al. 2006.
     Transmittance,
-    /// How uncertain the light is that will be seen, scattered light included, from a coarse look
-    /// with few photons.
+    /// Deviation of the light that is seen, scattered light included, measured in a pilot with few photons.
     #[default]
     Scattering,
 }
@@ -58,7 +57,7 @@ impl Importance {
     }
 }
 
-/// How X and S become one.
+/// How X and S are combined to XS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Operator {
     /// Weighed sum.
@@ -78,7 +77,7 @@ impl Operator {
     }
 }
 
-/// What is handed out by the XS-map; the rest is the same for all pixels.
+/// Parts of the budget that the XS-map directs; the others are the same for all pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Directed {
     /// Camera rays.
@@ -117,32 +116,32 @@ impl std::fmt::Display for Directed {
     }
 }
 
-/// The most that gather radius and march step of unimportant pixels may be wider.
+/// Largest ratio of the coarsest gather radius or march step to the finest.
 pub const MAX_COARSENING: f64 = 256.0;
 
-/// Pixels of the maps over those of the film, along each side.
+/// Range of the ratio of the maps' pixels to the film's, along each side.
 pub const RESOLUTIONS: std::ops::RangeInclusive<f64> = 0.0625..=4.0;
 
-/// How the director is asked to spend a picture's budget.
+/// Settings of the director.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Directing {
-    /// What the X-map says.
+    /// What the X-map measures.
     pub x: Importance,
     /// Weight of X and of S in [`Director::Xs`].
     pub weights: [f64; 2],
-    /// How they become one.
+    /// How X and S are combined.
     pub operator: Operator,
-    /// What is handed out.
+    /// What XS directs.
     pub directed: Directed,
     /// Rays of the least important pixel, at most the ceiling.
     pub floor: u32,
-    /// Gather radius of the least important pixel over that of the most important one.
+    /// Ratio of the gather radius of the least important pixel to the most important one's.
     pub coarsest_radius: f64,
     /// March step of the least important pixel, in voxels.
     pub coarsest_step: f64,
-    /// Standard error of a pixel over its mean at which [`Director::Variance`] ends it.
+    /// Ratio of standard error to mean of a pixel at which [`Director::Variance`] ends it.
     pub tolerance: f64,
-    /// Pixels of the maps over those of the film, along each side, in [`RESOLUTIONS`].
+    /// Ratio of the maps' pixels to the film's, along each side, in [`RESOLUTIONS`].
     pub resolution: f64,
 }
 
@@ -153,7 +152,7 @@ impl Directing {
     }
 }
 
-/// The words of `all`.
+/// The names in `all`.
 pub(super) fn names<T>(all: &[(&'static str, T)]) -> Vec<&'static str> {
     all.iter().map(|(name, _)| *name).collect()
 }

@@ -1,4 +1,5 @@
-//! Film and render settings, their defaults, and what the command line puts over them.
+//! Settings of film and render, as the stages take them. Names, ranges and defaults are in the tables of
+//! [`keys`](super::keys).
 
 use super::directing::{Directing, Director, name_of};
 use crate::image::{View, ViewTransform, Window};
@@ -14,30 +15,29 @@ pub const MAX_PHOTONS: u64 = 200_000_000;
 /// Largest order of volume scattering that can be asked for; leave it out for no limit.
 pub const MAX_SCATTER: u32 = 1_000_000;
 
-/// What the picture looks like.
+/// Size and look of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmSettings {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Exposure of the PNG in stops; nothing where a first look at the scene is metered.
+    /// Exposure of the PNG in stops; `None` where it is metered.
     pub exposure: Option<f64>,
     /// View transform of the PNG.
     pub view: ViewTransform,
 }
 
 impl FilmSettings {
-    /// How the PNG shows the picture; as it is where no exposure has been metered.
+    /// The view of the PNG, with an exposure of 0 where none was given or metered.
     pub fn shown(&self) -> View {
         View { exposure: self.exposure.unwrap_or(0.0), transform: self.view }
     }
 }
 
-/// Where rays that media scatter are followed further before photons are asked: then what there is of
-/// noise is grain, where photons alone leave blotches.
+/// Where scattered rays are followed by a final gather before photons are looked up. Its noise is grain,
+/// where photons alone leave blotches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FinalGather {
-    /// Where a phase function is peaked; where noise is taken off the picture, already where it is
-    /// less so.
+    /// Where a phase function is peaked; in a denoised picture already where it is less so.
     #[default]
     Auto,
     /// Nowhere.
@@ -57,41 +57,41 @@ impl FinalGather {
     }
 }
 
-/// Whether a render leaves out what the scene does not need.
+/// Whether a render leaves out work that the scene does not need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Planning {
-    /// It does.
+    /// It leaves it out.
     #[default]
     Needed,
-    /// It does all work that there is, to show that leaving it out changes nothing.
+    /// It does all work, so that tests can show that leaving it out changes nothing.
     Everything,
 }
 
-/// How the picture is computed.
+/// Settings of a render.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RenderSettings {
     /// Camera rays a pixel.
     pub rays: u32,
-    /// Photons the map is asked to hold.
+    /// Photon paths.
     pub photons: u64,
     /// Gather radius in metres; by default from the photon count and the voxel size.
     pub radius: Option<f64>,
     /// March step in metres; by default from the voxel size.
     pub step: Option<f64>,
-    /// Who decides what a pixel may spend.
+    /// What decides on the budget of a pixel.
     pub director: Director,
-    /// How it is asked to.
+    /// Settings of the director.
     pub directing: Directing,
     /// Seed of every random stream.
     pub seed: u64,
     /// Highest order of volume scattering, 1 being single scattering; no limit by default.
     pub max_scatter: Option<u32>,
-    /// Where scattered rays are followed.
+    /// Where final gathers are used.
     pub final_gather: FinalGather,
-    /// Whether noise is to be taken off the picture when it is done.
+    /// Whether the finished picture is denoised.
     pub denoise: bool,
-    /// Whether what the scene does not need is left out.
+    /// Whether work that the scene does not need is left out.
     pub planning: Planning,
-    /// The part of the film that is rendered; all of it where none is given.
+    /// The part of the film that is rendered; `None` for all of it.
     pub crop: Option<Window>,
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::answer::{Question, UNIFORM, has_round, over_rounds, scaled, too_inexact};
 use super::curve::{Curve, Reach};
-use super::results::{Answer, PointResult, TrialResult};
+use super::results::{Answer, PointResult, RunResult};
 
 /// Parts, each with the candidate that has it and the one that has not.
 const PARTS: [(&str, &str, &str); 12] = [
@@ -84,17 +84,17 @@ fn gain(
     if points_with.is_empty() {
         return Answer::None(too_inexact(question.target));
     }
-    let results: Vec<&TrialResult> = points_with.iter().flat_map(|point| &point.trials).collect();
-    let mut rounds: Vec<u32> = results.iter().map(|result| result.trial.round).collect();
+    let results: Vec<&RunResult> = points_with.iter().flat_map(|point| &point.runs).collect();
+    let mut rounds: Vec<u32> = results.iter().map(|result| result.run.round).collect();
     rounds.sort_unstable();
     rounds.dedup();
     rounds.retain(|round| has_round(points, without, *round));
     let reach = |round: &u32| {
         let curve = question.curve(points, without, *round);
-        let of_round = results.iter().filter(|result| result.trial.round == *round);
+        let of_round = results.iter().filter(|result| result.run.round == *round);
         let reaches = of_round.map(|result| {
             let error = question.error(result).unwrap_or(f64::NAN);
-            of(&curve, result.trial.seconds, error)
+            of(&curve, result.run.seconds, error)
         });
         over_budgets(&reaches.collect::<Vec<_>>())
     };

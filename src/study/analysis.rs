@@ -9,16 +9,15 @@ use super::answer::{Question, answer_curves, answer_points};
 use super::candidate::{Candidate, GOLD, Settings, at_finest_step};
 use super::convergence::convergence;
 use super::headline::headline;
-use super::job::REFERENCE;
+use super::job::{Basis, REFERENCE, Run};
 use super::metric::{Options, compare, default_epsilon};
-use super::plan::{Basis, Plan};
+use super::plan::Plan;
 use super::request::Metric;
-use super::results::{Answer, Measured, PointResult, Results, TrialResult};
-use super::run::Study;
+use super::results::{Answer, Measured, PointResult, Results, RunResult};
+use super::runner::Study;
 use super::split::{Measurement, displaced};
 use super::statistics::{CONFIDENCE, Interval};
-use super::target::{Pictures, Target, mean};
-use super::trial::Trial;
+use super::target::{Target, TargetImages, mean};
 use super::verdict::verdict;
 use crate::error::{Error, Result};
 use crate::image::{Image, read_exr, write_exr_image};
@@ -35,30 +34,30 @@ impl Study<'_> {
     ) -> Result<Results> {
         let gold = basis.gold;
         let jobs = plan.jobs(basis);
-        let trials: Vec<&Trial> = jobs.iter().filter_map(|job| self.store.find(job)).collect();
+        let runs: Vec<&Run> = jobs.iter().filter_map(|job| self.store.find(job)).collect();
         let mut options =
             Options { exposure: self.scene.film.shown().exposure, ..Options::default() };
         let mut targets = Vec::new();
         for name in [GOLD, REFERENCE] {
-            let renders: Vec<&Trial> =
-                trials.iter().copied().filter(|trial| trial.candidate == name).collect();
+            let renders: Vec<&Run> =
+                runs.iter().copied().filter(|run| run.candidate == name).collect();
             if renders.is_empty() {
                 continue;
             }
             let (target, pictures) = self.target(name, &renders, &mut options)?;
             targets.push((target, pictures));
         }
-        progress.stage("comparing", trials.len() as u64);
+        progress.stage("comparing", runs.len() as u64);
         let candidates = std::iter::once(Candidate::gold(gold)).chain(plan.candidates(gold));
         let mut points = Vec::new();
         for candidate in candidates {
             for (index, point) in candidate.points.iter().enumerate() {
-                let of = |t: &&&Trial| t.candidate == candidate.name && t.point == index;
-                let trials: Vec<&Trial> = trials.iter().filter(of).copied().collect();
+                let of = |t: &&&Run| t.candidate == candidate.name && t.point == index;
+                let runs: Vec<&Run> = runs.iter().filter(of).copied().collect();
                 let makes_step_errors =
                     basis.has_grids && at_finest_step(&point.settings).is_some();
                 let step = StepMeasured { is_exact: !makes_step_errors, rounds: plan.step_seeds };
-                let mut result = self.point(&trials, &targets, step, &options, progress)?;
+                let mut result = self.point(&runs, &targets, step, &options, progress)?;
                 result.about = candidate.about.into();
                 result.label.clone_from(&point.label);
                 result.settings = Settings::from(&point.settings);
@@ -111,16 +110,16 @@ impl Study<'_> {
     fn target(
         &self,
         name: &str,
-        renders: &[&Trial],
+        renders: &[&Run],
         options: &mut Options,
-    ) -> Result<(Target, Pictures)> {
+    ) -> Result<(Target, TargetImages)> {
         let folder = self.store.folder();
-        let (pictures, own) = Pictures::of(folder, renders, options)?;
+        let (pictures, own) = TargetImages::from_runs(folder, renders, options)?;
         options.epsilon = options.epsilon.or_else(|| default_epsilon(&pictures.mean));
         let exr = format!("exr/{name}-mean.exr");
         write_exr_image(&folder.join(&exr), &pictures.mean)?;
         let pixels = u64::from(self.store.header.size[0]) * u64::from(self.store.header.size[1]);
-        let rays = |t: &&Trial| t.work.get("rays").and_then(serde_json::Value::as_u64);
+        let rays = |t: &&Run| t.work.get("rays").and_then(serde_json::Value::as_u64);
         let target = Target {
             name: name.into(),
             renders: renders.len(),
@@ -136,46 +135,46 @@ impl Study<'_> {
     /// gold standard that it is no part of.
     fn point(
         &self,
-        all: &[&Trial],
-        targets: &[(Target, Pictures)],
+        all: &[&Run],
+        targets: &[(Target, TargetImages)],
         step: StepMeasured,
         options: &Options,
         progress: &dyn Progress,
     ) -> Result<PointResult> {
-        let (finest, trials): (Vec<&Trial>, Vec<&Trial>) =
-            all.iter().copied().partition(|trial| trial.finest_step);
-        let read = |trials: &[&Trial]| -> Result<Vec<Image>> {
-            let read = |trial: &&Trial| read_exr(&self.store.folder().join(&trial.exr));
-            trials.par_iter().map(read).collect()
+        let (finest, runs): (Vec<&Run>, Vec<&Run>) =
+            all.iter().copied().partition(|run| run.finest_step);
+        let read = |runs: &[&Run]| -> Result<Vec<Image>> {
+            let read = |run: &&Run| read_exr(&self.store.folder().join(&run.exr));
+            runs.par_iter().map(read).collect()
         };
-        let images = read(&trials)?;
-        let is_part = |trial: &Trial, target: &Target| trial.candidate == target.name;
-        let results: Vec<TrialResult> = trials
+        let images = read(&runs)?;
+        let is_part = |run: &Run, target: &Target| run.candidate == target.name;
+        let results: Vec<RunResult> = runs
             .par_iter()
             .zip(&images)
-            .map(|(trial, image)| {
+            .map(|(run, image)| {
                 let mut errors = BTreeMap::new();
                 for (target, pictures) in targets {
-                    let of = if is_part(trial, target) {
-                        pictures.without(trial.round)
+                    let of = if is_part(run, target) {
+                        pictures.without(run.round)
                     } else {
                         &pictures.mean
                     };
                     errors.insert(target.name.clone(), compare(of, image, options)?.errors);
                 }
                 progress.advance(1);
-                Ok(TrialResult { trial: (*trial).clone(), errors })
+                Ok(RunResult { run: (*run).clone(), errors })
             })
             .collect::<Result<_>>()?;
-        let seconds: Vec<f64> = trials.iter().map(|trial| trial.seconds).collect();
-        let lost = || Error::file(self.store.folder(), "lost trials; go on with --resume");
-        let first = trials.first().ok_or_else(lost)?;
+        let seconds: Vec<f64> = runs.iter().map(|run| run.seconds).collect();
+        let lost = || Error::file(self.store.folder(), "lost runs; go on with --resume");
+        let first = runs.first().ok_or_else(lost)?;
         let metric = self.request.metric;
         let measured = targets.iter().filter_map(|(target, _)| {
             let errors: Option<Vec<f64>> =
-                results.iter().map(|r| metric.of(&r.errors[&target.name])).collect();
-            let error = Interval::of(&errors?)?;
-            let own = metric.of(&target.own)?;
+                results.iter().map(|r| metric.value(&r.errors[&target.name])).collect();
+            let error = Interval::from_values(&errors?)?;
+            let own = metric.value(&target.own)?;
             let trusted = Target::is_trusted(own, error.estimate) && !is_part(first, target);
             Some((target.name.clone(), Measured { error, trusted }))
         });
@@ -184,17 +183,17 @@ impl Study<'_> {
         let steps: Vec<Image> = read(&finest)?
             .iter()
             .zip(&finest)
-            .filter_map(|(fine, trial)| {
-                let same = trials.iter().position(|other| other.round == trial.round)?;
+            .filter_map(|(fine, run)| {
+                let same = runs.iter().position(|other| other.round == run.round)?;
                 Some(displaced(&pictures.mean, &images[same], fine))
             })
             .collect();
         let is_told = step.is_exact || step.rounds > 1;
         let split = |metric: Metric| {
-            let errors = results.iter().map(|r| metric.of(&r.errors[&target.name]));
+            let errors = results.iter().map(|r| metric.value(&r.errors[&target.name]));
             let measurement = Measurement {
                 target: &pictures.mean,
-                own: metric.of(&target.own)?,
+                own: metric.value(&target.own)?,
                 mean: whole.as_ref()?,
                 steps: is_told.then_some(&steps),
             };
@@ -205,14 +204,14 @@ impl Study<'_> {
             about: String::new(),
             label: String::new(),
             settings: self.store.header.gold.clone(),
-            seconds: Interval::of(&seconds).ok_or_else(lost)?,
+            seconds: Interval::from_values(&seconds).ok_or_else(lost)?,
             errors: measured.collect(),
             speed_up: None,
             gain_at_equal_error: Answer::None(String::new()),
             gain_at_equal_time: Answer::None(String::new()),
             mse_split: split(Metric::Mse),
             relative_mse_split: split(Metric::RelativeMse),
-            trials: results,
+            runs: results,
             finest_step: finest.into_iter().cloned().collect(),
         })
     }

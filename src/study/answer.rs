@@ -1,4 +1,4 @@
-//! From measured trials to answers.
+//! From measured runs to answers.
 //!
 //! Everything is paired by round: what ran in the same minutes is compared, and the interval is
 //! over rounds.
@@ -7,7 +7,7 @@ use super::candidate::GOLD;
 use super::curve::{Curve, Reach};
 use super::job::REFERENCE;
 use super::request::Metric;
-use super::results::{Answer, CurveResult, PointResult, TrialResult};
+use super::results::{Answer, CurveResult, PointResult, RunResult};
 use super::statistics::{Interval, slope};
 use super::target::Target;
 
@@ -22,12 +22,12 @@ pub(super) struct Question<'a> {
 }
 
 impl Question<'_> {
-    pub(super) fn error(&self, result: &TrialResult) -> Option<f64> {
-        result.errors.get(&self.target.name).and_then(|errors| self.metric.of(errors))
+    pub(super) fn error(&self, result: &RunResult) -> Option<f64> {
+        result.errors.get(&self.target.name).and_then(|errors| self.metric.value(errors))
     }
 
     pub(super) fn own(&self) -> f64 {
-        self.metric.of(&self.target.own).unwrap_or(0.0)
+        self.metric.value(&self.target.own).unwrap_or(0.0)
     }
 
     /// The measured curve of a candidate in one round. Gold is the end of the uniform one, unless
@@ -35,21 +35,21 @@ impl Question<'_> {
     pub(super) fn curve(&self, points: &[PointResult], candidate: &str, round: u32) -> Curve {
         let gold_too = candidate == UNIFORM && self.target.name == REFERENCE;
         let of = |p: &&PointResult| p.candidate == candidate || (gold_too && p.candidate == GOLD);
-        let results = points.iter().filter(of).flat_map(|p| &p.trials);
-        let results = results.filter(|result| result.trial.round == round);
-        Curve::new(results.filter_map(|r| Some((r.trial.seconds, self.error(r)?))))
+        let results = points.iter().filter(of).flat_map(|p| &p.runs);
+        let results = results.filter(|result| result.run.round == round);
+        Curve::new(results.filter_map(|r| Some((r.run.seconds, self.error(r)?))))
     }
 
     /// The error of a render itself: where it is a squared one, less that of what it was measured
     /// against. Nothing where noise leaves nothing of it, or for gold by another metric.
-    pub(super) fn corrected(&self, result: &TrialResult) -> Option<f64> {
+    pub(super) fn corrected(&self, result: &RunResult) -> Option<f64> {
         let error = self.error(result)?;
-        let is_part = result.trial.candidate == self.target.name;
+        let is_part = result.run.candidate == self.target.name;
         if !self.metric.is_squared() {
             return (!is_part && error > 0.0).then_some(error);
         }
         let own = if is_part {
-            self.target.own_of_other_half(self.own(), result.trial.round)
+            self.target.own_of_other_half(self.own(), result.run.round)
         } else {
             self.own()
         };
@@ -66,24 +66,24 @@ pub(super) fn answer_points(points: &mut [PointResult], question: Question<'_>) 
     let gold: Vec<(u32, f64)> = points
         .iter()
         .filter(|point| point.candidate == GOLD)
-        .flat_map(|point| &point.trials)
-        .map(|result| (result.trial.round, result.trial.seconds))
+        .flat_map(|point| &point.runs)
+        .map(|result| (result.run.round, result.run.seconds))
         .collect();
     let answers: Vec<_> = points
         .iter()
         .map(|point| {
-            let faster = |result: &TrialResult| {
-                let same = gold.iter().find(|(round, _)| *round == result.trial.round)?;
-                Some(same.1 / result.trial.seconds)
+            let faster = |result: &RunResult| {
+                let same = gold.iter().find(|(round, _)| *round == result.run.round)?;
+                Some(same.1 / result.run.seconds)
             };
-            let ratios: Vec<f64> = point.trials.iter().filter_map(faster).collect();
+            let ratios: Vec<f64> = point.runs.iter().filter_map(faster).collect();
             let at_error = gain(points, point, question, |curve, seconds, error| {
                 scaled(curve.time_to(error), seconds)
             });
             let at_time = gain(points, point, question, |curve, seconds, error| {
                 scaled(curve.error_at(seconds), error)
             });
-            (Interval::of(&ratios), at_error, at_time)
+            (Interval::from_values(&ratios), at_error, at_time)
         })
         .collect();
     for (point, (speed_up, at_error, at_time)) in points.iter_mut().zip(answers) {
@@ -106,19 +106,19 @@ fn gain(
     if !question.is_trusted(point) {
         return Answer::None(too_inexact(question.target));
     }
-    let reach = |result: &TrialResult| {
-        let curve = question.curve(points, UNIFORM, result.trial.round);
+    let reach = |result: &RunResult| {
+        let curve = question.curve(points, UNIFORM, result.run.round);
         let error = question.error(result).unwrap_or(f64::NAN);
-        of(&curve, result.trial.seconds, error)
+        of(&curve, result.run.seconds, error)
     };
-    let paired = |r: &&TrialResult| has_round(points, UNIFORM, r.trial.round);
-    over_rounds(&point.trials.iter().filter(paired).map(reach).collect::<Vec<_>>())
+    let paired = |r: &&RunResult| has_round(points, UNIFORM, r.run.round);
+    over_rounds(&point.runs.iter().filter(paired).map(reach).collect::<Vec<_>>())
 }
 
 /// Whether `candidate` was rendered in this round.
 pub(super) fn has_round(points: &[PointResult], candidate: &str, round: u32) -> bool {
     let mut of = points.iter().filter(|point| point.candidate == candidate);
-    of.any(|point| point.trials.iter().any(|result| result.trial.round == round))
+    of.any(|point| point.runs.iter().any(|result| result.run.round == round))
 }
 
 /// One answer out of what each round says: nothing is told where a round would have to be
@@ -134,7 +134,7 @@ pub(super) fn over_rounds(rounds: &[Reach]) -> Answer {
         let told = told.map(|(n, what)| format!("{what} in {n} of {} seeds", rounds.len()));
         return Answer::None(told.collect::<Vec<_>>().join(", "));
     }
-    Interval::of(&found).map_or(Answer::None("not measured".into()), Answer::Found)
+    Interval::from_values(&found).map_or(Answer::None("not measured".into()), Answer::Found)
 }
 
 pub(super) fn scaled(reach: Reach, by: f64) -> Reach {
@@ -172,7 +172,7 @@ fn time_to(points: &[PointResult], question: Question<'_>, name: &str, error: f6
         return Answer::None(too_inexact(question.target));
     }
     let first = points.iter().find(|p| p.candidate == name);
-    let rounds = first.iter().flat_map(|p| &p.trials).map(|result| result.trial.round);
+    let rounds = first.iter().flat_map(|p| &p.runs).map(|result| result.run.round);
     let reach = |round| question.curve(points, name, round).time_to(error);
     over_rounds(&rounds.map(reach).collect::<Vec<_>>())
 }
@@ -180,9 +180,8 @@ fn time_to(points: &[PointResult], question: Question<'_>, name: &str, error: f6
 /// Of MSE against rays shot, where the target allows it.
 fn slope_of(points: &[PointResult], question: Question<'_>, name: &str) -> Option<f64> {
     let question = Question { metric: Metric::Mse, ..question };
-    let rays =
-        |result: &TrialResult| result.trial.work.get("rays").and_then(serde_json::Value::as_f64);
-    let results = points.iter().filter(|p| p.candidate == name).flat_map(|p| &p.trials);
+    let rays = |result: &RunResult| result.run.work.get("rays").and_then(serde_json::Value::as_f64);
+    let results = points.iter().filter(|p| p.candidate == name).flat_map(|p| &p.runs);
     let pairs: Vec<(f64, f64)> = results
         .filter_map(|r| Some((rays(r)?, question.error(r)?)))
         .filter(|(_, error)| Target::is_trusted(question.own(), *error))

@@ -1,4 +1,4 @@
-//! The ways of rendering that a study compares.
+//! Candidates: the ways of rendering that a study compares with the gold standard.
 
 use serde::{Deserialize, Serialize};
 
@@ -82,7 +82,7 @@ impl Candidate {
     }
 }
 
-/// The candidate out of `names` that is held against gold and uniform sampling: [`DIRECTED`], or
+/// The directed candidate out of `names` that is compared with gold and uniform sampling: [`DIRECTED`], or
 /// the first that is directed.
 pub(super) fn subject(names: &[String]) -> Option<&str> {
     let mut names = names.iter().map(String::as_str);

@@ -31,7 +31,7 @@ pub enum Outcome {
 
 impl Outcome {
     /// The outcome of a ratio with this interval; equality comes first.
-    pub fn of(ratio: &Interval) -> Self {
+    pub fn from_interval(ratio: &Interval) -> Self {
         match ratio.range {
             Some([low, high]) if low >= 1.0 - EQUAL && high <= 1.0 + EQUAL => Self::Equal,
             Some([low, _]) if low > 1.0 => Self::Above,
@@ -79,16 +79,20 @@ mod tests {
     fn ratio(mean: f64, deviation: f64, n: u32) -> Interval {
         let off = deviation * (f64::from(n - 1) / f64::from(n)).sqrt();
         let value = |i: u32| (mean + if i.is_multiple_of(2) { off } else { -off }).exp();
-        Interval::of(&(0..n).map(value).collect::<Vec<_>>()).unwrap()
+        Interval::from_values(&(0..n).map(value).collect::<Vec<_>>()).unwrap()
     }
 
     #[test]
     fn outcomes_of_made_ratios() {
-        assert_eq!(Outcome::of(&ratio(0.7, 0.1, 4)), Outcome::Above);
-        assert_eq!(Outcome::of(&ratio(-0.7, 0.1, 4)), Outcome::Below);
-        assert_eq!(Outcome::of(&ratio(0.05, 0.01, 4)), Outcome::Equal, "5 % for sure are equal");
-        assert_eq!(Outcome::of(&ratio(0.05, 0.2, 4)), Outcome::Open);
-        assert_eq!(Outcome::of(&Interval::of(&[2.0]).unwrap()), Outcome::Open);
+        assert_eq!(Outcome::from_interval(&ratio(0.7, 0.1, 4)), Outcome::Above);
+        assert_eq!(Outcome::from_interval(&ratio(-0.7, 0.1, 4)), Outcome::Below);
+        assert_eq!(
+            Outcome::from_interval(&ratio(0.05, 0.01, 4)),
+            Outcome::Equal,
+            "5 % for sure are equal"
+        );
+        assert_eq!(Outcome::from_interval(&ratio(0.05, 0.2, 4)), Outcome::Open);
+        assert_eq!(Outcome::from_interval(&Interval::from_values(&[2.0]).unwrap()), Outcome::Open);
     }
 
     #[test]
@@ -104,9 +108,9 @@ mod tests {
         }
         // From there on it is told, and one seed earlier it is not.
         let n = seeds_to_settle(&ratio(0.1, 0.3, 4)).unwrap();
-        assert_ne!(Outcome::of(&widened(0.1, 0.3, n)), Outcome::Open);
-        assert_eq!(Outcome::of(&widened(0.1, 0.3, n - 1)), Outcome::Open);
-        assert_eq!(seeds_to_settle(&Interval::of(&[2.0]).unwrap()), Some(FEWEST_SEEDS));
+        assert_ne!(Outcome::from_interval(&widened(0.1, 0.3, n)), Outcome::Open);
+        assert_eq!(Outcome::from_interval(&widened(0.1, 0.3, n - 1)), Outcome::Open);
+        assert_eq!(seeds_to_settle(&Interval::from_values(&[2.0]).unwrap()), Some(FEWEST_SEEDS));
         assert_eq!(seeds_to_settle(&ratio(0.0, 9.0, 4)), None);
     }
 

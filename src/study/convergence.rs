@@ -6,7 +6,7 @@ use super::answer::Question;
 use super::candidate::{GOLD, PHOTONS};
 use super::job::REFERENCE;
 use super::request::Metric;
-use super::results::{PointResult, TrialResult};
+use super::results::{PointResult, RunResult};
 use super::split::Split;
 use super::statistics::slope;
 use crate::strategy::Strategy;
@@ -85,10 +85,10 @@ impl Estimator {
 
     /// That of a render: by its strategy in media where photons are stored there, else by its counters,
     /// as in results stored without a strategy.
-    fn of(result: &TrialResult) -> Self {
-        let count = |name: &str| result.trial.work.get(name).and_then(serde_json::Value::as_u64);
+    fn from_result(result: &RunResult) -> Self {
+        let count = |name: &str| result.run.work.get(name).and_then(serde_json::Value::as_u64);
         let some = |name: &str| count(name).is_some_and(|n| n > 0);
-        let strategy = result.trial.strategy.as_ref();
+        let strategy = result.run.strategy.as_ref();
         let strategy = strategy.and_then(|summary| summary.media.first()).map(|m| m.strategy);
         let in_media = some("tracks") || some("volume_photons");
         match strategy.filter(|_| in_media) {
@@ -140,13 +140,14 @@ pub(super) fn convergence(points: &[PointResult], question: Question<'_>) -> Opt
     }
     let mut told = Vec::new();
     for point in points.iter().filter(of) {
-        let errors: Vec<f64> = point.trials.iter().filter_map(|t| question.error(t)).collect();
+        let errors: Vec<f64> = point.runs.iter().filter_map(|t| question.error(t)).collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         if super::Target::is_trusted(question.own(), mean) {
             told.push((point, mean));
         }
     }
-    let estimators = told.iter().filter_map(|(point, _)| point.trials.first()).map(Estimator::of);
+    let estimators =
+        told.iter().filter_map(|(point, _)| point.runs.first()).map(Estimator::from_result);
     let estimator = estimators
         .reduce(|a, b| if a == b { a } else { Estimator::Mixed })
         .unwrap_or(Estimator::None);
@@ -157,7 +158,7 @@ pub(super) fn convergence(points: &[PointResult], question: Question<'_>) -> Opt
         slope(&told.iter().map(pair).collect::<Option<Vec<_>>>()?)
     };
     let part = |of: fn(Split) -> f64| move |point: &PointResult, _: f64| point.mse_split.map(of);
-    let radius = slope_of(&|point, _| point.trials.first()?.trial.radius);
+    let radius = slope_of(&|point, _| point.runs.first()?.run.radius);
     Some(Convergence {
         estimator,
         about: estimator.about().into(),

@@ -70,8 +70,8 @@ fn kind(job: &Job) -> Kind {
 
 #[cfg(test)]
 mod tests {
-    use super::super::job::{Costs, estimated};
-    use super::super::plan::{Basis, Plan};
+    use super::super::job::{Basis, Costs, estimated};
+    use super::super::plan::Plan;
     use super::super::request::Request;
     use super::*;
     use crate::scene::RenderSettings;

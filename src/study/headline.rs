@@ -6,7 +6,7 @@ use super::answer::{Question, UNIFORM};
 use super::candidate::{GOLD, subject};
 use super::contrast::{MOST_SEEDS, Outcome, seeds_to_settle};
 use super::curve::Curve;
-use super::results::{PointResult, TrialResult};
+use super::results::{PointResult, RunResult};
 use super::statistics::Interval;
 use super::target::Target;
 
@@ -57,9 +57,9 @@ pub struct Settling {
 }
 
 impl Contrast {
-    fn of(ratios: &[f64]) -> Self {
-        let ratio = Interval::of(ratios);
-        let outcome = ratio.as_ref().map_or(Outcome::Open, Outcome::of);
+    fn from_ratios(ratios: &[f64]) -> Self {
+        let ratio = Interval::from_values(ratios);
+        let outcome = ratio.as_ref().map_or(Outcome::Open, Outcome::from_interval);
         Self { ratio, outcome }
     }
 
@@ -77,16 +77,15 @@ pub(super) fn headline(points: &[PointResult], question: Question<'_>) -> Option
     let name = subject(&directed)?;
     let point = points.iter().find(|point| point.candidate == name)?;
     let gold = points.iter().find(|point| point.candidate == GOLD)?;
-    let over = |of: &dyn Fn(&TrialResult) -> Option<f64>| {
-        Contrast::of(&point.trials.iter().filter_map(of).collect::<Vec<_>>())
+    let over = |of: &dyn Fn(&RunResult) -> Option<f64>| {
+        Contrast::from_ratios(&point.runs.iter().filter_map(of).collect::<Vec<_>>())
     };
-    let same_round = |result: &TrialResult| {
-        gold.trials.iter().find(|other| other.trial.round == result.trial.round)
-    };
-    let time_saved = over(&|result| Some(same_round(result)?.trial.seconds / result.trial.seconds));
+    let same_round =
+        |result: &RunResult| gold.runs.iter().find(|other| other.run.round == result.run.round);
+    let time_saved = over(&|result| Some(same_round(result)?.run.seconds / result.run.seconds));
     let error_gain = over(&|result| {
-        let uniform = uniform_curve(points, question, result.trial.round)?;
-        Some(uniform.favoured_error_at(result.trial.seconds)? / question.corrected(result)?)
+        let uniform = uniform_curve(points, question, result.run.round)?;
+        Some(uniform.favoured_error_at(result.run.seconds)? / question.corrected(result)?)
     });
     let error_cost = over(&|result| {
         Some(question.corrected(result)? / question.corrected(same_round(result)?)?)
@@ -110,12 +109,12 @@ pub(super) fn headline(points: &[PointResult], question: Question<'_>) -> Option
 /// Uniform sampling in one round, gold at its end; nothing where it was not measured.
 fn uniform_curve(points: &[PointResult], question: Question<'_>, round: u32) -> Option<Curve> {
     let of = |name: &'static str| {
-        let results = points.iter().filter(move |p| p.candidate == name).flat_map(|p| &p.trials);
-        results.filter(move |result| result.trial.round == round)
+        let results = points.iter().filter(move |p| p.candidate == name).flat_map(|p| &p.runs);
+        results.filter(move |result| result.run.round == round)
     };
     of(UNIFORM).next()?;
     let both = of(UNIFORM).chain(of(GOLD));
-    Some(Curve::new(both.filter_map(|r| Some((r.trial.seconds, question.corrected(r)?)))))
+    Some(Curve::new(both.filter_map(|r| Some((r.run.seconds, question.corrected(r)?)))))
 }
 
 /// What would settle the time saved, the gain over uniform sampling and, against the gold standard,
@@ -152,11 +151,10 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::super::candidate::Settings;
-    use super::super::job::REFERENCE;
+    use super::super::job::{REFERENCE, Run};
     use super::super::metric::{Errors, Options, compare};
     use super::super::request::Metric;
     use super::super::results::{Answer, Measured};
-    use super::super::trial::Trial;
     use super::*;
     use crate::image::Image;
     use crate::scene::RenderSettings;
@@ -169,8 +167,8 @@ mod tests {
 
     /// A candidate with these run times and errors by round.
     fn point(candidate: &str, rounds: &[(f64, f64)]) -> PointResult {
-        let trial = |(round, (seconds, error)): (u32, &(f64, f64))| TrialResult {
-            trial: Trial {
+        let run = |(round, (seconds, error)): (u32, &(f64, f64))| RunResult {
+            run: Run {
                 candidate: candidate.into(),
                 point: 0,
                 round,
@@ -186,7 +184,7 @@ mod tests {
             errors: BTreeMap::from([(REFERENCE.into(), errors(*error))]),
         };
         let of = |value: fn(&(f64, f64)) -> f64| {
-            Interval::of(&rounds.iter().map(value).collect::<Vec<_>>()).unwrap()
+            Interval::from_values(&rounds.iter().map(value).collect::<Vec<_>>()).unwrap()
         };
         let measured = Measured { error: of(|round| round.1), trusted: true };
         PointResult {
@@ -194,7 +192,7 @@ mod tests {
             about: String::new(),
             label: "8 rays".into(),
             settings: Settings::from(&RenderSettings::default()),
-            trials: (0..).zip(rounds).map(trial).collect(),
+            runs: (0..).zip(rounds).map(run).collect(),
             finest_step: Vec::new(),
             seconds: of(|round| round.0),
             errors: BTreeMap::from([(REFERENCE.into(), measured)]),

@@ -1,7 +1,7 @@
 //! What a shortcut costs in error and saves in time, against a fixed gold standard.
 //!
 //! A [`Study`] renders a scene at full quality, its *gold standard*, and with every [`Candidate`],
-//! at several budgets and with several seeds. Trials take turns, so that a machine that drifts
+//! at several budgets and with several seeds. Runs take turns, so that a machine that drifts
 //! hurts all alike, and each is on disk before the next begins. Then every picture is compared
 //! with a [`Target`] and the questions are answered: how much faster, how much worse, and what
 //! would uniform sampling have given for the same time or the same error.
@@ -67,12 +67,11 @@ mod plan;
 mod report;
 mod request;
 mod results;
-mod run;
+mod runner;
 mod split;
 mod statistics;
 mod store;
 mod target;
-mod trial;
 mod verdict;
 
 pub use ablation::Effect;
@@ -82,14 +81,14 @@ pub use convergence::{Convergence, Estimator};
 pub use curve::{Curve, Reach};
 pub use figure::significant;
 pub use headline::{Contrast, Headline, Settling};
+pub use job::Run;
 pub use machine::Machine;
 pub use plan::Plan;
 pub use report::write_report;
 pub use request::{Metric, Request};
-pub use results::{Answer, CurveResult, Measured, PointResult, Results, SCHEMA, TrialResult};
-pub use run::Study;
+pub use results::{Answer, CurveResult, Measured, PointResult, Results, RunResult, SCHEMA};
+pub use runner::Study;
 pub use split::Split;
 pub use statistics::{CONFIDENCE, Interval, slope};
-pub use store::TRIALS;
+pub use store::RUNS;
 pub use target::Target;
-pub use trial::Trial;

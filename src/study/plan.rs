@@ -1,4 +1,4 @@
-//! Which trials there are, and in which order.
+//! The plan of a study: which pictures are rendered, and in which order.
 
 use std::collections::BTreeMap;
 
@@ -8,9 +8,8 @@ use super::answer::UNIFORM;
 use super::candidate::{CANDIDATES, Candidate, GOLD, at_finest_step, subject};
 use super::contrast::FEWEST_SEEDS;
 use super::job::{
-    Costs, Job, LEAST_GOLDS, REFERENCE, Role, estimated, gold_job, reference_jobs, seeded,
+    Basis, Costs, Job, LEAST_GOLDS, REFERENCE, Role, estimated, gold_job, reference_jobs, seeded,
 };
-use super::request::Request;
 use crate::scene::RenderSettings;
 
 /// Rounds in which the step error is measured. The difference of two pictures from the same seed
@@ -36,7 +35,7 @@ const FIRST_LEFT_OUT: [&str; 12] = [
     "x-transmittance",
 ];
 
-/// Budgets, seeds and candidates, chosen.
+/// Candidates, budgets and seeds of a study.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plan {
     /// Names of the candidates.
@@ -52,20 +51,9 @@ pub struct Plan {
     pub fewer: BTreeMap<String, u32>,
 }
 
-/// What a plan is made for.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Basis<'a> {
-    /// What is asked.
-    pub(super) request: &'a Request,
-    /// The gold standard.
-    pub(super) gold: &'a RenderSettings,
-    /// Whether there is any grid: without one a march step makes no error.
-    pub(super) has_grids: bool,
-}
-
 impl Plan {
-    /// What `basis` names, whatever it takes.
-    pub(super) fn asked(basis: Basis<'_>) -> Self {
+    /// The plan that is requested, whatever it costs.
+    pub(super) fn requested(basis: Basis<'_>) -> Self {
         let Basis { request, gold, has_grids } = basis;
         let mut budgets = request.budgets.clone();
         if budgets.is_empty() {
@@ -97,7 +85,7 @@ impl Plan {
     /// is left, or into all of it where they are asked for by name. The rest is for more seeds of
     /// the core, which [`Plan::with_seeds`] adds.
     pub(super) fn fitting(basis: Basis<'_>, costs: &Costs, seconds: f64) -> Self {
-        let mut plan = Self::asked(basis).with_seeds(basis.request.seeds.min(FEWEST_SEEDS));
+        let mut plan = Self::requested(basis).with_seeds(basis.request.seeds.min(FEWEST_SEEDS));
         let asked = plan.candidates.clone();
         let core = [Some(UNIFORM), subject(&asked)];
         plan.candidates.retain(|name| core.contains(&Some(name.as_str())));
@@ -261,6 +249,7 @@ fn by_importance(names: &[String]) -> impl Iterator<Item = &str> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::request::Request;
     use super::*;
 
     const COSTS: Costs = Costs { gold: 8.0, least: 1.0, reference: 0.5, comparing: 0.1 };
@@ -277,7 +266,7 @@ mod tests {
     fn rounds_have_everything_once() {
         let gold = RenderSettings::default();
         let request = Request { reference: Some(9), ..request() };
-        let plan = Plan::asked(basis(&request, &gold));
+        let plan = Plan::requested(basis(&request, &gold));
         assert_eq!(plan.budgets, [16, 8, 4, 2, 1]);
         let jobs = plan.jobs(basis(&request, &gold));
         // Gold five times, every point with five seeds and with two at the finest step, halves.
@@ -327,7 +316,7 @@ mod tests {
         let gold = RenderSettings::default();
         let request = request();
         let basis = basis(&request, &gold);
-        let plan = Plan::asked(basis);
+        let plan = Plan::requested(basis);
         let jobs = plan.jobs(basis);
         let without = |of: &dyn Fn(&Job) -> bool| plan.completed(&jobs, |job| !of(job));
         assert_eq!(without(&|_| false), Some(plan.clone()));

@@ -1,4 +1,4 @@
-//! What is asked of a study.
+//! The request of a study.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::metric::Errors;
 use crate::error::{Error, Result};
 use crate::scene::MAX_RAYS;
 
-/// What is asked of a study.
+/// The request of a study: what it compares, and how much it renders.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
     /// Names out of [`CANDIDATES`]; all where there are none.
@@ -23,7 +23,7 @@ pub struct Request {
     pub seconds: Option<f64>,
     /// The error that the answers are about.
     pub metric: Metric,
-    /// Errors for which each candidate is asked how long it takes to get there.
+    /// Errors for which the time to reach them is reported.
     pub errors: Vec<f64>,
 }
 
@@ -142,8 +142,8 @@ impl Metric {
         self.row().2
     }
 
-    /// The figure, at least 0, nothing where it cannot be told.
-    pub fn of(self, errors: &Errors) -> Option<f64> {
+    /// The metric's value in `errors`, at least 0; `None` where it was not measured.
+    pub fn value(self, errors: &Errors) -> Option<f64> {
         match self {
             Self::Mse => Some(errors.mse),
             Self::RelativeMse => errors.relative_mse,

@@ -1,4 +1,4 @@
-//! What a study found: the schema of `results.json`, and `results.csv`.
+//! Results of a study: the schema of `results.json`, and `results.csv`.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -10,6 +10,7 @@ use super::ablation::Effect;
 use super::candidate::Settings;
 use super::convergence::Convergence;
 use super::headline::Headline;
+use super::job::Run;
 use super::machine::Machine;
 use super::metric::{Errors, Options};
 use super::plan::Plan;
@@ -17,7 +18,6 @@ use super::request::{Metric, Request};
 use super::split::Split;
 use super::statistics::Interval;
 use super::target::Target;
-use super::trial::Trial;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::image::View;
@@ -25,16 +25,16 @@ use crate::image::View;
 /// The version of the schema; it changes where a field changes its meaning or goes.
 pub const SCHEMA: u32 = 3;
 
-/// All that a study found, with all that it takes to find it again.
+/// Results of a study, with all that is needed to repeat it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// [`SCHEMA`].
     pub schema: u32,
     /// fogbow's version.
     pub version: String,
-    /// The command that asked for the study.
+    /// The command line.
     pub command: String,
-    /// What it ran on.
+    /// The machine.
     pub machine: Machine,
     /// The scene file.
     pub scene: PathBuf,
@@ -46,9 +46,9 @@ pub struct Results {
     pub seed: u64,
     /// The gold standard.
     pub gold: Settings,
-    /// What was asked.
+    /// The request.
     pub request: Request,
-    /// What was done: fewer seeds than planned where time ran out.
+    /// The plan as it was done: with fewer seeds where time ran out.
     pub plan: Plan,
     /// How the scene's film shows pictures.
     pub view: View,
@@ -56,18 +56,17 @@ pub struct Results {
     pub metrics: Options,
     /// How intervals were made.
     pub statistics: String,
-    /// Gold and, where one was asked for, reference; answers are about the last.
+    /// Gold and, where requested, reference; answers use the last.
     pub targets: Vec<Target>,
     /// Gold, then every candidate at every budget.
     pub points: Vec<PointResult>,
-    /// What holds for a candidate as a whole.
+    /// Results of candidates over all budgets.
     pub curves: Vec<CurveResult>,
-    /// What each part of the director brings.
+    /// Effect of each part of the director.
     pub ablation: Vec<Effect>,
-    /// How errors fall with photons, beside theory; nothing where that was not measured.
+    /// Errors against photons, beside theory; `None` where that was not measured.
     pub convergence: Option<Convergence>,
-    /// Gold against the directed candidate against uniform sampling; nothing where no candidate is
-    /// directed.
+    /// Gold, directed candidate and uniform sampling compared; `None` where no candidate is directed.
     pub headline: Option<Headline>,
     /// The findings in sentences, the answer first.
     pub verdict: Vec<String>,
@@ -84,10 +83,11 @@ pub struct PointResult {
     pub label: String,
     /// How it was rendered, but for seeds.
     pub settings: Settings,
-    /// Its renders by seed.
-    pub trials: Vec<TrialResult>,
-    /// Renders with the same seeds and the finest march step, for the step error.
-    pub finest_step: Vec<Trial>,
+    /// Its runs by seed.
+    #[serde(rename = "trials")]
+    pub runs: Vec<RunResult>,
+    /// Runs with the same seeds and the finest march step, for the step error.
+    pub finest_step: Vec<Run>,
     /// Run time in seconds, without loading and writing.
     pub seconds: Interval,
     /// The error that answers are about, by each target's name.
@@ -113,13 +113,13 @@ pub struct Measured {
     pub trusted: bool,
 }
 
-/// A render with its errors.
+/// A run with its errors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TrialResult {
-    /// The render.
+pub struct RunResult {
+    /// The run.
     #[serde(flatten)]
-    pub trial: Trial,
-    /// Every figure, by each target's name.
+    pub run: Run,
+    /// Errors by every metric, by each target's name.
     pub errors: BTreeMap<String, Errors>,
 }
 
@@ -133,7 +133,7 @@ pub enum Answer {
     None(String),
 }
 
-/// What holds for a candidate over all its budgets.
+/// Results of a candidate over all its budgets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurveResult {
     /// Its name.
@@ -167,7 +167,7 @@ impl Results {
         file::write(&folder.join("results.csv"), |out| self.write_csv(out))
     }
 
-    /// One row for a render and a target.
+    /// Writes one row for each run and target.
     fn write_csv(&self, out: impl Write) -> std::io::Result<()> {
         let mut csv = csv::Writer::from_writer(out);
         let fixed = [
@@ -190,29 +190,23 @@ impl Results {
         let metrics = Metric::ALL.iter().map(|row| row.0);
         csv.write_record(fixed.into_iter().chain(metrics).chain(["mean_ratio"]).chain(made))?;
         for point in &self.points {
-            for result in &point.trials {
+            for result in &point.runs {
                 for (target, errors) in &result.errors {
-                    csv.write_record(self.row(point, &result.trial, target, errors))?;
+                    csv.write_record(self.row(point, &result.run, target, errors))?;
                 }
             }
         }
         csv.flush()
     }
 
-    fn row(
-        &self,
-        point: &PointResult,
-        trial: &Trial,
-        target: &str,
-        errors: &Errors,
-    ) -> Vec<String> {
+    fn row(&self, point: &PointResult, run: &Run, target: &str, errors: &Errors) -> Vec<String> {
         let number = |v: Option<f64>| v.map(|v| v.to_string()).unwrap_or_default();
         let settings = &point.settings;
         let mut row = vec![
             point.candidate.clone(),
             point.label.clone(),
-            trial.round.to_string(),
-            trial.seed.to_string(),
+            run.round.to_string(),
+            run.seed.to_string(),
             settings.rays.to_string(),
             settings.photons.to_string(),
             settings.director.clone(),
@@ -220,11 +214,11 @@ impl Results {
             settings.operator.clone(),
             settings.directs.clone(),
             settings.tolerance.to_string(),
-            trial.seconds.to_string(),
-            trial.work.get("rays").map(ToString::to_string).unwrap_or_default(),
+            run.seconds.to_string(),
+            run.work.get("rays").map(ToString::to_string).unwrap_or_default(),
             target.to_owned(),
         ];
-        row.extend(Metric::ALL.iter().map(|(_, metric, _)| number(metric.of(errors))));
+        row.extend(Metric::ALL.iter().map(|(_, metric, _)| number(metric.value(errors))));
         row.push(number(errors.mean_ratio));
         row.extend([
             self.version.clone(),
@@ -233,7 +227,7 @@ impl Results {
             format!("{}x{}", self.size[0], self.size[1]),
             self.machine.to_string(),
             self.command.clone(),
-            trial.exr.clone(),
+            run.exr.clone(),
         ]);
         row
     }

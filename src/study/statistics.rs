@@ -27,7 +27,7 @@ impl Interval {
     /// The interval of finite `values` of at least 0, nothing where there are none or one is no
     /// such number. A value of 0 has no logarithm: then mean and interval are of the values
     /// themselves, the interval cut off at 0.
-    pub fn of(values: &[f64]) -> Option<Self> {
+    pub fn from_values(values: &[f64]) -> Option<Self> {
         if values.is_empty() || values.iter().any(|v| !v.is_finite() || *v < 0.0) {
             return None;
         }
@@ -99,21 +99,21 @@ mod tests {
     #[test]
     fn intervals_against_values_worked_by_hand() {
         // Logarithms 0, ln 2, 2 ln 2: mean ln 2, deviation ln 2, t of 2 degrees 4.30265.
-        let interval = Interval::of(&[1.0, 4.0, 2.0]).unwrap();
+        let interval = Interval::from_values(&[1.0, 4.0, 2.0]).unwrap();
         assert!(near(interval.estimate, 2.0) && interval.median == 2.0 && interval.samples == 3);
         let factor = (4.302_65 / 3f64.sqrt() * 2f64.ln()).exp();
         let [low, high] = interval.range.unwrap();
         assert!(near(low, 2.0 / factor) && near(high, 2.0 * factor), "{low} {high}");
         // With a 0: 0, 1, 2, 3 has mean 1.5, deviation 1.29099, t of 3 degrees 3.18245.
-        let [low, high] = Interval::of(&[0.0, 3.0, 1.0, 2.0]).unwrap().range.unwrap();
+        let [low, high] = Interval::from_values(&[0.0, 3.0, 1.0, 2.0]).unwrap().range.unwrap();
         assert!(low == 0.0 && near(high, 1.5 + 3.182_45 * 1.290_99 / 2.0), "{high}");
     }
 
     #[test]
     fn what_cannot_be_told_is_not() {
-        assert_eq!(Interval::of(&[]), None);
-        assert_eq!(Interval::of(&[1.0, f64::NAN]), None);
-        assert_eq!(Interval::of(&[3.0]).unwrap().range, None);
+        assert_eq!(Interval::from_values(&[]), None);
+        assert_eq!(Interval::from_values(&[1.0, f64::NAN]), None);
+        assert_eq!(Interval::from_values(&[3.0]).unwrap().range, None);
         assert_eq!(slope(&[(1.0, 2.0), (1.2, 3.0)]), None);
     }
 

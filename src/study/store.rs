@@ -1,7 +1,7 @@
-//! A study on disk: every trial is there before the next begins.
+//! The files of a study: each run is stored before the next begins.
 //!
-//! `study.json` says what the study is of; [`TRIALS`] has one trial a line, added once its EXR is
-//! whole. Whatever moment a study is killed at, all but the trial under way is kept.
+//! `study.json` is the header; [`RUNS`] has one run a line, added once its EXR is complete. Whenever a study
+//! is killed, only the run under way is lost.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
@@ -11,23 +11,22 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::candidate::Settings;
-use super::job::{Costs, Job};
+use super::job::{Costs, Job, Run};
 use super::machine::Machine;
 use super::plan::Plan;
 use super::request::Request;
 use super::results::SCHEMA;
-use super::trial::Trial;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::image::{Film, write_exr};
 use crate::scene::Scene;
 
-/// The file of trials, one JSON object a line.
-pub const TRIALS: &str = "trials.jsonl";
+/// The file of runs, one JSON object a line.
+pub const RUNS: &str = "trials.jsonl";
 
 const STUDY: &str = "study.json";
 
-/// What a study is of.
+/// The header of a study: what it compares, where, and how.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Header {
     pub(super) schema: u32,
@@ -39,9 +38,9 @@ pub(super) struct Header {
     pub(super) gold: Settings,
     pub(super) machine: Machine,
     pub(super) request: Request,
-    /// Nothing until it is chosen.
+    /// `None` until it is chosen.
     pub(super) plan: Option<Plan>,
-    /// What renders take, where that was asked for.
+    /// Costs of single renders, for a study bounded by time.
     pub(super) costs: Option<Costs>,
 }
 
@@ -62,20 +61,20 @@ impl Header {
         }
     }
 
-    /// The first thing in which a study on disk is another one than `self`.
+    /// The first field in which the stored header of a study differs from `self`, as a sentence.
     fn differs_in(&self, stored: &Self) -> Option<String> {
-        let told = |name: &str, stored: &dyn std::fmt::Debug, asked: &dyn std::fmt::Debug| {
+        let difference = |name: &str, stored: &dyn std::fmt::Debug, asked: &dyn std::fmt::Debug| {
             let (stored, asked) = (format!("{stored:?}"), format!("{asked:?}"));
             (stored != asked).then(|| format!("its {name} is {stored}, now it is {asked}"))
         };
-        told("schema", &stored.schema, &self.schema)
-            .or_else(|| told("fogbow version", &stored.version, &self.version))
-            .or_else(|| told("scene hash", &stored.hash, &self.hash))
-            .or_else(|| told("size", &stored.size, &self.size))
-            .or_else(|| told("seed", &stored.seed, &self.seed))
-            .or_else(|| told("render settings", &stored.gold, &self.gold))
-            .or_else(|| told("machine", &stored.machine, &self.machine))
-            .or_else(|| told("request", &what_of(&stored.request), &what_of(&self.request)))
+        difference("schema", &stored.schema, &self.schema)
+            .or_else(|| difference("fogbow version", &stored.version, &self.version))
+            .or_else(|| difference("scene hash", &stored.hash, &self.hash))
+            .or_else(|| difference("size", &stored.size, &self.size))
+            .or_else(|| difference("seed", &stored.seed, &self.seed))
+            .or_else(|| difference("render settings", &stored.gold, &self.gold))
+            .or_else(|| difference("machine", &stored.machine, &self.machine))
+            .or_else(|| difference("request", &what_of(&stored.request), &what_of(&self.request)))
     }
 }
 
@@ -84,15 +83,15 @@ impl Header {
 pub(super) struct Store {
     folder: PathBuf,
     pub(super) header: Header,
-    trials: BTreeMap<Key, Trial>,
+    runs: BTreeMap<Key, Run>,
     log: File,
 }
 
 /// Candidate, point, round, and whether the march step is the finest.
 type Key = (String, usize, u32, bool);
 
-fn key(trial: Trial) -> (Key, Trial) {
-    ((trial.candidate.clone(), trial.point, trial.round, trial.finest_step), trial)
+fn key(run: Run) -> (Key, Run) {
+    ((run.candidate.clone(), run.point, run.round, run.finest_step), run)
 }
 
 impl Store {
@@ -112,59 +111,59 @@ impl Store {
         }
         let header = if there { stored(&path, &header)? } else { header };
         fs::create_dir_all(folder.join("exr")).map_err(|e| unwritable(folder, &e))?;
-        let log_path = folder.join(TRIALS);
-        let (trials, sound) = if there { read_trials(&log_path)? } else { (Vec::new(), 0) };
+        let log_path = folder.join(RUNS);
+        let (runs, sound) = if there { read_runs(&log_path)? } else { (Vec::new(), 0) };
         let log = OpenOptions::new()
             .create(true)
             .append(true)
             .open(&log_path)
             .map_err(|e| unwritable(&log_path, &e))?;
-        // What a killed study left of its last line.
+        // Drops what a killed study left of its last line.
         log.set_len(sound).map_err(|e| unwritable(&log_path, &e))?;
-        let trials =
-            trials.into_iter().filter(|t: &Trial| folder.join(&t.exr).is_file()).map(key).collect();
-        let store = Self { folder: folder.to_path_buf(), header, trials, log };
+        let runs =
+            runs.into_iter().filter(|t: &Run| folder.join(&t.exr).is_file()).map(key).collect();
+        let store = Self { folder: folder.to_path_buf(), header, runs, log };
         store.write_header()?;
         Ok(store)
     }
 
-    /// The trial that `job` asks for, where it is done.
-    pub(super) fn find(&self, job: &Job) -> Option<&Trial> {
-        self.trials.get(&(job.candidate.to_owned(), job.point, job.round, job.finest_step))
+    /// The run of `job`, where there is one.
+    pub(super) fn find(&self, job: &Job) -> Option<&Run> {
+        self.runs.get(&(job.candidate.to_owned(), job.point, job.round, job.finest_step))
     }
 
-    /// How many rounds are begun.
+    /// Number of rounds with a run.
     pub(super) fn rounds(&self) -> u32 {
-        self.trials.values().map(|trial| trial.round + 1).max().unwrap_or(0)
+        self.runs.values().map(|run| run.round + 1).max().unwrap_or(0)
     }
 
-    /// How many trials are done.
+    /// Number of runs.
     pub(super) fn len(&self) -> usize {
-        self.trials.len()
+        self.runs.len()
     }
 
-    /// Writes the picture, then the line of a finished trial.
-    pub(super) fn add(&mut self, trial: Trial, film: &Film) -> Result<()> {
-        let path = self.folder.join(TRIALS);
+    /// Stores a run: first its picture, then its line.
+    pub(super) fn add(&mut self, run: Run, film: &Film) -> Result<()> {
+        let path = self.folder.join(RUNS);
         let settings = [
             ("fogbow:version", self.header.version.clone()),
             ("fogbow:scene", self.header.hash.clone()),
-            ("fogbow:candidate", trial.candidate.clone()),
-            ("fogbow:point", trial.point.to_string()),
-            ("fogbow:seed", trial.seed.to_string()),
+            ("fogbow:candidate", run.candidate.clone()),
+            ("fogbow:point", run.point.to_string()),
+            ("fogbow:seed", run.seed.to_string()),
         ];
-        write_exr(&self.folder.join(&trial.exr), film, &settings)?;
-        let mut line = serde_json::to_vec(&trial).map_err(|e| unwritable(&path, &e))?;
+        write_exr(&self.folder.join(&run.exr), film, &settings)?;
+        let mut line = serde_json::to_vec(&run).map_err(|e| unwritable(&path, &e))?;
         line.push(b'\n');
         self.log
             .write_all(&line)
             .and_then(|()| self.log.sync_data())
             .map_err(|e| unwritable(&path, &e))?;
-        self.trials.extend([key(trial)]);
+        self.runs.extend([key(run)]);
         Ok(())
     }
 
-    /// Settles what is going to be rendered, and what that takes where it is known.
+    /// Stores the plan, and the costs where they are known.
     pub(super) fn settle(&mut self, plan: Plan, costs: Option<Costs>) -> Result<()> {
         self.header.plan = Some(plan);
         self.header.costs = costs;
@@ -182,7 +181,7 @@ impl Store {
     }
 }
 
-/// A request but for how much is rendered, of which there may be more.
+/// A request without its amount of work, which a resumed study may raise.
 fn what_of(request: &Request) -> Request {
     Request { seeds: 0, seconds: None, ..request.clone() }
 }
@@ -200,8 +199,8 @@ fn stored(path: &Path, asked: &Header) -> Result<Header> {
     }
 }
 
-/// The trials of a log, and the length of its whole lines. Only the last can be torn.
-fn read_trials(path: &Path) -> Result<(Vec<Trial>, u64)> {
+/// The runs of a log, and the length of its whole lines. Only the last can be torn.
+fn read_runs(path: &Path) -> Result<(Vec<Run>, u64)> {
     if !path.exists() {
         return Ok((Vec::new(), 0));
     }
@@ -210,7 +209,7 @@ fn read_trials(path: &Path) -> Result<(Vec<Trial>, u64)> {
     let lines = bytes.split(|&b| b == b'\n').enumerate().filter(|(_, line)| !line.is_empty());
     let parse = |(number, line): (usize, &[u8])| {
         serde_json::from_slice(line).map_err(|e| {
-            Error::file(path, format!("line {} is no trial: {e}; delete the line", number + 1))
+            Error::file(path, format!("line {} is no run: {e}; delete the line", number + 1))
         })
     };
     Ok((lines.map(parse).collect::<Result<_>>()?, bytes.len() as u64))

@@ -1,18 +1,18 @@
-//! What pictures are measured against, and how far it can be trusted.
+//! Targets: the means of renders that pictures are measured against, with their own error.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::job::Run;
 use super::metric::{Errors, Options, compare};
-use super::trial::Trial;
 use crate::error::{Error, Result};
 use crate::image::{Image, read_exr};
 
-/// The most of a measured error that the target's own error may be.
+/// Largest ratio of the target's own error to a measured one for a verdict.
 const TRUST: f64 = 1.0 / 3.0;
 
-/// What pictures are measured against: the mean of several renders.
+/// The mean of several renders, against which pictures are measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// `gold` or `reference`.
@@ -23,20 +23,21 @@ pub struct Target {
     pub rays: u64,
     /// Mean seconds of one of them.
     pub seconds: f64,
-    /// Its own error, as half of the renders show it: their mean differs from the mean of all just
-    /// as that differs from the truth, if noise is all that is wrong.
+    /// Its own error, estimated from one half of the renders: where the error is noise, the half's mean
+    /// differs from the mean of all as that differs from the truth.
     pub own: Errors,
     /// The file of the mean.
     pub exr: String,
 }
 
 impl Target {
-    /// Whether an `error` stands far enough above the target's `own`, both by one metric.
+    /// Whether the target's `own` error is small enough beside a measured `error`, both by one metric.
     pub fn is_trusted(own: f64, error: f64) -> bool {
         own <= TRUST * error
     }
 
-    /// By which factor more renders the `own` error would be trusted beside `error`, at least 1.
+    /// Ratio of the renders for which `own` would be small enough beside `error` to those there are, at
+    /// least 1.
     pub(super) fn renders_wanted(own: f64, error: f64) -> f64 {
         (own / (TRUST * error)).max(1.0)
     }
@@ -51,27 +52,27 @@ impl Target {
     }
 }
 
-/// A target with its pictures.
+/// The pictures of a target.
 #[derive(Debug)]
-pub(super) struct Pictures {
+pub(super) struct TargetImages {
     /// The mean of all renders.
     pub(super) mean: Image,
     /// The mean of the other half of the renders, for each half.
     others: [Image; 2],
 }
 
-impl Pictures {
-    /// The mean of two halves of `trials` in `folder`, and its own error.
-    pub(super) fn of(
+impl TargetImages {
+    /// The mean of two halves of `runs` in `folder`, and its own error.
+    pub(super) fn from_runs(
         folder: &Path,
-        trials: &[&Trial],
+        runs: &[&Run],
         options: &Options,
     ) -> Result<(Self, Errors)> {
         let half = |parity: usize| {
             // One after the other: there can be many, and large ones.
             let mut sum = Sum::default();
-            for trial in trials.iter().skip(parity).step_by(2) {
-                sum.add(&read_exr(&folder.join(&trial.exr))?);
+            for run in runs.iter().skip(parity).step_by(2) {
+                sum.add(&read_exr(&folder.join(&run.exr))?);
             }
             sum.mean().ok_or_else(|| {
                 Error::file(folder, "has too few pictures for a target, or of several sizes")

@@ -166,7 +166,7 @@ pub fn in_scattered<S: Spectrum>(
     }
     let span = Span::new(0.0, light.distance);
     let transmittance: S = scene.media.transmittance_counted(&ray, span, &mut ctx.work);
-    S::of(light.radiance) * phase * transmittance
+    S::from_rgb(light.radiance) * phase * transmittance
 }
 
 /// Radiance of the lights that `ray` hits, through media, each times `weight` of its index, the
@@ -191,7 +191,8 @@ fn light_along<S: Spectrum>(
             let emitted = light.radiance_from(ray.direction, at);
             if emitted != Rgb::ZERO {
                 let choice = lights.pick_probability(ray.origin, index);
-                radiance += S::of(emitted) * weight(index, choice, light.pdf(ray.direction, at));
+                radiance +=
+                    S::from_rgb(emitted) * weight(index, choice, light.pdf(ray.direction, at));
             }
         }
     }
@@ -259,13 +260,15 @@ fn unoccluded<S: Spectrum>(
     ctx: &mut PathContext,
 ) -> S {
     let ray = hit.leave(light.direction);
-    let weight = S::of(weight);
+    let weight = S::from_rgb(weight);
     if weight == S::ZERO || !is_visible(scene, &ray, light, ctx) {
         return S::ZERO;
     }
     if media.is_empty() || !ctx.needs.media {
-        return S::of(light.radiance) * weight;
+        return S::from_rgb(light.radiance) * weight;
     }
     let span = Span::new(0.0, light.distance);
-    S::of(light.radiance) * weight * media.transmittance_counted::<S>(&ray, span, &mut ctx.work)
+    S::from_rgb(light.radiance)
+        * weight
+        * media.transmittance_counted::<S>(&ray, span, &mut ctx.work)
 }

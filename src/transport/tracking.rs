@@ -109,11 +109,11 @@ fn collide<S: Spectrum>(
 ) -> (Event, S) {
     let medium = media.get(c.medium);
     ctx.work.grid_lookups += u64::from(!medium.albedo.is_constant());
-    let null = S::splat(c.majorant) - S::of(medium.sigma_t) * c.density;
+    let null = S::splat(c.majorant) - S::from_rgb(medium.sigma_t) * c.density;
     let null = throughput * null.not_negative();
     let rate = throughput.element_sum() * c.majorant;
     let p_null = null.element_sum() / rate;
-    let scattering = || throughput * S::of(media.sigma_s(c, p));
+    let scattering = || throughput * S::from_rgb(media.sigma_s(c, p));
     if absorption == Absorption::Weighted {
         if ctx.rng.uniform() >= p_null {
             return (Event::Scattered, scattering() / (c.majorant * (1.0 - p_null)));
@@ -145,10 +145,10 @@ pub fn add_emission<S: Spectrum>(
     for medium in media.iter().filter(|m| m.emission.is_some()) {
         ctx.work.emission_lookups += 1;
         let emission = medium.emission_apart(ray, step.span);
-        *radiance += step.throughput * S::of(emission);
+        *radiance += step.throughput * S::from_rgb(emission);
     }
     if let Some(c) = &step.collision {
-        let emission = S::of(media.get(c.medium).emission_of(c.density, ray.at(c.t)));
+        let emission = S::from_rgb(media.get(c.medium).emission_of(c.density, ray.at(c.t)));
         *radiance += step.throughput * emission / c.majorant;
     }
 }
@@ -242,7 +242,7 @@ mod tests {
             let n = f64::from(count);
             for (kind, expected) in [through, scattered].into_iter().enumerate() {
                 let mean = sums[kind] / n;
-                let error = ((squares[kind] / n - mean * mean) / n).each(f64::sqrt);
+                let error = ((squares[kind] / n - mean * mean) / n).map(f64::sqrt);
                 let off = (mean - expected).abs() / error;
                 assert!(off.max_element() < 4.5, "{absorption:?} {kind}: {mean} not {expected}");
             }

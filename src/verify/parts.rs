@@ -1,7 +1,7 @@
 //! The pieces of the renderer that are verified, so that a faulty one can stand in for each.
 
 use crate::error::Result;
-use crate::image::{Accumulator, Sample};
+use crate::film::{Accumulator, Sample};
 use crate::math::{Ray, Rgb, Span, Stream, World};
 use crate::medium::{Media, Phase, Profile};
 use crate::render::{Rendered, Silent, render, render_reference};

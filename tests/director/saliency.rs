@@ -77,7 +77,7 @@ impl Search {
         let length = self.shape[0] * self.cell();
         let extent = [length, length * self.shape[1]];
         let image = noisy(&draw(self.size, self.background, bars, extent), self.noise);
-        let saliency = Saliency::of(&changed(&image));
+        let saliency = Saliency::from_image(&changed(&image));
         let most = (0..width * height)
             .max_by(|&a, &b| saliency.map[a].total_cmp(&saliency.map[b]))
             .unwrap();
@@ -213,7 +213,7 @@ proptest! {
     ) {
         let value = |i: usize| wild[(unit(i as u64) * 64.0) as usize];
         let pixels = (0..width * height).map(|i| [value(3 * i), value(3 * i + 1), value(3 * i + 2)]);
-        let s = Saliency::of(&Image::new(width, height, pixels.collect()));
+        let s = Saliency::from_image(&Image::new(width, height, pixels.collect()));
         for map in [&s.intensity, &s.color, &s.orientation, &s.map] {
             prop_assert_eq!(map.len(), width * height);
             prop_assert!(map.iter().all(|v| (0.0..=1.0 + 1e-6).contains(v)));
@@ -272,7 +272,7 @@ fn a_flat_picture_has_none() {
         for color in [[0.0; 3], [1.0; 3], [0.3, 0.1, 0.7], [1e-30; 3], [f32::NAN; 3]] {
             let rounding = |i: usize| 1.0 + (unit(i as u64) as f32 - 0.5) * 4.0 * f32::EPSILON;
             let pixels = (0..width * height).map(|i| color.map(|v| v * rounding(i))).collect();
-            let s = Saliency::of(&Image::new(width, height, pixels));
+            let s = Saliency::from_image(&Image::new(width, height, pixels));
             for map in [&s.intensity, &s.color, &s.orientation, &s.map] {
                 assert!(map.iter().all(|&v| v == 0.0), "{width} x {height} of {color:?}");
             }
@@ -282,9 +282,9 @@ fn a_flat_picture_has_none() {
 
 #[test]
 fn exposure_makes_no_difference() {
-    let one = Saliency::of(&example(1.0));
+    let one = Saliency::from_image(&example(1.0));
     for scale in [1e-6, 0.37, 3.0, 1e6] {
-        let other = Saliency::of(&example(scale));
+        let other = Saliency::from_image(&example(scale));
         let off = one.map.iter().zip(&other.map).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(off < 1e-3, "{off} off at {scale}");
     }
@@ -295,7 +295,7 @@ fn threads_make_no_difference() {
     let image = example(1.0);
     let [one, two, many] = [1, 2, 5].map(|threads| {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| Saliency::of(&image))
+        pool.install(|| Saliency::from_image(&image))
     });
     assert_eq!(one, two);
     assert_eq!(one, many);
@@ -310,7 +310,7 @@ fn a_lamp_among_lit_walls_is_seen() {
             *p = if (x / 40, y / 40) == (5, 3) { [1e4; 3] } else { [2.0; 3] };
         }
     }
-    let s = Saliency::of(&Image::new(300, 200, pixels));
+    let s = Saliency::from_image(&Image::new(300, 200, pixels));
     let most = s.map.iter().position(|&v| v == 1.0).unwrap();
     let (x, y) = (most % 300, most / 300);
     assert!((200..212).contains(&x) && (120..132).contains(&y), "{x}, {y}");
@@ -318,7 +318,7 @@ fn a_lamp_among_lit_walls_is_seen() {
 
 #[test]
 fn maps_are_smooth() {
-    let s = Saliency::of(&example(1.0));
+    let s = Saliency::from_image(&example(1.0));
     let steps = s.map.chunks_exact(s.width).flat_map(|row| row.windows(2));
     let steepest = steps.map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
     assert!(steepest < 0.35, "a step of {steepest} between neighbours");
@@ -334,7 +334,7 @@ fn maps_of_pictures() {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "exr") {
-            let s = Saliency::of(&read_exr(&path).unwrap());
+            let s = Saliency::from_image(&read_exr(&path).unwrap());
             let maps = [s.intensity, s.color, s.orientation, s.map].concat();
             let bytes: Vec<u8> = maps.into_iter().flat_map(f32::to_le_bytes).collect();
             std::fs::write(path.with_extension("maps"), bytes).unwrap();

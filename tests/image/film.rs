@@ -8,9 +8,10 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Layer, LayerAttributes,
     LineOrder, Vec2, WritableImage, f16,
 };
+use fogbow::film::{Accumulator, Sample};
 use fogbow::image::{
-    Accumulator, FAR, Film, FilmPixel, Image, Sample, View, ViewTransform, decode_texture,
-    png_path_beside, read_exr, read_layers, read_texture, write_exr, write_exr_layers, write_png,
+    FAR, Film, FilmPixel, Image, View, ViewTransform, decode_texture, png_path_beside, read_exr,
+    read_layers, read_texture, write_exr, write_exr_layers, write_png,
 };
 use fogbow::math::{Rgb, Stage, Stream, luminance};
 use proptest::prelude::*;

@@ -83,7 +83,7 @@ fn assert_same_mean(name: &str, [planned, all]: &[Rendered; 2], photons: f64) {
 
 /// The counters of everything that the plan of `scene` leaves out are 0; the names of it.
 fn left_out(name: &str, scene: &Scene, work: &Work) -> Vec<&'static str> {
-    let plan = RenderPlan::of(scene, &scene.render);
+    let plan = RenderPlan::new(scene, &scene.render);
     let omitted: Vec<_> = plan.items.iter().filter(|item| !item.needed).collect();
     for item in &omitted {
         let count = work.counts().find(|(counter, _)| *counter == item.counter);
@@ -206,8 +206,8 @@ fn what_is_left_out_costs_nothing_and_changes_nothing() {
 fn everything_is_everything() {
     let scene = scene(&[POINT, BALL]);
     let settings = RenderSettings { planning: Planning::Everything, ..scene.render };
-    assert_eq!(Needs::of(&scene, &settings), Needs::EVERYTHING);
-    let plan = RenderPlan::of(&scene, &settings);
+    assert_eq!(Needs::new(&scene, &settings), Needs::EVERYTHING);
+    let plan = RenderPlan::new(&scene, &settings);
     let left_out: Vec<_> = plan.items.iter().filter(|i| !i.needed).map(|i| i.name).collect();
     assert_eq!(left_out, ["voxel grids"], "no flag gives a scene grids");
     let work = render(&scene, &settings, &Silent).unwrap().work;
@@ -268,7 +268,7 @@ fn photons_hold_no_more_than_is_asked_of_them() {
         let pictures = both(&scene);
         assert!(pictures[0].work.volume_photons > 1000, "{:?}", pictures[0].work);
         assert_same_bytes(fog, &pictures);
-        let plan = RenderPlan::of(&scene, &scene.render);
+        let plan = RenderPlan::new(&scene, &scene.render);
         for item in
             plan.items.iter().filter(|i| ["directions of photons", "colours"].contains(&i.name))
         {
@@ -332,7 +332,7 @@ fn voxels_out_of_sight_are_left_out() {
     assert!(unseen > 30_000, "{unseen} of 44,551 voxels");
     let spared = bytes(&all) - bytes(&planned);
     assert!(spared > 4.0 * unseen as f64, "{spared} bytes for {unseen} voxels");
-    let plan = RenderPlan::of(&planned, &planned.render);
+    let plan = RenderPlan::new(&planned, &planned.render);
     let item = plan.items.iter().find(|i| i.name == "voxels out of sight").unwrap();
     assert!(!item.needed && item.why.contains(&unseen.to_string()));
     // What scatters may be lit by way of any voxel.
@@ -371,12 +371,12 @@ fn single_scattering_is_offered_with_a_bound_that_holds() {
     let thin = FOG.replace("sigma_t = 1.5", "sigma_t = 0.01");
     for (fog, offered) in [(thin.as_str(), true), (FOG, false)] {
         let scene = scene(&[SKY, fog]);
-        let plan = RenderPlan::of(&scene, &scene.render);
+        let plan = RenderPlan::new(&scene, &scene.render);
         assert_eq!(plan.offers.len(), usize::from(offered), "{:?}", plan.offers);
         assert!(scene.render.max_scatter.is_none(), "it is not taken");
     }
     let scene = scene(&[SKY, &thin]);
-    let offer = &RenderPlan::of(&scene, &scene.render).offers[0];
+    let offer = &RenderPlan::new(&scene, &scene.render).offers[0];
     let percent: f64 =
         offer.split("at most ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     // Light scattered in front of a black ground, by difference: the sky is seen through the fog.

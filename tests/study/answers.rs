@@ -78,7 +78,7 @@ fn a_coarse_step_is_told_from_noise_and_bias() {
         assert_eq!(point.finest_step.is_empty(), point.mse_split.unwrap().step == Some(0.0));
         let split = point.mse_split.unwrap();
         // The parts make up the error, to what the target's own error is.
-        let errors: Vec<f64> = point.trials.iter().map(|t| t.errors["reference"].mse).collect();
+        let errors: Vec<f64> = point.runs.iter().map(|t| t.errors["reference"].mse).collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         let sum = split.noise + split.step.unwrap() + split.bias + results.target().own.mse;
         assert!((sum - mean).abs() < 1e-6 * mean, "{sum} of {mean}");

@@ -6,7 +6,7 @@ use assert_cmd::Command;
 use fogbow::image::read_layers;
 use fogbow::render::Silent;
 use fogbow::scene::{LoadOptions, Scene};
-use fogbow::study::{Answer, Request, Results, Study, TRIALS, write_report};
+use fogbow::study::{Answer, RUNS, Request, Results, Study, write_report};
 
 const SCENE: &str = "
 [camera]
@@ -49,11 +49,11 @@ fn study(scene: &Scene, out: &Path, resume: bool) -> Results {
 
 /// What does not depend on the clock: who was rendered, and its errors.
 fn untimed(results: &Results) -> Vec<String> {
-    let trials = results.points.iter().flat_map(|point| &point.trials);
-    let told = |t: &fogbow::study::TrialResult| {
+    let trials = results.points.iter().flat_map(|point| &point.runs);
+    let told = |t: &fogbow::study::RunResult| {
         format!(
             "{} {} {} {:?} {:?}",
-            t.trial.candidate, t.trial.point, t.trial.seed, t.trial.work, t.errors
+            t.run.candidate, t.run.point, t.run.seed, t.run.work, t.errors
         )
     };
     trials.map(told).collect()
@@ -67,7 +67,7 @@ fn a_killed_study_goes_on_as_if_it_had_not_been() {
 
     let killed = folder.path().join("killed");
     study(&scene, &killed, false);
-    let log = killed.join(TRIALS);
+    let log = killed.join(RUNS);
     let lines = std::fs::read_to_string(&log).unwrap();
     // Four trials whole, the fifth torn; the picture of the third lost.
     let kept: usize = lines.lines().take(4).map(|line| line.len() + 1).sum();
@@ -136,7 +136,7 @@ fn results_and_page_have_what_they_must() {
         assert!(head.iter().any(|name| name == column), "{column}");
     }
     let rows: Vec<_> = csv.records().map(Result::unwrap).collect();
-    let trials: usize = results.points.iter().map(|point| point.trials.len()).sum();
+    let trials: usize = results.points.iter().map(|point| point.runs.len()).sum();
     assert_eq!((rows.len(), trials), (2 * trials, 2 * (1 + 1 + 2 + 2 + 4)));
 
     for point in &results.points {
@@ -144,8 +144,8 @@ fn results_and_page_have_what_they_must() {
         if point.candidate == "gold" || point.candidate == "fixed" {
             assert!(matches!(point.gain_at_equal_error, Answer::None(_)));
         }
-        for trial in &point.trials {
-            let layers = read_layers(&out.join(&trial.trial.exr)).unwrap();
+        for trial in &point.runs {
+            let layers = read_layers(&out.join(&trial.run.exr)).unwrap();
             assert!(layers.get("rays").is_some() && layers.width == 16);
         }
     }
@@ -205,7 +205,7 @@ fn a_study_killed_with_minus_9_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     scene_in(folder.path());
     let mut running = command(folder.path(), &[]).spawn().unwrap();
-    let log = folder.path().join("out").join(TRIALS);
+    let log = folder.path().join("out").join(RUNS);
     let lines = || std::fs::read_to_string(&log).unwrap_or_default();
     while lines().lines().count() < 5 {
         assert!(running.try_wait().unwrap().is_none(), "it was done too soon to be killed");
@@ -247,10 +247,10 @@ fn more_seeds_are_added_to_a_study() {
         Study::new(&scene, &out, &request, resume).unwrap().run("a test", &Silent).unwrap()
     };
     let two = of(2, false);
-    let log = std::fs::read_to_string(out.join(TRIALS)).unwrap();
+    let log = std::fs::read_to_string(out.join(RUNS)).unwrap();
     let four = of(4, true);
     assert_eq!((two.plan.seeds, four.plan.seeds), (2, 4));
-    assert!(std::fs::read_to_string(out.join(TRIALS)).unwrap().starts_with(&log), "none anew");
+    assert!(std::fs::read_to_string(out.join(RUNS)).unwrap().starts_with(&log), "none anew");
     assert_eq!(four.headline.unwrap().seconds.samples, 4);
 }
 
@@ -277,7 +277,7 @@ fn a_study_in_a_given_time_answers() {
     for name in ["gold", "fixed", "xs-scattering"] {
         let mut points = first.points.iter().filter(|point| point.candidate == name).peekable();
         assert!(points.peek().is_some(), "{name}");
-        assert!(points.all(|point| point.trials.len() >= 3), "{name}: {:?}", first.plan);
+        assert!(points.all(|point| point.runs.len() >= 3), "{name}: {:?}", first.plan);
     }
     let headline = first.headline.as_ref().unwrap();
     for contrast in [&headline.time_saved, &headline.error_gain, &headline.error_cost] {
@@ -313,13 +313,13 @@ fn metrics_are_counted_from_the_stored_pictures() {
     let folder = tempfile::tempdir().unwrap();
     let whole = fixed(folder.path(), false);
     let out = folder.path().join("out");
-    let trials = std::fs::read_to_string(out.join(TRIALS)).unwrap();
+    let trials = std::fs::read_to_string(out.join(RUNS)).unwrap();
     assert!(!trials.contains("vdp") && !trials.contains("mse"), "{trials}");
     for file in ["results.json", "results.csv"] {
         std::fs::remove_file(out.join(file)).unwrap();
     }
     assert!(fixed(folder.path(), true) == whole, "every figure is the same");
-    assert_eq!(std::fs::read_to_string(out.join(TRIALS)).unwrap(), trials, "nothing is rendered");
+    assert_eq!(std::fs::read_to_string(out.join(RUNS)).unwrap(), trials, "nothing is rendered");
     let csv = std::fs::read_to_string(out.join("results.csv")).unwrap();
     assert!(csv.contains(",vdp-localized-mean,vdp-localized-visible,"), "{csv}");
 }

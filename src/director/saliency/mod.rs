@@ -56,9 +56,9 @@ impl Saliency {
     /// The saliency of `image`, linear Rec.709 of any dynamic range and size. The exposure is found
     /// from the picture: a multiple of it has the same saliency. Negative values and those that are
     /// not finite count as 0. The number of threads makes no difference.
-    pub fn of(image: &Image) -> Self {
+    pub fn from_image(image: &Image) -> Self {
         let (width, height) = (image.width(), image.height());
-        let scales = Scales::of(width, height);
+        let scales = Scales::new(width, height);
         let channels = Channels::new(width, height, &display::encode(image));
         let ((intensity, orientation), color) = join(
             || {

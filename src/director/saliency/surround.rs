@@ -29,7 +29,7 @@ impl Scales {
     /// has at least 256 pixels. In a smaller picture the centres start at level 1 or 0, so that
     /// things are as large against the picture: below 256 and below 128 pixels. Halving ends at one
     /// pixel or at nine levels; a surround beyond the last level is the last level.
-    pub fn of(width: usize, height: usize) -> Self {
+    pub fn new(width: usize, height: usize) -> Self {
         let halvings = width.max(height).next_power_of_two().ilog2() as usize;
         let last = halvings.min(LEVELS - 1);
         let first = (width.min(height).ilog2() as usize).saturating_sub(6).min(2);

@@ -1,6 +1,6 @@
 //! The camera path: media, mirrors and glass, and the first diffuse surface.
 
-use crate::image::Sample;
+use crate::film::Sample;
 use crate::math::{Spectrum, luminance};
 use crate::photon::PhotonDirection;
 use crate::render::pixel_sampling::{CameraRay, Profiles, Workspace};
@@ -118,7 +118,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let Some(step) = scatter_specular(&segment.ray, &hit, &mut ctx.rng) else { break };
             ctx.work.specular_bounces += 1;
             solids = solids.after(step.crossing);
-            let throughput = segment.throughput * S::of(step.weight);
+            let throughput = segment.throughput * S::from_rgb(step.weight);
             let (ray, punctual_weight, from_camera) = (step.ray, 1.0, false);
             segment = PendingRay { ray, throughput, punctual_weight, from_camera };
             sees_emitters = true;
@@ -134,7 +134,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         hit: Option<&SurfaceHit<'_>>,
         ctx: &mut PathContext,
     ) -> S {
-        S::of(match hit {
+        S::from_rgb(match hit {
             Some(hit) => direct_light::emitted(self.scene, &segment.ray, hit),
             None => direct_light::environment(self.scene, &segment.ray, ctx),
         })

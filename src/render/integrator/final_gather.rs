@@ -115,7 +115,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         };
         if path.scattering.is_none() {
             let emitted = direct_light::emitted(self.scene, &path.ray, &hit);
-            path.radiance += path.throughput * S::of(emitted);
+            path.radiance += path.throughput * S::from_rgb(emitted);
         }
         if hit.material.is_specular() {
             return follow_specular(path, &hit, ctx);
@@ -186,7 +186,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     fn add_environment(&self, path: &mut PathState<S>, ctx: &mut PathContext) {
         let Some(last) = path.scattering else {
             let radiance = direct_light::environment(self.scene, &path.ray, ctx);
-            path.radiance += path.throughput * S::of(radiance);
+            path.radiance += path.throughput * S::from_rgb(radiance);
             return;
         };
         let lights = &self.scene.lights;
@@ -198,7 +198,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let direction = path.ray.direction;
             let choice = lights.pick_probability(last.position, index);
             let light_pdf = if light.is_even() { 0.0 } else { choice * light.pdf(direction, None) };
-            let radiance = S::of(light.radiance_from(direction, None));
+            let radiance = S::from_rgb(light.radiance_from(direction, None));
             path.radiance += path.throughput * radiance * (last.pdf / (last.pdf + light_pdf));
         }
     }
@@ -213,7 +213,7 @@ fn follow_specular<S: Spectrum>(
     let Some(step) = scatter_specular(&path.ray, hit, &mut ctx.rng) else { return false };
     ctx.work.specular_bounces += 1;
     path.solids = path.solids.after(step.crossing);
-    path.throughput *= S::of(step.weight);
+    path.throughput *= S::from_rgb(step.weight);
     path.ray = step.ray;
     path.scattering = None;
     survives_roulette(&mut path.throughput, &mut ctx.rng)

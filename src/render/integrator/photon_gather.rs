@@ -82,7 +82,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let irradiance = self.maps.irradiance(hit.point, facing, &mut ctx.work.gathered);
         ctx.amortized.gathers += start.elapsed();
         let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
-        let indirect = S::of(reflectance) * indirect_weight * irradiance;
+        let indirect = S::from_rgb(reflectance) * indirect_weight * irradiance;
         Estimate { radiance: direct + indirect, indirect }
     }
 }

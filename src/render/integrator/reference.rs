@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use crate::image::Sample;
+use crate::film::Sample;
 use crate::light::LightSample;
 use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint, luminance};
 use crate::scene::Scene;
@@ -122,7 +122,7 @@ impl<'a> PathTracer<'a> {
                 let choice = self.scene.lights.pick_probability(last.position, index);
                 last.pdf / (last.pdf + choice * light.pdf(path.ray.direction, at))
             });
-            path.radiance += path.throughput * S::of(radiance) * weight;
+            path.radiance += path.throughput * S::from_rgb(radiance) * weight;
         }
     }
 
@@ -208,7 +208,7 @@ impl<'a> PathTracer<'a> {
         let span = Span::new(0.0, t);
         let transmittance: S = media.transmittance_counted(ray, span, &mut ctx.work);
         ctx.work.grid_lookups += media.density_grids();
-        (transmittance * S::of(media.sigma_t_at(ray.at(t)))).element_sum() / 3.0
+        (transmittance * S::from_rgb(media.sigma_t_at(ray.at(t)))).element_sum() / 3.0
     }
 
     /// Directions from `at` near punctual lights, where rays are sampled along them.
@@ -284,7 +284,7 @@ impl<'a> PathTracer<'a> {
             };
             let direction = light.direction;
             let scattering = |(medium, sigma_s): &(usize, Rgb)| {
-                S::of(*sigma_s) * media.get(*medium).phase.eval(ray.direction.dot(direction))
+                S::from_rgb(*sigma_s) * media.get(*medium).phase.eval(ray.direction.dot(direction))
             };
             let scattering: S = media.mixture_at(p).iter().map(scattering).sum();
             ctx.work.grid_lookups += media.scattering_grids();
@@ -296,7 +296,7 @@ impl<'a> PathTracer<'a> {
             let through: S = self.transmittance(ray, t, ctx);
             let through = through * self.transmittance::<S>(&shadow, light.distance, ctx);
             let pdf = punctual.pdf(*index, t) + other_pdf(*index, p, t, ctx);
-            sum += S::of(light.radiance) * through * scattering / pdf;
+            sum += S::from_rgb(light.radiance) * through * scattering / pdf;
         }
         sum
     }
@@ -322,7 +322,7 @@ impl<'a> PathTracer<'a> {
             }
             let transmittance: S = self.transmittance(&ray, light.distance, ctx);
             let pdf = if light.delta { light_pdf } else { light_pdf + scatter_pdf };
-            S::of(light.radiance) * transmittance * value / pdf
+            S::from_rgb(light.radiance) * transmittance * value / pdf
         })
     }
 
@@ -339,7 +339,7 @@ impl<'a> PathTracer<'a> {
             let eval = |direction: DVec3| {
                 let cosine = direction.dot(hit.shading_normal).abs();
                 let bsdf = hit.material.eval(incoming, direction, hit, TransportMode::Radiance);
-                (S::of(bsdf * cosine), hit.material.pdf(incoming, direction, hit))
+                (S::from_rgb(bsdf * cosine), hit.material.pdf(incoming, direction, hit))
             };
             let at_light = |_, _, light: &LightSample| eval(light.direction);
             let light = self.next_event(hit.point, |d| hit.leave(d), at_light, ctx);
@@ -350,7 +350,7 @@ impl<'a> PathTracer<'a> {
         let scattered = hit.material.scatter(incoming, hit, u, TransportMode::Radiance);
         let Some(scattered) = scattered else { return false };
         let state = &mut path.state;
-        state.throughput *= S::of(scattered.weight);
+        state.throughput *= S::from_rgb(scattered.weight);
         let scattering = Scattering { position: hit.point, pdf: scattered.pdf, medium: None };
         state.scattering = (!scattered.specular).then_some(scattering);
         path.punctual_weight = near_lights

@@ -92,7 +92,7 @@ impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
     pub(super) fn albedos(&self, p: WorldPoint) -> SmallVec<[(usize, S); 1]> {
         let media = &self.scene.media;
         if media.len() == 1 {
-            let albedo = S::of(media.get(0).albedo.at(p));
+            let albedo = S::from_rgb(media.get(0).albedo.at(p));
             return (albedo != S::ZERO).then_some((0, albedo)).into_iter().collect();
         }
         let sigma_t = media.sigma_t_at(p);
@@ -151,7 +151,7 @@ impl LightEstimators {
 
 /// sigma_s / sigma_t; 0 where there is no extinction.
 fn albedo_of<S: Spectrum>(sigma_s: Rgb, sigma_t: Rgb) -> S {
-    S::of(Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO))
+    S::from_rgb(Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO))
 }
 
 /// One of `parts`, chosen in proportion to its weight's sum over channels, with the weight divided

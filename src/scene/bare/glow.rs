@@ -48,7 +48,11 @@ enum GlowKind {
 
 impl Glow {
     /// The glow of `fire`, whose voxels are `grid`; nothing where it is too cold to be seen, which a note then says.
-    pub(super) fn of(fire: &Fire, grid: &Grid<f32>, notes: &mut Vec<String>) -> Option<Self> {
+    pub(super) fn from_fire(
+        fire: &Fire,
+        grid: &Grid<f32>,
+        notes: &mut Vec<String>,
+    ) -> Option<Self> {
         let max = fire.range[1];
         let unit = match fire.kind {
             FireKind::Intensity | FireKind::Temperature(Unit::Normalised) => "",

@@ -48,7 +48,7 @@ struct Setup {
 
 impl Setup {
     /// That of a look; there is none for measurements.
-    fn of(look: Look) -> Option<Self> {
+    fn from_look(look: Look) -> Option<Self> {
         let grey = Rgb::splat;
         Some(match look {
             Look::Studio => Self {
@@ -145,7 +145,7 @@ pub(super) fn draft(
         .key(&film::EXPOSURE, exposure)
         .key(&film::VIEW, "agx");
     medium(&mut draft, subject, path);
-    match Setup::of(subject.look) {
+    match Setup::from_look(subject.look) {
         Some(setup) => surroundings(&mut draft, &setup, subject, frame, asked),
         None => for_measurements(&mut draft, frame),
     }

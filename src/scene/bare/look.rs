@@ -55,7 +55,7 @@ impl UpAxis {
     pub const ALL: &[(&str, Self)] = &[("x", Self::X), ("y", Self::Y), ("z", Self::Z)];
 
     /// The axis that the grids of a file speak of.
-    pub(super) const fn of(axis: Axis) -> Self {
+    pub(super) const fn from_axis(axis: Axis) -> Self {
         match axis {
             Axis::X => Self::X,
             Axis::Y => Self::Y,

@@ -44,7 +44,7 @@ pub struct Made {
 /// # Errors
 /// Where it refuses the file.
 pub fn summary(path: &Path) -> Result<String> {
-    let subject = Subject::of(path, &LoadOptions::default(), &mut Grids::default())?;
+    let subject = Subject::read(path, &LoadOptions::default(), &mut Grids::default())?;
     Ok(subject.summary())
 }
 
@@ -92,7 +92,7 @@ pub(super) fn make(
     let of_film = options.settings.iter().filter(|setting| setting.table() == "film");
     let of_film: Vec<_> = of_film.cloned().collect();
     let film = Document::new(named, "", &of_film).read(file::film)?;
-    let subject = Subject::of(path, options, grids)?;
+    let subject = Subject::read(path, options, grids)?;
     let frame = framing::frame(&subject, &options.look, film.size);
     let draft = lighting::draft(&subject, &frame, &options.look, film.size, named);
     let text = draft.text();

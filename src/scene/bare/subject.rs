@@ -56,7 +56,7 @@ impl Subject {
     ///
     /// # Errors
     /// Where it cannot be read, or there is nothing to see in it.
-    pub(super) fn of(path: &Path, options: &LoadOptions, grids: &mut Grids) -> Result<Self> {
+    pub(super) fn read(path: &Path, options: &LoadOptions, grids: &mut Grids) -> Result<Self> {
         let asked = &options.look;
         let file = grids.open(path)?;
         let index = match &asked.grid {
@@ -90,7 +90,7 @@ impl Subject {
         }
         let (up, reason) = match (asked.up, contents.up) {
             (Some(up), _) => (up, None),
-            (None, Some((axis, reason))) => (UpAxis::of(axis), Some(reason)),
+            (None, Some((axis, reason))) => (UpAxis::from_axis(axis), Some(reason)),
             (None, None) => (UpAxis::Y, None),
         };
         if let Some(reason) = reason.filter(|_| up != UpAxis::Y) {
@@ -110,7 +110,7 @@ impl Subject {
         let glow = match &contents.fire {
             Some(fire) => {
                 let burning = grids.scalar(path, fire.grid.indices()[0], ReadAs::Density)?;
-                Glow::of(fire, &burning, &mut notes)
+                Glow::from_fire(fire, &burning, &mut notes)
             }
             None => None,
         };

@@ -96,7 +96,7 @@ mod tests {
         let key = |flag| flagged().find(|(_, key)| key.flag == Some(flag)).unwrap();
         let given = |flag, text| {
             let (table, key) = key(flag);
-            Setting::of_flag(table, key, text).map(|setting| setting.parts().1.to_owned())
+            Setting::from_flag(table, key, text).map(|setting| setting.parts().1.to_owned())
         };
         assert_eq!(given("size", "960x540").unwrap(), "[960, 540]");
         assert_eq!(given("weights", "1,.5").unwrap(), "[1.0, 0.5]");

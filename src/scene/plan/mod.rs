@@ -1,7 +1,7 @@
-//! What a render of a scene needs and what it leaves out, told before anything is done.
+//! The plan of a render: the work that it needs, and the work that it leaves out.
 //!
 //! A [`RenderPlan`] follows from the scene and its settings alone. Its [`Needs`] are plain facts that
-//! the stages of a render are given; its items say the same in words, and name the counter of
+//! the stages of a render take; its items are the same in words, and name the counter of
 //! [`Work`](crate::work::Work) that stays 0 where the item is left out.
 //!
 //! | where | left out | counter that is 0 |
@@ -51,20 +51,20 @@ pub struct Item {
     pub counter: &'static str,
 }
 
-/// What a render of a scene needs and what it leaves out.
+/// The plan of a render.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct RenderPlan {
     /// The same as plain facts.
     pub needs: Needs,
     /// Every stage and term.
     pub items: Vec<Item>,
-    /// What could be left out at the price of a small error, one sentence each.
+    /// Work that could be left out at the price of a small error, one sentence each.
     pub offers: Vec<String>,
 }
 
 impl RenderPlan {
     /// The plan for rendering `scene` under `settings`.
-    pub fn of(scene: &Scene, settings: &RenderSettings) -> Self {
+    pub fn new(scene: &Scene, settings: &RenderSettings) -> Self {
         let mut items = items(scene, settings, &Needs::least(scene, settings));
         if settings.planning == Planning::Everything {
             // No flag can force grids on a scene without them.
@@ -75,7 +75,7 @@ impl RenderPlan {
             }
         }
         let offers = offer::single_scattering(scene, settings).into_iter().collect();
-        Self { needs: Needs::of(scene, settings), items, offers }
+        Self { needs: Needs::new(scene, settings), items, offers }
     }
 
     /// The plan in one line.

@@ -1,4 +1,4 @@
-//! What a render of a scene needs: plain facts.
+//! The work that a render of a scene needs, as plain facts.
 
 use serde::Serialize;
 
@@ -8,40 +8,40 @@ use crate::medium::{Albedo, Emission, Medium};
 use crate::scene::{Director, Planning, RenderSettings, Scene};
 use crate::surface::Material;
 
-/// What a render needs, each true where its work can change the picture. Stages are given these
-/// facts and ask nothing further.
+/// The work that a render needs. A field is true where that work can change the picture. Stages take
+/// these facts and inspect the scene no further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Needs {
     /// The director's maps are made.
     pub maps: bool,
-    /// Rays look for surfaces.
+    /// Rays are intersected with surfaces.
     pub surfaces: bool,
     /// Rays are marched through media.
     pub media: bool,
     /// Light that media scatter is evaluated along rays.
     pub scattering: bool,
-    /// Light that media give off is integrated along rays.
+    /// Emission of media is integrated along rays.
     pub emission: bool,
-    /// Photons are kept in media.
+    /// Photons are stored in media.
     pub volume_photons: bool,
-    /// Photons are kept on surfaces.
+    /// Photons are stored on surfaces.
     pub surface_photons: bool,
     /// Light is traced in three channels.
     pub colors: bool,
-    /// Gathers in media ask where photons came from.
+    /// Photons in media store their direction, for a phase function that is not isotropic.
     pub directions: bool,
     /// Photons are shot that can reach neither a medium nor a surface.
     pub void: bool,
     /// Rays are followed through mirrors and glass.
     pub specular: bool,
-    /// Lights are chosen among.
+    /// There are several lights to choose from.
     pub light_choice: bool,
     /// Rays that leave the scene may see a light infinitely far away.
     pub environment: bool,
 }
 
 impl Needs {
-    /// All work, whatever the scene.
+    /// All work, whatever the scene: for tests that leaving work out changes nothing.
     pub const EVERYTHING: Self = Self {
         maps: true,
         surfaces: true,
@@ -58,16 +58,16 @@ impl Needs {
         environment: true,
     };
 
-    /// What rendering `scene` under `settings` needs; all where [`Planning::Everything`] is asked
-    /// for.
-    pub fn of(scene: &Scene, settings: &RenderSettings) -> Self {
+    /// The work that rendering `scene` under `settings` needs; all work under
+    /// [`Planning::Everything`].
+    pub fn new(scene: &Scene, settings: &RenderSettings) -> Self {
         match settings.planning {
             Planning::Needed => Self::least(scene, settings),
             Planning::Everything => Self::EVERYTHING,
         }
     }
 
-    /// As [`of`](Self::of) with [`Planning::Needed`].
+    /// As [`new`](Self::new) with [`Planning::Needed`].
     pub(super) fn least(scene: &Scene, settings: &RenderSettings) -> Self {
         let lights = &scene.lights.lights;
         let media = || scene.media.iter();

@@ -47,7 +47,7 @@ impl Setting {
     ///
     /// # Errors
     /// What would be right, where it is no such value.
-    pub(crate) fn of_flag(table: &str, key: &'static Key, text: &str) -> Result<Self, String> {
+    pub(crate) fn from_flag(table: &str, key: &'static Key, text: &str) -> Result<Self, String> {
         let flag = key.flag.unwrap_or(key.name);
         let value = in_toml(&key.kind, text).ok_or_else(|| format!("give {}", shape(&key.kind)))?;
         let path = format!("{table}.{}", key.name);

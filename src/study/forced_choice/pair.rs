@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::super::candidate::Settings;
+use super::super::job::{rendered, stages};
 use super::super::machine::Machine;
-use super::super::trial::{rendered, stages};
 use crate::error::Result;
 use crate::image::{Picture, View};
 use crate::scene::{Director, RenderSettings, Scene};

@@ -181,7 +181,7 @@ impl Cell {
 fn row(results: &Results, point: &PointResult) -> Vec<Cell> {
     let target = &results.target().name;
     let mean = |metric: Metric| {
-        let errors = point.trials.iter().map(|t| metric.of(t.errors.get(target)?));
+        let errors = point.runs.iter().map(|t| metric.value(t.errors.get(target)?));
         let errors: Vec<f64> = errors.collect::<Option<_>>()?;
         Some(errors.iter().sum::<f64>() / errors.len() as f64)
     };
@@ -193,7 +193,7 @@ fn row(results: &Results, point: &PointResult) -> Vec<Cell> {
             sort: Some(m.error.estimate),
         },
     );
-    let ratios = point.trials.iter().filter_map(|t| t.errors.get(target)?.mean_ratio);
+    let ratios = point.runs.iter().filter_map(|t| t.errors.get(target)?.mean_ratio);
     let ratios: Vec<f64> = ratios.collect();
     let ratio = (!ratios.is_empty()).then(|| ratios.iter().sum::<f64>() / ratios.len() as f64);
     let split = point.relative_mse_split;
@@ -236,7 +236,7 @@ fn target_rows(results: &Results) -> Vec<Vec<String>> {
             target.renders.to_string(),
             target.rays.to_string(),
             figure(target.seconds),
-            metric.of(&target.own).map_or_else(|| "–".into(), figure),
+            metric.value(&target.own).map_or_else(|| "–".into(), figure),
         ]
     };
     results.targets.iter().map(cells).collect()

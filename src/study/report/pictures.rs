@@ -58,8 +58,8 @@ pub(super) fn gallery(results: &Results, folder: &Path, path: &Path) -> Result<G
     let mut shown: Vec<(&PointResult, Layers, Image)> = Vec::new();
     for point in &results.points {
         let first_budget = shown.last().is_none_or(|(last, ..)| last.candidate != point.candidate);
-        if let Some(first) = point.trials.first().filter(|_| first_budget) {
-            let path = folder.join(&first.trial.exr);
+        if let Some(first) = point.runs.first().filter(|_| first_budget) {
+            let path = folder.join(&first.run.exr);
             let layers = read_layers(&path)?;
             let image = layers.image().ok_or_else(|| Error::file(&path, "has no R, G and B"))?;
             shown.push((point, layers, image));

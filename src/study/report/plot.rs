@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::super::answer::UNIFORM;
 use super::super::candidate::GOLD;
 use super::super::request::Metric;
-use super::super::results::{PointResult, Results, TrialResult};
+use super::super::results::{PointResult, Results, RunResult};
 use super::super::statistics::Interval;
 use super::super::target::Target;
 
@@ -74,13 +74,13 @@ fn plot(results: &Results, metric: Metric) -> Option<Plot<'_>> {
             }),
         }
     }
-    let own = metric.of(&results.target().own).filter(|own| *own > 0.0);
+    let own = metric.value(&results.target().own).filter(|own| *own > 0.0);
     (!series.is_empty()).then_some(Plot { title: metric.title(), own, series })
 }
 
 fn place<'a>(results: &Results, point: &'a PointResult, metric: Metric) -> Option<Place<'a>> {
-    let errors = point.trials.iter().map(|result| comparable(results.target(), result, metric));
-    let error = Interval::of(&errors.collect::<Option<Vec<_>>>()?)?;
+    let errors = point.runs.iter().map(|result| comparable(results.target(), result, metric));
+    let error = Interval::from_values(&errors.collect::<Option<Vec<_>>>()?)?;
     (error.estimate > 0.0).then(|| Place {
         label: &point.label,
         x: point.seconds.estimate,
@@ -92,11 +92,11 @@ fn place<'a>(results: &Results, point: &'a PointResult, metric: Metric) -> Optio
 
 /// The error of a render. Gold, where it is the target, was measured against half of it: squared
 /// errors are told as beside the whole, others are left out.
-fn comparable(target: &Target, result: &TrialResult, metric: Metric) -> Option<f64> {
-    let error = metric.of(result.errors.get(&target.name)?)?;
-    if result.trial.candidate != GOLD || target.name != GOLD {
+fn comparable(target: &Target, result: &RunResult, metric: Metric) -> Option<f64> {
+    let error = metric.value(result.errors.get(&target.name)?)?;
+    if result.run.candidate != GOLD || target.name != GOLD {
         return Some(error);
     }
-    let own = metric.of(&target.own).filter(|_| metric.is_squared())?;
-    Some(error - target.own_of_other_half(own, result.trial.round) + own).filter(|e| *e > 0.0)
+    let own = metric.value(&target.own).filter(|_| metric.is_squared())?;
+    Some(error - target.own_of_other_half(own, result.run.round) + own).filter(|e| *e > 0.0)
 }

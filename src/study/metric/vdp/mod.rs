@@ -67,7 +67,7 @@ pub fn vdp_map(reference: &Image, test: &Image, exposure: f64, display: &Display
         let [seen, tested] = [seen, tested].map(|l| to_contrast * response(l));
         Complex64::new(seen, tested - seen)
     });
-    let mut spectrum = Spectrum::of(pairs.collect(), width, height);
+    let mut spectrum = Spectrum::from_image(pairs.collect(), width, height);
 
     let viewing = Viewing::new(display, adaptation, width, height);
     spectrum.multiply(|fx, fy| viewing.sensitivity(fx, fy));

@@ -19,7 +19,7 @@ pub(super) struct Spectrum {
 
 impl Spectrum {
     /// Transforms `picture`, row by row.
-    pub(super) fn of(picture: Vec<Complex64>, width: usize, height: usize) -> Self {
+    pub(super) fn from_image(picture: Vec<Complex64>, width: usize, height: usize) -> Self {
         let (across, down) = (2 * width, 2 * height);
         let mut planner = FftPlanner::new();
         let [row, column] = [across, down].map(|n| planner.plan_fft_forward(n));
@@ -130,12 +130,12 @@ mod tests {
 
     #[test]
     fn a_filter_of_one_gives_the_picture_back() {
-        assert!(close(&Spectrum::of(picture(), 5, 3).filtered(|_, _| 1.0), &picture()));
+        assert!(close(&Spectrum::from_image(picture(), 5, 3).filtered(|_, _| 1.0), &picture()));
     }
 
     #[test]
     fn frequency_zero_is_the_mean() {
-        let spectrum = Spectrum::of(picture(), 5, 3);
+        let spectrum = Spectrum::from_image(picture(), 5, 3);
         let flat = spectrum.filtered(|x, y| f64::from(u8::from(x == 0.0 && y == 0.0)));
         let mean = picture().iter().sum::<Complex64>() / 15.0;
         assert!(close(&flat, &[mean; 15]));
@@ -143,10 +143,10 @@ mod tests {
 
     #[test]
     fn real_even_filters_keep_the_parts_apart() {
-        let mut whole = Spectrum::of(picture(), 5, 3);
+        let mut whole = Spectrum::from_image(picture(), 5, 3);
         whole.multiply(|x, y| (-9.0 * (x * x + 2.0 * y * y)).exp());
         let real = picture().iter().map(|v| Complex64::from(v.re)).collect();
-        let alone = Spectrum::of(real, 5, 3);
+        let alone = Spectrum::from_image(real, 5, 3);
         let alone = alone.filtered(|x, y| (-9.0 * (x * x + 2.0 * y * y)).exp());
         let whole: Vec<_> =
             whole.filtered(|_, _| 1.0).iter().map(|v| Complex64::from(v.re)).collect();

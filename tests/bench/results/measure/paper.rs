@@ -73,7 +73,7 @@ fn rows(title: &str, results: &Results) -> Result<Vec<Row>> {
 
 /// An error against the gold standard, the mean over seeds; nothing where a seed lacks it.
 fn mean(point: &PointResult, name: &str) -> Option<f64> {
-    let each = point.trials.iter().map(|trial| {
+    let each = point.runs.iter().map(|trial| {
         let errors = serde_json::to_value(trial.errors.get("gold")?).ok()?;
         errors.get(name).and_then(Value::as_f64)
     });

@@ -89,7 +89,7 @@ fn load(name: &str) -> fogbow::Result<Scene> {
 
 /// The maps of a scene's photons, where rays are followed here, and what making them took.
 fn shot(scene: &Scene, final_gather: FinalGather) -> (PhotonMaps, Work) {
-    let needs = Needs::of(scene, &scene.render);
+    let needs = Needs::new(scene, &scene.render);
     let photons = PhotonSettings {
         photons: PHOTONS,
         traced: None,

@@ -1,4 +1,4 @@
-//! What holds a render: where it is taken up again, when it ends, what it may take.
+//! Flags that limit a render: its time, memory and part of the film, and its checkpoints.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::units::{bytes, time};
 use crate::image::Window;
 
-/// How a render is cut short and taken up again, and what it may take.
+/// Limits and checkpoints of a render.
 #[derive(Debug, clap::Args)]
 pub(super) struct LimitArgs {
     /// Go on from the checkpoint that a render of the same picture left beside the output; start
@@ -15,8 +15,8 @@ pub(super) struct LimitArgs {
     pub(super) resume: bool,
     /// How often the state is kept beside the output, as OUT.exr.checkpoint, or off; without a unit
     /// seconds.
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = pause)]
-    pub(super) checkpoint: Pause,
+    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = interval)]
+    pub(super) checkpoint: CheckpointInterval,
     /// Be done within this time, such as 90s, 5m or 2h, with the best picture until then; without a
     /// unit seconds.
     #[arg(long, value_name = "TIME", value_parser = time)]
@@ -30,27 +30,27 @@ pub(super) struct LimitArgs {
     pub(super) crop: Option<Window>,
 }
 
-/// How long the state is not kept.
+/// Time between checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Pause {
-    /// It is never kept.
+pub(super) enum CheckpointInterval {
+    /// No checkpoint is written.
     Off,
-    /// So long.
-    Lasts(Duration),
+    /// One is written whenever such a time has passed.
+    Every(Duration),
 }
 
-/// Where the state of a render to `output` is kept.
+/// The checkpoint file of a render to `output`.
 pub(super) fn checkpoint_path(output: &Path) -> PathBuf {
     let mut name = output.as_os_str().to_owned();
     name.push(".checkpoint");
     PathBuf::from(name)
 }
 
-fn pause(text: &str) -> Result<Pause, String> {
+fn interval(text: &str) -> Result<CheckpointInterval, String> {
     if text == "off" {
-        return Ok(Pause::Off);
+        return Ok(CheckpointInterval::Off);
     }
-    time(text).map(Pause::Lasts).map_err(|right| format!("{right}, or off"))
+    time(text).map(CheckpointInterval::Every).map_err(|right| format!("{right}, or off"))
 }
 
 #[cfg(test)]
@@ -58,10 +58,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_state_is_kept_so_often_or_never() {
-        assert_eq!(pause("200ms"), Ok(Pause::Lasts(Duration::from_millis(200))));
-        assert_eq!(pause("90"), Ok(Pause::Lasts(Duration::from_secs(90))));
-        assert_eq!(pause("off"), Ok(Pause::Off));
-        assert!(pause("never").unwrap_err().ends_with(", or off"));
+    fn an_interval_is_a_time_or_off() {
+        assert_eq!(interval("200ms"), Ok(CheckpointInterval::Every(Duration::from_millis(200))));
+        assert_eq!(interval("90"), Ok(CheckpointInterval::Every(Duration::from_secs(90))));
+        assert_eq!(interval("off"), Ok(CheckpointInterval::Off));
+        assert!(interval("never").unwrap_err().ends_with(", or off"));
     }
 }

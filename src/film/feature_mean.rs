@@ -1,31 +1,8 @@
-//! What a pixel shows, told without light.
+//! Mean of the features that the rays of a pixel see.
 
-use crate::math::Rgb;
-use glam::DVec3;
+use crate::image::Features;
 
-/// What a ray or the rays of a pixel see, whatever the light: by it a denoiser knows edges. Values are
-/// linear and lie in world space.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Features {
-    /// Share of the light that what is seen scatters, in [0, 1] per channel; 0 where nothing is.
-    pub albedo: [f32; 3],
-    /// Shading normal of the surfaces seen, on the camera's side, each weighted by how much is seen of
-    /// it: at most of length 1, and 0 where there is none.
-    pub normal: [f32; 3],
-}
-
-impl Features {
-    /// These, rounded.
-    pub fn new(albedo: Rgb, normal: DVec3) -> Self {
-        Self { albedo: albedo.as_vec3().to_array(), normal: normal.as_vec3().to_array() }
-    }
-
-    fn is_finite(&self) -> bool {
-        self.albedo.iter().chain(&self.normal).all(|value| value.is_finite())
-    }
-}
-
-/// The mean of the features that the rays of one pixel see.
+/// Mean of the features of one pixel's rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FeatureMean {
     count: u32,
@@ -33,10 +10,10 @@ pub struct FeatureMean {
 }
 
 impl FeatureMean {
-    /// 64-bit words that one takes in store.
+    /// Number of 64-bit words of [`to_bits`](Self::to_bits).
     pub const WORDS: usize = 4;
 
-    /// Takes in what one more ray sees; one with a NaN or an infinity is left out.
+    /// Adds the features of a ray; those with a NaN or an infinity are ignored.
     pub fn add(&mut self, seen: &Features) {
         if !seen.is_finite() {
             return;
@@ -60,7 +37,7 @@ impl FeatureMean {
         self.mean
     }
 
-    /// All that is known, as the bits of its numbers, for storing.
+    /// The state as the bits of its numbers, for checkpoints.
     pub fn to_bits(&self) -> [u64; Self::WORDS] {
         let Features { albedo: [r, g, b], normal: [x, y, z] } = self.mean;
         let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
@@ -68,7 +45,7 @@ impl FeatureMean {
         [pair(self.count, 0), floats(r, g), floats(b, x), floats(y, z)]
     }
 
-    /// What [`to_bits`](Self::to_bits) stored.
+    /// Restores the state from [`to_bits`](Self::to_bits).
     pub fn from_bits(bits: &[u64; Self::WORDS]) -> Self {
         let [low, high] = [
             |word: u64| f32::from_bits(word as u32),

@@ -1,4 +1,4 @@
-//! Renders that fit the memory there is.
+//! The memory limit: photons are reduced until a render fits, or it is refused.
 
 use bytesize::ByteSize;
 
@@ -11,37 +11,37 @@ use crate::scene::{RenderSettings, Scene};
 /// Bytes of the program and its libraries where the system does not tell.
 const PROGRAM: u64 = 36 << 20;
 
-/// Bytes a photon asked for, at most: a path leaves several photons in thick media.
-const PHOTON: u64 = 4096;
+/// Upper bound of the bytes of a photon path, which leaves several photons in thick media.
+const PATH_BYTES: u64 = 4096;
 
-/// Bytes of a medium's lattices, at most: for direct light, gathers and flights, the last twice while
-/// they are built, each of up to 256 MiB a channel and a table of 200 MB.
-const LATTICES: u64 = 5 << 30;
+/// Upper bound of the bytes of a medium's caches: for direct light, final gathers and fluence, the last
+/// twice while they are built, each of up to 256 MiB a channel and a table of 200 MB.
+const CACHE_BYTES: u64 = 5 << 30;
 
-/// Fewer photons show nothing.
-const FEWEST: u64 = 1000;
+/// Photon paths below which their number is not reduced: so few are noise.
+const MIN_PATHS: u64 = 1000;
 
-/// So many are tried first where memory is limited, since a look at many takes much itself.
-const FIRST: u64 = 20_000;
+/// Photon paths of the first try: an estimate for many takes much memory itself.
+const FIRST_TRY: u64 = 20_000;
 
-/// Photons grow with this power of the memory of lattices, whose cells' edge is as the -1/5th power of
-/// their number.
-const GROWTH: f64 = 5.0 / 3.0;
+/// Exponent by which photon paths grow with the memory of the fluence cache: the edge of its cells goes
+/// with the -1/5th power of the number of paths.
+const CACHE_EXPONENT: f64 = 5.0 / 3.0;
 
-/// One part in so many by which more photons are not worth another try.
-const SLIGHT: u64 = 8;
+/// Share, as its inverse, by which the next try must have more photons to be worth it.
+const WORTH_TRYING: u64 = 8;
 
-/// How often other numbers of photons are tried.
+/// Most numbers of photons that are tried.
 const TRIES: usize = 6;
 
-/// Of the photons of one try, at most this share is taken for the next.
-const FILLED: f64 = 0.9;
+/// Share of the memory left for photons that the next try aims at.
+const FILL: f64 = 0.9;
 
-/// One part in so many by which an estimate may be too low: where photons are thinned, they are
-/// thinned until so much is left over.
-const OFF: u64 = 16;
+/// Share, as its inverse, by which an estimate may be too low. Photons are reduced until so much memory is
+/// left over.
+const MARGIN: u64 = 16;
 
-/// Bytes a pixel that taking off noise needs beside the film.
+/// Bytes of a pixel that denoising takes beside the film.
 const DENOISING: u64 = 700;
 
 /// Bytes in memory before anything is loaded.
@@ -49,71 +49,73 @@ pub(super) fn program() -> u64 {
     memory::resident().unwrap_or(PROGRAM)
 }
 
-/// Sees to it that rendering `scene` takes at most `asked` bytes, and asks for fewer photons where
-/// it must; then a sentence says so. Where nothing is asked it must fit what the machine has free.
-/// Where that is close a few photons are shot to see: their work is not counted, so that a picture
-/// does not tell how much memory was free. Refused is only what takes more by the estimate itself.
-/// The program took `program` bytes before the scene was loaded.
+/// Reduces the photons of `scene` until rendering it takes at most `limit` bytes, and returns a warning
+/// where it did. Without a limit the render must fit into the machine's free memory as it is.
+///
+/// Where a bound does not settle it, the memory is estimated from a few photons; their work is not
+/// counted, so that a picture does not depend on how much memory was free. A render is refused only where
+/// the estimate itself exceeds the limit. The program took `program` bytes before the scene was loaded.
 ///
 /// # Errors
 /// Where it does not fit.
-pub(super) fn fit(
+pub(super) fn fit_photons(
     scene: &mut Scene,
-    asked: Option<u64>,
+    limit: Option<u64>,
     method: Method,
     program: u64,
 ) -> Result<Option<String>> {
     let free = || memory::available().map(|free| free + memory::resident().unwrap_or(0));
-    let Some(bytes) = asked.or_else(free) else { return Ok(None) };
-    let limit = Limit { bytes, is_asked: asked.is_some() };
+    let Some(bytes) = limit.or_else(free) else { return Ok(None) };
+    let is_given = limit.is_some();
+    let limit = Limit { bytes, is_given };
     let without = render::memory_without_photons(scene, &scene.render, program);
     limit.holds(&without.at_peak)?;
     if scene.render.denoise {
         limit.holds(&denoising(scene, &without))?;
     }
-    let lattices = LATTICES.saturating_mul(scene.media.len() as u64);
-    let most = scene.render.photons.saturating_mul(PHOTON).saturating_add(lattices);
+    let caches = CACHE_BYTES.saturating_mul(scene.media.len() as u64);
+    let most = scene.render.photons.saturating_mul(PATH_BYTES).saturating_add(caches);
     if method.reference || without.peak.saturating_add(most) <= bytes {
         return Ok(None);
     }
-    if asked.is_none() {
+    if !is_given {
         let needed = render::memory_needed(scene, &scene.render, program)?;
         return limit.holds(&needed.at_peak).map(|()| None);
     }
     let all = scene.render.photons;
     let (photons, peak) = most_photons(scene, limit, &without, program)?;
     scene.render.photons = photons;
-    let thinned = format!(
+    let warning = format!(
         "{photons} photons instead of {all}, so that about {} of memory are enough",
         both(peak)
     );
-    Ok((photons < all).then_some(thinned))
+    Ok((photons < all).then_some(warning))
 }
 
-/// About as many photons as fit into `limit`, at most those asked for, and the bytes that are then
-/// needed.
+/// The number of photons that fits into `limit`, at most as many as `scene` has, and the bytes that the
+/// render then needs.
 ///
 /// # Errors
 /// Where the fewest do not fit.
 fn most_photons(scene: &Scene, limit: Limit, without: &Memory, program: u64) -> Result<(u64, u64)> {
     let all = scene.render.photons;
-    let room = limit.bytes.saturating_sub(limit.bytes / (OFF + 1) + without.peak) as f64;
-    let mut photons = all.min(FIRST);
+    let room = limit.bytes.saturating_sub(limit.bytes / (MARGIN + 1) + without.peak) as f64;
+    let mut photons = all.min(FIRST_TRY);
     let mut fitting = None;
     for _ in 0..TRIES {
         let settings = RenderSettings { photons, ..scene.render };
         let needed = render::memory_needed(scene, &settings, program)?;
-        let share = FILLED * room / (needed.peak - without.peak).max(1) as f64;
-        // Lattices grow more slowly than photons do, so that more of these may be tried.
-        let share = if share > 1.0 { share.powf(GROWTH) } else { share };
-        let next = ((photons as f64 * share) as u64).clamp(FEWEST.min(all), all);
-        if limit.leaves(needed.peak / OFF, needed.peak) {
+        let share = FILL * room / (needed.peak - without.peak).max(1) as f64;
+        // Caches grow more slowly than photons do, so more of these may fit.
+        let share = if share > 1.0 { share.powf(CACHE_EXPONENT) } else { share };
+        let next = ((photons as f64 * share) as u64).clamp(MIN_PATHS.min(all), all);
+        if limit.leaves(needed.peak / MARGIN, needed.peak) {
             fitting = fitting.max(Some((photons, needed.peak)));
-            if photons == all || next <= photons + photons / SLIGHT {
+            if photons == all || next <= photons + photons / WORTH_TRYING {
                 break;
             }
-        } else if photons <= FEWEST {
-            // Nothing is left to thin.
+        } else if photons <= MIN_PATHS {
+            // No further reduction is possible.
             limit.holds(&needed.at_peak)?;
             fitting = fitting.max(Some((photons, needed.peak)));
             break;
@@ -123,7 +125,7 @@ fn most_photons(scene: &Scene, limit: Limit, without: &Memory, program: u64) -> 
     match fitting {
         Some(fitting) => Ok(fitting),
         None => {
-            let photons = FEWEST.min(all);
+            let photons = MIN_PATHS.min(all);
             let settings = RenderSettings { photons, ..scene.render };
             let needed = render::memory_needed(scene, &settings, program)?;
             limit.holds(&needed.at_peak).map(|()| (photons, needed.peak))
@@ -131,7 +133,7 @@ fn most_photons(scene: &Scene, limit: Limit, without: &Memory, program: u64) -> 
     }
 }
 
-/// What `without` photons, which are gone by then, is needed while noise is taken off.
+/// Memory in use while the picture is denoised: photons and maps are freed by then.
 fn denoising(scene: &Scene, without: &Memory) -> MemoryParts {
     let film = without.kept.film + DENOISING * scene.window().pixels();
     MemoryParts { film, photons: 0, maps: 0, ..without.kept }
@@ -141,8 +143,8 @@ fn denoising(scene: &Scene, without: &Memory) -> MemoryParts {
 #[derive(Debug, Clone, Copy)]
 struct Limit {
     bytes: u64,
-    /// Whether `--memory` says so, and not what the machine has free.
-    is_asked: bool,
+    /// Whether `--memory` gave it, and not the machine's free memory.
+    is_given: bool,
 }
 
 impl Limit {
@@ -151,10 +153,10 @@ impl Limit {
         peak.saturating_add(spare) <= self.bytes
     }
 
-    /// Whether what is `needed` at one time fits.
+    /// Checks that the parts `needed` at one time fit.
     ///
     /// # Errors
-    /// Where it does not: what is needed by what, what there is, and what would help.
+    /// Where they do not; it names the parts, the limit and what would help.
     fn holds(self, needed: &MemoryParts) -> Result<()> {
         if needed.sum() <= self.bytes {
             return Ok(());
@@ -176,7 +178,7 @@ impl Limit {
             .filter(|(_, tenths)| *tenths > 0)
             .map(|((name, ..), tenths)| format!("{name} {}", mebibytes(tenths)))
             .collect();
-        let (there, more) = if self.is_asked {
+        let (there, more) = if self.is_given {
             (format!("--memory allows {}", both(self.bytes)), "a larger --memory")
         } else {
             (format!("{} are free", both(self.bytes)), "more free memory")
@@ -198,7 +200,7 @@ fn mebibytes(tenths: u64) -> String {
     format!("{}.{}", tenths / 10, tenths % 10)
 }
 
-/// A size in binary and in decimal units: whoever gives 130M finds it again.
+/// A size in binary and in decimal units, so that a `--memory 130M` is recognised.
 fn both(bytes: u64) -> String {
     format!("{} ({})", ByteSize(bytes).display().iec(), ByteSize(bytes).display().si())
 }
@@ -216,7 +218,7 @@ mod tests {
             film: 12_345,
             ..MemoryParts::default()
         };
-        let limit = |bytes| Limit { bytes, is_asked: true };
+        let limit = |bytes| Limit { bytes, is_given: true };
         assert!(limit(needed.sum()).holds(&needed).is_ok(), "it fits to the byte");
         let message = limit(130_000_000 - 6_000_000).holds(&needed).unwrap_err().to_string();
         let list = message.split_once('(').unwrap().1.split_once(" MiB)").unwrap().0;

@@ -1,9 +1,9 @@
 //! Mean and variance of the samples of one pixel.
 
-use super::Features;
+use crate::image::{Features, FilmPixel};
 use crate::math::{Rgb, luminance};
 
-/// What one camera ray brought.
+/// The result of one camera ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Radiance, W/(m² sr).
@@ -20,12 +20,12 @@ pub struct Sample {
     pub transmittance: f64,
     /// Distance to the first surface in metres, positive infinity where there is none.
     pub depth: f64,
-    /// What it sees, where that was asked for.
+    /// Features of the ray, where they are gathered.
     pub features: Option<Features>,
 }
 
 impl Sample {
-    /// Whether it can be stored: no NaN, and nothing that an f32 cannot hold but an infinite depth.
+    /// Whether f32 can hold it: no NaN, and nothing that an f32 cannot hold but an infinite depth.
     fn is_sound(&self) -> bool {
         let sound = |v: f64| v.abs() <= f64::from(f32::MAX); // false for NaN
         self.radiance.to_array().into_iter().all(sound)
@@ -35,7 +35,7 @@ impl Sample {
     }
 }
 
-/// Gathers the samples of one pixel, in f64 by Welford's update (Welford 1962, "Note on a Method
+/// Sums up the samples of one pixel, in f64 by Welford's update (Welford 1962, "Note on a Method
 /// for Calculating Corrected Sums of Squares and Products"): the variance does not suffer where
 /// the mean is large.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,10 +71,10 @@ impl Default for Accumulator {
 }
 
 impl Accumulator {
-    /// 64-bit words that one takes in store.
+    /// Number of 64-bit words of [`to_bits`](Self::to_bits).
     pub const WORDS: usize = 14;
 
-    /// Takes a sample in. One with a NaN, an infinity or a value beyond the range of f32 (an
+    /// Adds a sample. One with a NaN, an infinity or a value beyond the range of f32 (an
     /// infinite depth aside) is counted by [`dropped`](Self::dropped) and otherwise ignored. Features
     /// are left to a [`FeatureMean`](super::FeatureMean).
     pub fn add(&mut self, sample: Sample) {
@@ -98,22 +98,22 @@ impl Accumulator {
         self.depth = self.depth.min(sample.depth);
     }
 
-    /// How many samples were taken in.
+    /// Number of samples in the mean.
     pub fn count(&self) -> u64 {
         self.count.into()
     }
 
-    /// How many samples were not finite and left out.
+    /// Number of samples that were dropped.
     pub fn dropped(&self) -> u64 {
         self.dropped.into()
     }
 
-    /// How many samples were given, those left out among them.
+    /// Number of samples that were given, dropped ones included.
     pub fn given(&self) -> u64 {
         self.count() + self.dropped()
     }
 
-    /// All that is known, as the bits of its numbers, for storing.
+    /// The state as the bits of its numbers, for checkpoints.
     pub fn to_bits(&self) -> [u64; Self::WORDS] {
         let [[r, g, b], [u, v, w]] = [self.mean, self.squares].map(|rgb| rgb.to_array());
         let numbers =
@@ -134,7 +134,7 @@ impl Accumulator {
         bits
     }
 
-    /// What [`to_bits`](Self::to_bits) stored.
+    /// Restores the state from [`to_bits`](Self::to_bits).
     pub fn from_bits(bits: &[u64; Self::WORDS]) -> Self {
         let number = |index: usize| f64::from_bits(bits[4 + index]);
         let [low, high] = [|word: u64| word as u32, |word: u64| (word >> 32) as u32];
@@ -194,9 +194,32 @@ impl Accumulator {
         self.luminance_squares * self.per_mean()
     }
 
+    /// Whether the standard error of the mean's luminance is at most `tolerance` times it. A pixel
+    /// without light has not converged: a rare path may still bring some.
+    pub fn has_converged(&self, tolerance: f64) -> bool {
+        let mean = luminance(self.mean());
+        mean > 0.0 && self.luminance_variance().sqrt() <= tolerance * mean
+    }
+
     /// From a sum of squared deviations to the variance of the mean: 1 / (n (n - 1)).
     fn per_mean(&self) -> f64 {
         let n = f64::from(self.count);
         if self.count < 2 { 0.0 } else { 1.0 / (n * (n - 1.0)) }
+    }
+}
+
+impl From<&Accumulator> for FilmPixel {
+    /// The pixel of these samples; saliency, xs, radius and step are 0, for the caller to set.
+    fn from(samples: &Accumulator) -> Self {
+        Self {
+            radiance: samples.mean(),
+            visible_emission: samples.visible_emission(),
+            alpha: samples.alpha(),
+            depth: samples.depth(),
+            transmittance: samples.transmittance(),
+            rays: (samples.count() + samples.dropped()) as f64,
+            variance: samples.luminance_variance(),
+            ..Self::default()
+        }
     }
 }

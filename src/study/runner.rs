@@ -1,4 +1,4 @@
-//! Runs a study: renders what is missing, compares, answers.
+//! The run of a study: missing pictures are rendered, all are compared, questions are answered.
 
 use std::path::Path;
 use std::time::Instant;
@@ -7,13 +7,12 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, GOLD};
 use super::deadline::{Deadline, PLANNED};
-use super::job::{Costs, Job, estimated, gold_job};
+use super::job::{Basis, Costs, Job, Run, estimated, gold_job, rendered, stages};
 use super::metric::{Options, compare};
-use super::plan::{Basis, Plan};
+use super::plan::Plan;
 use super::request::Request;
 use super::results::Results;
 use super::store::{Header, Store};
-use super::trial::{Trial, rendered, stages};
 use crate::error::{Error, Result};
 use crate::image::read_exr;
 use crate::render::{Progress, Silent};
@@ -28,8 +27,8 @@ pub struct Study<'a> {
 }
 
 impl<'a> Study<'a> {
-    /// Begins a study of `scene` in `folder`, which is made where it is missing; with `resume`
-    /// goes on with what lies there.
+    /// Opens a study of `scene` in `folder`, which is made where it is missing. With `resume` it continues
+    /// the study that lies there.
     ///
     /// # Errors
     /// Where the request is out of range, the folder cannot be used, or a study lies in it that is
@@ -40,8 +39,8 @@ impl<'a> Study<'a> {
         Ok(Self { scene, request: request.clone(), store })
     }
 
-    /// Renders all that is not yet on disk and writes it there at once, then compares it, answers
-    /// and writes `results.json` and `results.csv`. `command` is what asked for it.
+    /// Renders the pictures that are not on disk, each of which is written at once; then compares them,
+    /// answers the questions and writes `results.json` and `results.csv`. `command` is the command line.
     ///
     /// # Errors
     /// Where an emitter cannot be sampled or a file cannot be written or read.
@@ -55,21 +54,21 @@ impl<'a> Study<'a> {
         let jobs = planned.jobs(basis);
         match (request.seconds, self.store.header.costs) {
             (Some(seconds), Some(costs)) => {
-                let pace = Pace { start, seconds, costs };
-                self.render_within(pace, &planned, &jobs, basis, progress)?;
+                let limit = TimeLimit { start, seconds, costs };
+                self.render_within(limit, &planned, &jobs, basis, progress)?;
             }
             _ => self.render(&jobs, progress)?,
         }
         let is_done = |job: &Job| self.store.find(job).is_some();
-        let lost = || Error::file(self.store.folder(), "lost trials; go on with --resume");
+        let lost = || Error::file(self.store.folder(), "lost runs; go on with --resume");
         let plan = planned.completed(&jobs, is_done).ok_or_else(lost)?;
         let results = self.analyse(basis, plan, command, progress)?;
         results.write(self.store.folder())?;
         Ok(results)
     }
 
-    /// What is rendered: as asked, or what fits in the time given as first renders tell. There is
-    /// no end to the seeds of a plan that is bounded by time.
+    /// The plan: as requested, or as much as fits in the time, by the cost of first renders. The seeds of a
+    /// plan that is bounded by time are not limited.
     fn plan(&mut self, basis: Basis<'_>, start: Instant) -> Result<Plan> {
         let request = basis.request;
         let (stored, costs) = (self.store.header.plan.clone(), self.store.header.costs);
@@ -80,7 +79,7 @@ impl<'a> Study<'a> {
                     plan.with_seeds(plan.seeds.max(self.store.rounds()))
                 }
                 Some(plan) => plan.with_seeds(plan.seeds.max(request.seeds)),
-                None => Plan::asked(basis),
+                None => Plan::requested(basis),
             };
             self.store.settle(plan.clone(), costs)?;
             return Ok(plan);
@@ -98,10 +97,10 @@ impl<'a> Study<'a> {
     fn costs(&mut self, gold: &RenderSettings) -> Result<Costs> {
         let job = gold_job(gold, 0);
         self.render(std::slice::from_ref(&job), &Silent)?;
-        let missing = || Error::file(self.store.folder(), "lost its first trial");
+        let missing = || Error::file(self.store.folder(), "lost its first run");
         let first = self.store.find(&job).ok_or_else(missing)?;
         let settings = RenderSettings { rays: 1, ..job.settings };
-        let (least, film) = Trial::run(self.scene, &Job { settings, ..job.clone() })?;
+        let (least, film) = Run::render(self.scene, &Job { settings, ..job.clone() })?;
         let reference = if self.request.reference.is_some() {
             let rendered = rendered(self.scene, &settings, true)?;
             stages(&rendered).iter().map(|(_, seconds)| seconds).sum()
@@ -121,41 +120,41 @@ impl<'a> Study<'a> {
         Ok(Costs { gold: first.seconds, least: least.seconds, reference, comparing })
     }
 
-    /// Renders what is missing of `jobs`.
+    /// Renders those of `jobs` that have no run.
     fn render(&mut self, jobs: &[Job], progress: &dyn Progress) -> Result<()> {
         let missing: Vec<&Job> = jobs.iter().filter(|job| self.store.find(job).is_none()).collect();
         if missing.is_empty() {
             return Ok(());
         }
-        progress.stage("trials", missing.len() as u64);
+        progress.stage("runs", missing.len() as u64);
         for job in missing {
-            let (trial, film) = Trial::run(self.scene, job)?;
-            self.store.add(trial, &film)?;
+            let (run, film) = Run::render(self.scene, job)?;
+            self.store.add(run, &film)?;
             progress.advance(1);
         }
         progress.finish();
         Ok(())
     }
 
-    /// Renders what is missing of `jobs` as far as time goes. What a study can do without is left
-    /// out where it would not be done in time, or where the first seeds of the core would not be.
+    /// Renders those of `jobs` that have no run, within the time. An optional job is left out where it would
+    /// not end in time, or would leave no time for the first seeds of the core.
     fn render_within(
         &mut self,
-        pace: Pace,
+        limit: TimeLimit,
         plan: &Plan,
         jobs: &[Job],
         basis: Basis<'_>,
         progress: &dyn Progress,
     ) -> Result<()> {
-        let Pace { start, seconds, costs } = pace;
+        let TimeLimit { start, seconds, costs } = limit;
         let targets = if basis.request.reference.is_some() { 2.0 } else { 1.0 };
         let pictures = plan.candidates.len() + 1;
         let mut deadline = Deadline::new(seconds, targets * costs.comparing, pictures);
         let least = self.store.header.plan.as_ref().map_or(0, |plan| plan.seeds);
         let elapsed = || start.elapsed().as_secs_f64();
         let hundredths = |seconds: f64| (100.0 * seconds) as u64;
-        progress.stage("trials", hundredths(seconds));
-        let mut told = 0;
+        progress.stage("runs", hundredths(seconds));
+        let mut reported = 0;
         for job in jobs {
             if self.store.find(job).is_some() {
                 continue;
@@ -176,24 +175,24 @@ impl<'a> Study<'a> {
                 continue;
             }
             let begun = elapsed();
-            let (trial, film) = Trial::run(self.scene, job)?;
-            self.store.add(trial, &film)?;
+            let (run, film) = Run::render(self.scene, job)?;
+            self.store.add(run, &film)?;
             deadline.note(job, elapsed() - begun);
             let now = hundredths(elapsed());
-            progress.advance(now - told);
-            told = now;
+            progress.advance(now - reported);
+            reported = now;
         }
         progress.finish();
         Ok(())
     }
 }
 
-/// The time of a study.
+/// The time limit of a study.
 #[derive(Clone, Copy)]
-struct Pace {
+struct TimeLimit {
     start: Instant,
     /// Seconds from the start to the end.
     seconds: f64,
-    /// What renders take.
+    /// Costs of single renders.
     costs: Costs,
 }

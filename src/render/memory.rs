@@ -1,0 +1,128 @@
+//! Memory that a render takes, from the sizes of its parts.
+//!
+//! Sizes of types are asked of the compiler. What only measurement can tell are two allowances, for
+//! what the allocator retains and for working memory; `tests/plan.rs` compares the sum with the peak
+//! that the system reports.
+
+use serde::Serialize;
+
+use crate::director::PixelBudget;
+use crate::film::{Accumulator, FeatureMean};
+use crate::image::{Features, Film, Window};
+use crate::medium::Medium;
+use crate::photon::PhotonMemory;
+use crate::scene::plan::Needs;
+use crate::scene::{RenderSettings, Scene};
+
+/// Bytes of a pixel of the film: its samples, and the layers that they become.
+const FILM: u64 = (size_of::<Accumulator>() + Film::PIXEL_BYTES) as u64;
+
+/// Bytes that features add to a pixel of the film: their sum, and the mean that it becomes.
+const FEATURES: u64 = (size_of::<FeatureMean>() + size_of::<Features>()) as u64;
+
+/// Bytes of a pixel while the film is written: its layers, their copy for the encoder, and the file.
+const WRITING: u64 = 3 * Film::LAYER_BYTES as u64;
+
+/// Bytes of a pixel of the director's maps: distance, snapshot, X, S and XS.
+const MAPS: u64 = (size_of::<f64>() + size_of::<[f32; 3]>() + 3 * size_of::<f32>()) as u64;
+
+/// Bytes of a pixel of the film that is directed: its budget, with S and XS in the film's size.
+const BUDGET: u64 = (size_of::<PixelBudget>() + 2 * size_of::<f32>()) as u64;
+
+/// Bytes of freed memory that the allocator retains at most. The default M_MMAP_THRESHOLD_MAX of
+/// glibc on 64-bit systems: larger blocks are mapped, and returned at once.
+const RETAINED: u64 = 32 << 20;
+
+/// Bytes of threads, small tables and file formats: an allowance.
+const WORKING: u64 = 4 << 20;
+
+/// Memory of a render, in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// What stays in use once it is made: grids, trees, photon maps, the director's maps and the film.
+    #[serde(flatten)]
+    pub kept: MemoryParts,
+    /// The film with its copies while it is written.
+    pub writing: u64,
+    /// The most that is in use at any time.
+    pub peak: u64,
+    /// What the peak consists of.
+    pub at_peak: MemoryParts,
+}
+
+/// Parts of the memory in use at one time, in bytes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct MemoryParts {
+    /// The program and its libraries.
+    pub program: u64,
+    /// Voxel grids, and what is read into them.
+    pub grids: u64,
+    /// Surfaces with their trees, and what is read into them.
+    pub surfaces: u64,
+    /// Photon maps and caches, with what building them takes.
+    pub photons: u64,
+    /// The film, or its copies while it is written.
+    pub film: u64,
+    /// The director's maps.
+    pub maps: u64,
+}
+
+impl MemoryParts {
+    /// Sum of all parts.
+    pub const fn sum(&self) -> u64 {
+        self.program + self.grids + self.surfaces + self.photons + self.film + self.maps
+    }
+}
+
+/// Estimates the memory that rendering `scene` under `settings` takes without its photons, in a program
+/// that takes `program` bytes before it loads the scene.
+pub fn memory_without_photons(scene: &Scene, settings: &RenderSettings, program: u64) -> Memory {
+    let none = PhotonMemory { held: 0, building: 0, pieces: 0 };
+    memory_with(scene, settings, none, program)
+}
+
+/// As [`memory_without_photons`], with `photons`.
+pub(super) fn memory_with(
+    scene: &Scene,
+    settings: &RenderSettings,
+    photons: PhotonMemory,
+    program: u64,
+) -> Memory {
+    let program = program + WORKING;
+    let all = Window::whole(scene.film.size);
+    let pixels = settings.crop.unwrap_or(all).pixels();
+    let media = &scene.media;
+    let sizes = media.grid_bytes();
+    let grids = sizes.iter().map(|bytes| *bytes as u64).sum::<u64>();
+    let surfaces = scene.surfaces.memory_bytes() as u64;
+    let film = pixels * (FILM + if settings.denoise { FEATURES } else { 0 });
+    let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
+    let maps = if Needs::new(scene, settings).maps { maps } else { 0 };
+    let writing = pixels * WRITING;
+    // Grids are read one after another. Beside the last there are for a while its file and OpenVDB's
+    // own copy; beside a mesh, the lists that it is read into.
+    let read = sizes.last().map_or(0, |bytes| 2 * *bytes as u64);
+    let reading = read + surfaces;
+    let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
+    let building = photons.building + tables;
+    let retained = |freed: u64| freed.min(RETAINED);
+    // Photons use what loading has freed again.
+    let freed = retained(reading.max(building - photons.held));
+    let built = (building + retained(photons.pieces)).max(retained(reading));
+    let scene = MemoryParts { program, grids, surfaces, ..MemoryParts::default() };
+    // Loading, building the photon maps, rays, writing.
+    let stages = [
+        MemoryParts { grids: grids + read, surfaces: 2 * surfaces, ..scene },
+        MemoryParts { maps, photons: built, ..scene },
+        MemoryParts { maps, photons: photons.held + freed, film, ..scene },
+        MemoryParts { film: writing, photons: freed, ..scene },
+    ];
+    let at_peak = stages.into_iter().max_by_key(MemoryParts::sum).unwrap_or(scene);
+    let kept = MemoryParts { photons: photons.held, film, maps, ..scene };
+    Memory { kept, writing, peak: at_peak.sum(), at_peak }
+}
+
+/// Pixels of each of the director's maps.
+pub(super) fn map_pixels(scene: &Scene, settings: &RenderSettings) -> u64 {
+    settings.directing.map_size(scene.film.size).map(u64::from).iter().product()
+}

@@ -1,0 +1,230 @@
+//! The session: a render from its scene to its picture, stage by stage.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use super::control::{Control, Stop};
+use super::director_pass::DirectorMaps;
+use super::exposure::{Exposure, RenderRegion, expose};
+use super::features::FeatureTracer;
+use super::integrator::{Integrator, PathTracer};
+use super::photon_pass::PhotonPass;
+use super::pixel_sampling::{CameraRay, Workspace};
+use super::progress::Stages;
+use super::rendered::{Ended, Rendered};
+use super::stage_settings::{finest_step, render_region, specialised};
+use crate::director::{CachedSnapshot, PixelBudget};
+use crate::error::Result;
+use crate::film::Sample;
+use crate::math::{Rgb, Spectrum, Stage};
+use crate::photon::PhotonDirection;
+use crate::scene::plan::Needs;
+use crate::scene::{Director, RenderSettings, Scene};
+use crate::work::Work;
+
+/// Renders `scene` by photon maps and ray marching, directed as `settings` say. The picture is the
+/// same on any number of threads of the rayon pool it is called in, and however often it was
+/// interrupted and resumed. `control` is a [`Progress`](super::Progress) or a [`Control`].
+///
+/// # Errors
+/// Where an emitter cannot be sampled, or a checkpoint does not fit the scene.
+pub fn render<'a>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    control: impl Into<Control<'a>>,
+) -> Result<Rendered> {
+    render_next(scene, settings, None, control)
+}
+
+/// As [`render()`], for the next frame of a sequence: `cached` is the snapshot of the frame before.
+/// Where it matches the scene, the director traces no rays for a new one. The picture and the work
+/// that it reports are the same.
+///
+/// # Errors
+/// As [`render()`].
+pub fn render_next<'a>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    cached: Option<CachedSnapshot>,
+    control: impl Into<Control<'a>>,
+) -> Result<Rendered> {
+    let control = control.into();
+    let mut stages = Stages::default();
+    // Pilot and director.
+    let mut maps = DirectorMaps::for_render(scene, settings, cached, &mut stages)?;
+    let (director, snapshot) = (maps.director_work(), maps.snapshot.take());
+    // Photons, caches, rays and film.
+    let needs = Needs::new(scene, settings);
+    let rendered = specialised!(needs, render_directed(scene, settings, &maps, &control, stages))?;
+    Ok(Rendered { director, snapshot, ..rendered })
+}
+
+/// Renders the picture that `maps` direct. `stages` are those that ran before.
+fn render_directed<S: Spectrum, H: PhotonDirection>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    maps: &DirectorMaps,
+    control: &Control<'_>,
+    mut stages: Stages,
+) -> Result<Rendered> {
+    let mut work = maps.work;
+    work += maps.pilot_work;
+    work.unseen_voxels = scene.unseen.map_or(0, |unseen| unseen.held());
+
+    // Photons.
+    let start = Instant::now();
+    let (photons, shot) = shoot_photons::<S, H>(scene, settings, maps, control)?;
+    work += shot;
+    stages.done("photons", start);
+
+    // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
+    let start = Instant::now();
+    if let Some(checkpoints) = control.checkpoints {
+        checkpoints.restore(&photons.caches.lazy())?;
+    }
+
+    // Rays.
+    let gold = gold_budget(scene, settings, photons.maps.volume_radius);
+    let budgets = maps.budgets(scene, settings, gold);
+    let width = scene.film.size[0] as usize;
+    let integrator = Integrator::new(scene, &photons, Needs::new(scene, settings));
+    let tracer = FeatureTracer::new(scene, settings.denoise);
+    let exposed = expose(
+        render_region(scene, settings, Stage::March),
+        |x, y, lens| scene.camera.ray(x, y, lens),
+        |x, y| budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold),
+        |camera_ray, workspace| {
+            let sample = integrator.radiance(camera_ray, workspace);
+            let CameraRay { ray, budget, .. } = camera_ray;
+            Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
+        },
+        &photons.caches.lazy(),
+        control,
+    );
+    stages.done("march", start);
+
+    // Film.
+    let strategy = Some(photons.choice.summary());
+    let rendered = rendered(exposed, work, stages, Some(photons.maps.volume_radius));
+    Ok(Rendered { strategy, ..rendered })
+}
+
+/// Shoots the photons that `maps` ask for and builds the photon maps.
+fn shoot_photons<S: Spectrum, H: PhotonDirection>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    maps: &DirectorMaps,
+    control: &Control<'_>,
+) -> Result<(PhotonPass<S, H>, Work)> {
+    let progress = control.progress;
+    let settings = maps.pass_settings(scene, settings);
+    progress.stage("photons", settings.photons.photons);
+    let paths = AtomicU64::new(0);
+    let advance = |count: u64| {
+        control.stop.into_iter().for_each(Stop::wait);
+        progress.advance(count);
+        // Building the maps has no units of its own, and can take longer than all paths.
+        if paths.fetch_add(count, Ordering::Relaxed) + count == settings.photons.photons {
+            progress.stage("photon map", 0);
+        }
+    };
+    let shot = PhotonPass::new(scene, &settings, &advance)?;
+    progress.finish();
+    Ok(shot)
+}
+
+/// The budget of a pixel that nothing directs, with the gather `radius` in metres. The director
+/// `variance` lets a pixel end early.
+fn gold_budget(scene: &Scene, settings: &RenderSettings, radius: f64) -> PixelBudget {
+    let gold = PixelBudget::fixed(settings.rays, radius, finest_step(scene, settings));
+    if settings.director == Director::Variance {
+        gold.until(settings.directing.tolerance, settings.directing.floor)
+    } else {
+        gold
+    }
+}
+
+/// Renders the unbiased reference of `scene`: null-collision path tracing with next-event estimation.
+/// The picture is the same on any number of threads of the rayon pool it is called in; `control` is
+/// as in [`render()`].
+pub fn render_reference<'a>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    control: impl Into<Control<'a>>,
+) -> Rendered {
+    let control = control.into();
+    if Needs::new(scene, settings).colors {
+        trace_reference::<Rgb>(scene, settings, &control)
+    } else {
+        trace_reference::<f64>(scene, settings, &control)
+    }
+}
+
+fn trace_reference<S: Spectrum>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    control: &Control<'_>,
+) -> Rendered {
+    let mut stages = Stages::default();
+    let start = Instant::now();
+    let paths = PathTracer::new(scene, settings.max_scatter);
+    let tracer = FeatureTracer::new(scene, settings.denoise);
+    let budget = PixelBudget::fixed(settings.rays, 0.0, 0.0);
+    let exposed = expose(
+        render_region(scene, settings, Stage::Reference),
+        |x, y, lens| scene.camera.ray(x, y, lens),
+        |_, _| budget,
+        |camera_ray, workspace: &mut Workspace<S>| {
+            let CameraRay { ray, budget, .. } = camera_ray;
+            let sample = paths.radiance::<S>(*ray, &mut workspace.ctx);
+            Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
+        },
+        &[],
+        control,
+    );
+    stages.done("reference", start);
+    rendered(exposed, Work::default(), stages, None)
+}
+
+/// Renders `scene` without photons, for a render that is stopped before they are shot: one ray a pixel,
+/// or where `control` ends it fewer and the nearest neighbours of those pixels. It shows emission and
+/// light that was scattered or reflected once, and is marked as [stopped](Ended::Stopped).
+pub fn preview<'a>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    control: impl Into<Control<'a>>,
+) -> Rendered {
+    let (mut stages, start) = (Stages::default(), Instant::now());
+    let photons = PhotonPass::<Rgb>::empty(settings.radius.unwrap_or(0.0));
+    let budget = PixelBudget::fixed(1, photons.maps.volume_radius, finest_step(scene, settings));
+    let integrator = Integrator::new(scene, &photons, Needs::new(scene, settings));
+    let exposed = expose(
+        RenderRegion { features: false, ..render_region(scene, settings, Stage::March) },
+        |x, y, lens| scene.camera.ray(x, y, lens),
+        |_, _| budget,
+        |camera_ray, workspace| integrator.radiance(camera_ray, workspace),
+        &[],
+        &control.into(),
+    );
+    stages.done("preview", start);
+    let preview = rendered(exposed, Work::default(), stages, None);
+    Rendered { ended: Ended::Stopped, ..preview }
+}
+
+/// The picture of an exposure; `work` was done before it.
+fn rendered(exposed: Exposure, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
+    let Exposure { film, work: exposing, ended, rays_left, checkpoint_error } = exposed;
+    work += exposing;
+    Rendered {
+        film,
+        work,
+        timings: stages.timings,
+        radius,
+        ended,
+        rays_left,
+        checkpoint_error,
+        strategy: None,
+        director: None,
+        snapshot: None,
+    }
+}

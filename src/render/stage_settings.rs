@@ -1,0 +1,81 @@
+//! What the settings of a render mean for each of its stages: photons, march step, film.
+
+use super::exposure::RenderRegion;
+use super::photon_pass::PassSettings;
+use crate::image::Window;
+use crate::math::Stage;
+use crate::photon::PhotonSettings;
+use crate::scene::plan::Needs;
+use crate::scene::{RenderSettings, Scene};
+
+/// Photon paths, at most, that are traced to estimate what all of them take.
+const SAMPLED_PATHS: u64 = 1 << 14;
+
+/// Calls a generic function with the types that a scene needs: `specialised!(needs, f(arguments))`
+/// is `f::<S, H>(arguments)`, with `S` the [`Spectrum`](crate::math::Spectrum) of one or three
+/// channels and `H` the [`PhotonDirection`](crate::photon::PhotonDirection) that photons in media
+/// store. The `match` stands here, outside of all loops, and lists the four instances that are
+/// compiled; a function pointer or trait object could not carry the types.
+macro_rules! specialised {
+    ($needs:expr, $f:ident($($argument:expr),* $(,)?)) => {
+        match ($needs.colors, $needs.directions) {
+            (true, true) => $f::<crate::math::Rgb, crate::photon::Octahedral>($($argument),*),
+            (true, false) => $f::<crate::math::Rgb, crate::photon::NoDirection>($($argument),*),
+            (false, true) => $f::<f64, crate::photon::Octahedral>($($argument),*),
+            (false, false) => $f::<f64, crate::photon::NoDirection>($($argument),*),
+        }
+    };
+}
+pub(super) use specialised;
+
+/// Settings of a photon pass with all paths of `settings`, and with the full photon map alone.
+pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSettings {
+    PassSettings {
+        photons: PhotonSettings {
+            photons: settings.photons,
+            traced: None,
+            seed: settings.seed,
+            max_scatter: settings.max_scatter,
+            radius: settings.radius,
+            levels: 0,
+            needs: Needs::new(scene, settings),
+        },
+        final_gather: settings.final_gather,
+        denoise: settings.denoise,
+        rays: settings.rays,
+        film_pixels: 1.0,
+    }
+}
+
+/// As [`pass_settings`], but only the first few of the paths are traced. Returns how many as well.
+pub(super) fn sampled_pass_settings(
+    scene: &Scene,
+    settings: &RenderSettings,
+) -> (PassSettings, u64) {
+    let paths = SAMPLED_PATHS.min(settings.photons);
+    (pass_settings(scene, settings).pilot(paths), paths)
+}
+
+/// March step of the gold standard, in metres: the one that `settings` give, or else the shortest voxel
+/// edge of all media, at which cells are integrated exactly; 0 where there is no grid.
+pub(super) fn finest_step(scene: &Scene, settings: &RenderSettings) -> f64 {
+    settings.step.unwrap_or_else(|| scene.media.detail().unwrap_or(0.0))
+}
+
+/// The region of the film that is rendered, with random streams of `stage`.
+pub(super) fn render_region(
+    scene: &Scene,
+    settings: &RenderSettings,
+    stage: Stage,
+) -> RenderRegion {
+    let size = scene.film.size;
+    RenderRegion {
+        size,
+        window: settings.crop.unwrap_or(Window::whole(size)),
+        seed: settings.seed,
+        stage,
+        rays: settings.rays,
+        needs: Needs::new(scene, settings),
+        features: settings.denoise,
+    }
+}
