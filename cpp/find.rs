@@ -1,5 +1,5 @@
 //! Where OpenVDB and what its headers need are, and what to say where they are not: build.rs uses it,
-//! and tests/build_message.rs tests it.
+//! and tests/documents/build_message.rs tests it.
 
 use std::collections::BTreeSet;
 use std::fs;

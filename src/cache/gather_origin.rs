@@ -8,7 +8,7 @@ use crate::medium::Media;
 /// Share of the way from a cell's centre to the mean of the places at which rays sample it, where
 /// gathers start. At the centre, which can lie outside of the medium, they find too little light; at the
 /// mean too much, as light falls off ever faster toward the medium's edge. Chosen by measuring the mean
-/// of `gathers_lose_no_sunlight_in_thick_haze` (tests/gather.rs) against its reference.
+/// of `gathers_lose_no_sunlight_in_thick_haze` (tests/physics/gather.rs) against its reference.
 const TOWARD_MEAN: f64 = 0.5;
 
 /// Standard deviation along an axis, in widths of a cell, of the places at which trilinear
