@@ -167,7 +167,7 @@ fn names(folder: &Path) -> Vec<String> {
 fn before_the_first_ray_a_signal_leaves_a_first_look() {
     let folder = TempDir::new().unwrap();
     let message = early(folder.path(), "320x240", &[]);
-    let look = "error: interrupted before the first ray: out.exr is a first look without photons";
+    let look = "error: interrupted before the first ray: out.exr is a preview without photons";
     assert_eq!(message, look);
     assert_eq!(names(folder.path()), ["out.exr", "out.png"]);
     let layers = read_layers(&folder.path().join("out.exr")).unwrap();
@@ -187,11 +187,11 @@ fn before_the_first_ray_a_signal_leaves_a_first_look() {
     succeeds(render(folder.path(), "smoke.toml", "out.exr", "32x24", &few));
     let finished = bytes(folder.path(), "out.exr");
     let message = early(folder.path(), "32x24", &[]);
-    assert!(message.contains("out.partial.exr is a first look"), "{message}");
+    assert!(message.contains("out.partial.exr is a preview"), "{message}");
     assert_eq!(bytes(folder.path(), "out.exr"), finished);
 }
 
-/// Where a checkpoint holds more than a first look would show, it is what stays.
+/// Where a checkpoint holds more than a preview would show, it is what stays.
 #[test]
 fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
     let folder = TempDir::new().unwrap();
@@ -207,7 +207,7 @@ fn before_the_first_ray_a_signal_leaves_a_checkpoint_that_is_gone_on_from() {
     let more = [&more[..], &["--resume"]].concat();
     let mut child = start(with(folder.path(), "smoke.toml", "out.exr", "32x24", &more));
     let mut messages = BufReader::new(child.stderr.take().unwrap()).lines();
-    assert!(messages.any(|line| line.unwrap().starts_with("note: goes on after")));
+    assert!(messages.any(|line| line.unwrap().starts_with("note: resumes after")));
     std::thread::sleep(Duration::from_millis(100));
     signal(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(130));
