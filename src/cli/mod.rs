@@ -26,6 +26,7 @@ mod picture;
 mod plan;
 mod progress;
 mod render;
+mod render_args;
 mod sequence;
 mod settings;
 mod study;
@@ -60,7 +61,7 @@ struct Cli {
 #[allow(clippy::large_enum_variant, reason = "there is one a process")]
 enum Command {
     /// Render a scene, or a VDB file alone, to an EXR with layers and a PNG beside it.
-    Render(render::Args),
+    Render(render_args::Args),
     /// Make the director's maps: where in the picture it pays to be accurate.
     Maps(maps::Args),
     /// Tell how far a picture is from its reference, by every metric.

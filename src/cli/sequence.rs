@@ -17,7 +17,7 @@ use super::memory;
 use super::memory_limit;
 use super::output::Output;
 use super::picture::{PictureJob, PictureReport};
-use super::render::{self, Args};
+use super::render_args::{self, Args};
 use super::units;
 use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
@@ -29,7 +29,7 @@ use crate::sequence::{Frames, Pattern};
 /// Renders `frames`, each as it would be alone.
 pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
     let program = memory_limit::program();
-    let denoiser = render::early_denoiser(args)?;
+    let denoiser = render_args::early_denoiser(args)?;
     let frames = frames.numbers();
     let target = target(&args.paths.output);
     let first = frames.first().copied().unwrap_or_default();
@@ -47,7 +47,7 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
     if let Some(frame) = sequence.metered_frame().filter(|_| args.write_scene.is_some()) {
         let mut scene = sequence.load(frame)?;
         scene.film.exposure = scene.film.exposure.or(exposure);
-        render::write_scene(args, &scene)?;
+        render_args::write_scene(args, &scene)?;
     }
     let mut run = FrameLoop::new(args, &interrupt, program, frames.len());
     run.denoiser = denoiser;
@@ -159,7 +159,7 @@ impl<'a> FrameLoop<'a> {
             return Err(Error::Interrupted { message, code: self.interrupt.exit_code() });
         }
         self.say(number, &self.progress());
-        render::find_denoiser(&mut self.denoiser, &scene)?;
+        render_args::find_denoiser(&mut self.denoiser, &scene)?;
         let warnings = self.print_notes(&scene);
         let picture = self.picture(&mut scene, output, pool, warnings, (start, loading))?;
         self.rendered.0 += 1;
@@ -168,7 +168,7 @@ impl<'a> FrameLoop<'a> {
         let of_frame = json!({ "frame": number, "state": state, "held": held, "problem": problem });
         let report = merged(of_frame, picture.report);
         let picture = PictureReport { report, ..picture };
-        render::print_report(self.args, &picture);
+        render_args::print_report(self.args, &picture);
         picture.end(self.interrupt)
     }
 
@@ -233,14 +233,15 @@ impl<'a> FrameLoop<'a> {
     fn print_notes(&mut self, scene: &Scene) -> Vec<String> {
         let notes = scene.notes.iter().map(|note| format!("note: {note}"));
         let denoiser = self.denoiser.as_ref().filter(|_| scene.render.denoise);
-        let notes = notes.chain(denoiser.map(render::note));
-        let lines = notes.filter(|_| !self.args.run.quiet).chain(render::plan(self.args, scene));
+        let notes = notes.chain(denoiser.map(render_args::note));
+        let lines =
+            notes.filter(|_| !self.args.run.quiet).chain(render_args::plan(self.args, scene));
         for line in lines {
             if self.said.insert(line.clone()) {
                 console::message(&line);
             }
         }
-        let warnings = [scene.warnings.clone(), render::advice(self.args, scene)].concat();
+        let warnings = [scene.warnings.clone(), render_args::advice(self.args, scene)].concat();
         let new = warnings.iter().filter(|warning| self.said.insert((*warning).clone()));
         console::warn(&new.cloned().collect::<Vec<_>>());
         warnings

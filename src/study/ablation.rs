@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::answer::{Question, UNIFORM, has_round, over_rounds, scaled, too_inexact};
 use super::curve::{Curve, Reach};
-use super::results::{Answer, PointResult, RunResult};
+use super::measured::{Answer, PointResult, RunResult};
 
 /// Parts, each with the candidate that has it and the one that has not.
 const PARTS: [(&str, &str, &str); 12] = [

@@ -6,8 +6,8 @@
 use super::candidate::GOLD;
 use super::curve::{Curve, Reach};
 use super::job::REFERENCE;
+use super::measured::{Answer, CurveResult, PointResult, RunResult};
 use super::request::Metric;
-use super::results::{Answer, CurveResult, PointResult, RunResult};
 use super::statistics::{Interval, slope};
 use super::target::Target;
 

@@ -6,7 +6,7 @@ use super::answer::{Question, UNIFORM};
 use super::candidate::{GOLD, subject};
 use super::contrast::{MOST_SEEDS, Outcome, seeds_to_settle};
 use super::curve::Curve;
-use super::results::{PointResult, RunResult};
+use super::measured::{PointResult, RunResult};
 use super::statistics::Interval;
 use super::target::Target;
 
@@ -152,9 +152,9 @@ mod tests {
 
     use super::super::candidate::Settings;
     use super::super::job::{REFERENCE, Run};
+    use super::super::measured::{Answer, Measured};
     use super::super::metric::{Errors, Options, compare};
     use super::super::request::Metric;
-    use super::super::results::{Answer, Measured};
     use super::*;
     use crate::image::Image;
     use crate::scene::RenderSettings;

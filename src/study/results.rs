@@ -1,6 +1,5 @@
 //! Results of a study: the schema of `results.json`, and `results.csv`.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -12,11 +11,10 @@ use super::convergence::Convergence;
 use super::headline::Headline;
 use super::job::Run;
 use super::machine::Machine;
+use super::measured::{CurveResult, PointResult};
 use super::metric::{Errors, Options};
 use super::plan::Plan;
 use super::request::{Metric, Request};
-use super::split::Split;
-use super::statistics::Interval;
 use super::target::Target;
 use crate::error::{Error, Result};
 use crate::file;
@@ -70,78 +68,6 @@ pub struct Results {
     pub headline: Option<Headline>,
     /// The findings in sentences, the answer first.
     pub verdict: Vec<String>,
-}
-
-/// A candidate at one budget.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PointResult {
-    /// Its name in [`CANDIDATES`](super::CANDIDATES), or `gold`.
-    pub candidate: String,
-    /// What it is.
-    pub about: String,
-    /// Its budget.
-    pub label: String,
-    /// How it was rendered, but for seeds.
-    pub settings: Settings,
-    /// Its runs by seed.
-    #[serde(rename = "trials")]
-    pub runs: Vec<RunResult>,
-    /// Runs with the same seeds and the finest march step, for the step error.
-    pub finest_step: Vec<Run>,
-    /// Run time in seconds, without loading and writing.
-    pub seconds: Interval,
-    /// The error that answers are about, by each target's name.
-    pub errors: BTreeMap<String, Measured>,
-    /// Gold's run time over its own, paired by round.
-    pub speed_up: Option<Interval>,
-    /// Run time of `fixed` at its error over its own, paired by round: above 1 it wins.
-    pub gain_at_equal_error: Answer,
-    /// Error of `fixed` in its run time over its own, paired by round: above 1 it wins.
-    pub gain_at_equal_time: Answer,
-    /// Where the error comes from, by MSE; nothing for one seed.
-    pub mse_split: Option<Split>,
-    /// The same by relative MSE.
-    pub relative_mse_split: Option<Split>,
-}
-
-/// An error with what it may be said of.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Measured {
-    /// The error over seeds.
-    pub error: Interval,
-    /// Whether the target's own error is at most a third of it; else no verdict is given.
-    pub trusted: bool,
-}
-
-/// A run with its errors.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RunResult {
-    /// The run.
-    #[serde(flatten)]
-    pub run: Run,
-    /// Errors by every metric, by each target's name.
-    pub errors: BTreeMap<String, Errors>,
-}
-
-/// An answer, or why there is none.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Answer {
-    /// The answer.
-    Found(Interval),
-    /// Why there is none.
-    None(String),
-}
-
-/// Results of a candidate over all its budgets.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CurveResult {
-    /// Its name.
-    pub candidate: String,
-    /// Seconds to reach each of the errors asked for.
-    pub time_to: Vec<(f64, Answer)>,
-    /// Slope of log MSE over log rays shot; -1 is that of independent samples.
-    pub slope: Option<f64>,
 }
 
 impl Results {

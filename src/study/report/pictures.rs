@@ -6,8 +6,9 @@ use half::f16;
 use serde::Serialize;
 
 use super::super::html::data_uri;
+use super::super::measured::PointResult;
 use super::super::metric::relative_map;
-use super::super::results::{PointResult, Results};
+use super::super::results::Results;
 use crate::error::{Error, Result};
 use crate::image::{Image, Layers, Picture, ScalarMap, read_exr, read_layers};
 

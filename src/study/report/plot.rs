@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use super::super::answer::UNIFORM;
 use super::super::candidate::GOLD;
+use super::super::measured::{PointResult, RunResult};
 use super::super::request::Metric;
-use super::super::results::{PointResult, Results, RunResult};
+use super::super::results::Results;
 use super::super::statistics::Interval;
 use super::super::target::Target;
 
