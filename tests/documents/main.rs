@@ -12,3 +12,4 @@ mod pages;
 mod build_message;
 mod guide;
 mod results;
+mod structure;
