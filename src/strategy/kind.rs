@@ -90,8 +90,8 @@ impl fmt::Display for MediumStrategy {
             ("gathers' cells", self.gather_cell_width),
             ("direct light's cells", self.direct_cell_width),
         ];
-        let widths = widths.iter().filter_map(|(name, width)| Some((name, (*width)?)));
-        widths.map(|(name, width)| write!(f, ", {name} {width:.3} m wide")).collect()
+        let mut widths = widths.iter().filter_map(|(name, width)| Some((name, (*width)?)));
+        widths.try_for_each(|(name, width)| write!(f, ", {name} {width:.3} m wide"))
     }
 }
 

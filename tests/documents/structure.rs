@@ -248,7 +248,7 @@ fn rooms_use_floors_below_their_own() {
         let Some(own) = module.first() else { continue };
         for room in others.iter().map(|other| &other[0]).filter(|room| *room != own) {
             let below = match (floor(own), floor(room)) {
-                (Some(own), Some(room)) if own == 0 => room == 0,
+                (Some(0), Some(room)) => room == 0,
                 (Some(own), Some(room)) => room < own,
                 _ => own == "guide" || room == "guide",
             };
