@@ -3,7 +3,7 @@
 //! A ray reads from [`camera_path`] (media, mirrors, first diffuse surface) through [`in_scattering`]
 //! (what media scatter along a ray) to the estimators that this sums: [`direct_in_media`],
 //! [`radiance_cache`], [`final_gather`] with [`joint_nee`], [`photon_gather`] and [`forward_peak`].
-//! [`reference`] is an integrator of its own.
+//! [`reference`](mod@reference) is an integrator of its own.
 
 mod camera_path;
 mod direct_in_media;
