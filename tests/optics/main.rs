@@ -10,6 +10,7 @@ mod lights;
 mod skip;
 
 mod environment;
+mod fields;
 mod light;
 mod medium;
 mod phase;
