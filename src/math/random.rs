@@ -17,6 +17,8 @@ pub enum Stage {
     Director = 4,
     /// Procedural content.
     Content = 5,
+    /// The pilot of strategies; the index is the ray.
+    Strategy = 7,
     /// Tests and benchmarks.
     Test = 6,
 }

@@ -8,51 +8,62 @@ use super::camera_importance::CameraImportance;
 use super::extents::Extents;
 use super::maps::THINNING;
 use super::path::Deposits;
-use super::radius::{self, Radii};
+use super::radius::{self, Probes, Radii};
 use super::{BeamMap, Photon, PhotonAt, PhotonDirection, SurfaceMap};
 
 /// Largest radius of a surface photon, as a share of the diagonal of all surfaces and media.
 const MAX_SURFACE_RADIUS: f64 = 0.1;
 
-/// The map of the photons in media with `levels` thinned ones, and the gather radius in metres that is
-/// typical of what the camera sees. `phases` scatter the photons of each medium.
-pub(super) fn in_media<S: Spectrum, H: PhotonDirection>(
-    scene: &Scene,
-    levels: u32,
-    extents: &Extents,
-    importance: &CameraImportance,
-    phases: &[Phase],
-    deposits: &Deposits<S, H>,
-) -> (Vec<BeamMap<S, H>>, f64) {
-    let Extents { origin, depth, margin, .. } = *extents;
-    let photons = &deposits.volume;
-    let radii = match extents.radius {
-        Some(radius) => Radii::constant(radius, photons.len()),
-        None => {
-            let weight = |p: &PhotonAt<S, H>| toward_camera(scene, phases, p.at(origin), &p.photon);
-            let independent = deposits.independent.iter();
-            let independent: Vec<PhotonAt<S, H>> =
-                independent.map(|index| photons[*index]).collect();
-            let visible = &importance.media;
-            Radii::adaptive(origin, photons, &independent, visible, depth, weight, margin)
-        }
-    };
-    (thinned_maps(origin, photons, &radii.each, levels), radii.typical)
+/// What maps are built with.
+pub(super) struct Building<'a> {
+    pub scene: &'a Scene,
+    pub extents: &'a Extents,
+    pub importance: &'a CameraImportance,
+    /// Number of photons that each stands for: radii are chosen for all of those.
+    pub represents: f64,
 }
 
-/// The map of the photons on surfaces.
-pub(super) fn on_surfaces<S: Spectrum>(
-    extents: &Extents,
-    photons: &[PhotonAt<S>],
-) -> SurfaceMap<S> {
-    let radii = match extents.radius {
-        Some(radius) => vec![radius as f32; photons.len()],
-        None => {
-            let most = MAX_SURFACE_RADIUS * extents.of_surfaces();
-            radius::on_surfaces(extents.origin, photons, most)
-        }
-    };
-    SurfaceMap::new(extents.origin, photons, &radii)
+impl Building<'_> {
+    /// The map of the photons in media with `levels` thinned ones, and the gather radius in metres that
+    /// is typical of what the camera sees. `phases` scatter the photons of each medium.
+    pub fn in_media<S: Spectrum, H: PhotonDirection>(
+        &self,
+        levels: u32,
+        phases: &[Phase],
+        deposits: &Deposits<S, H>,
+    ) -> (Vec<BeamMap<S, H>>, f64) {
+        let Extents { origin, depth, margin, .. } = *self.extents;
+        let photons = &deposits.volume;
+        let radii = match self.extents.radius {
+            Some(radius) => Radii::constant(radius, photons.len()),
+            None => {
+                let weight =
+                    |p: &PhotonAt<S, H>| toward_camera(self.scene, phases, p.at(origin), &p.photon);
+                let independent = deposits.independent.iter();
+                let independent: Vec<PhotonAt<S, H>> =
+                    independent.map(|index| photons[*index]).collect();
+                let probes =
+                    Probes { photons: &independent, count: photons.len() as f64 * self.represents };
+                let visible = &self.importance.media;
+                Radii::adaptive(origin, photons, &probes, visible, depth, weight, margin)
+            }
+        };
+        (thinned_maps(origin, photons, &radii.each, levels), radii.typical)
+    }
+
+    /// The map of the photons on surfaces.
+    pub fn on_surfaces<S: Spectrum>(&self, photons: &[PhotonAt<S>]) -> SurfaceMap<S> {
+        let Extents { origin, radius, .. } = *self.extents;
+        let radii = match radius {
+            Some(radius) => vec![radius as f32; photons.len()],
+            None => {
+                let most = MAX_SURFACE_RADIUS * self.extents.of_surfaces();
+                let probes = Probes { photons, count: photons.len() as f64 * self.represents };
+                radius::on_surfaces(origin, photons, &probes, most)
+            }
+        };
+        SurfaceMap::new(origin, photons, &radii)
+    }
 }
 
 /// The map of all `photons`, and as many `levels` more of fewer and wider ones.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::math::{Spectrum, WorldPoint};
 
-use super::{PhotonAt, PhotonDirection, PhotonMap};
+use super::{Octahedral, PhotonAt, PhotonDirection, PhotonMap};
 
 /// Photons to be found along a ray.
 const PHOTONS_ALONG_RAY: f64 = 64.0;
@@ -14,11 +14,9 @@ const PHOTONS_ALONG_RAY: f64 = 64.0;
 /// Largest factor by which a photon brighter than its neighbours is widened.
 const MAX_WIDENING: f64 = 8.0;
 
-/// Photons to be found on a surface.
-const PHOTONS_ON_SURFACE: f64 = 100.0;
-
-/// Most photons in the sphere of one: bounds the radius where few are near any ray.
-const MAX_PHOTONS_IN_SPHERE: f64 = 100.0;
+/// Photons within the radius of one: to be found on a surface, and the most in the sphere of one in a
+/// medium, where few are near any ray.
+const PHOTONS_IN_RADIUS: f64 = 100.0;
 
 /// Nearest photons by whose distance the density of photons is measured.
 const NEIGHBOURS: usize = 8;
@@ -28,6 +26,13 @@ const PROBES: usize = 50_000;
 
 /// Places that the camera sees, about, of which the typical radius is the median.
 const VISIBLE_PLACES: usize = 512;
+
+/// Photons by which the density of others is measured.
+pub(super) struct Probes<'a, S: Spectrum, H> {
+    pub photons: &'a [PhotonAt<S, H>],
+    /// Number of photons whose distribution they sample.
+    pub count: f64,
+}
 
 /// The radius of each volume photon, in metres: wide where photons are sparse (Jarosz, Zwicker and
 /// Jensen 2008, section 5).
@@ -50,12 +55,12 @@ impl Radii {
     /// power and by `weight` (1 for an isotropic phase function), are widened, so that none stands
     /// out.
     ///
-    /// The density is that of `independent` photons, one a path: those of one path cluster where
+    /// The density is that of `probes`, one a path: photons of one path cluster where
     /// free paths are short, and radii that fit the clusters would leave gaps between paths.
     pub fn adaptive<S: Spectrum, H: PhotonDirection>(
         origin: WorldPoint,
         photons: &[PhotonAt<S, H>],
-        independent: &[PhotonAt<S, H>],
+        probes: &Probes<'_, S, H>,
         visible: &[WorldPoint],
         depth: f64,
         weight: impl Fn(&PhotonAt<S, H>) -> f64 + Sync,
@@ -65,10 +70,10 @@ impl Radii {
             // Volume that belongs to one photon.
             let volume = 4.0 / 3.0 * PI * near.powi(3) / crowd;
             let along = (PHOTONS_ALONG_RAY * volume / (PI * depth)).sqrt();
-            let within = (MAX_PHOTONS_IN_SPHERE * volume * 3.0 / (4.0 * PI)).cbrt();
+            let within = (PHOTONS_IN_RADIUS * volume * 3.0 / (4.0 * PI)).cbrt();
             along.min(within)
         };
-        let spacing = Spacing::of(origin, independent, photons.len(), most, radius);
+        let spacing = Spacing::new(origin, probes, most, radius);
         let each = photons.par_iter().map(|p| spacing.widened(p, weight(p))).collect();
         let stride = (visible.len() / VISIBLE_PLACES).max(1);
         let seen = visible.iter().step_by(stride).map(|p| spacing.at(*p).0.min(most)).collect();
@@ -76,15 +81,16 @@ impl Radii {
     }
 }
 
-/// The radius of each photon on a surface, in metres, at most `most`: about [`PHOTONS_ON_SURFACE`]
+/// The radius of each photon on a surface, in metres, at most `most`: about [`PHOTONS_IN_RADIUS`]
 /// lie within it, more where a photon's power exceeds its neighbours'.
 pub(super) fn on_surfaces<S: Spectrum>(
     origin: WorldPoint,
     photons: &[PhotonAt<S>],
+    probes: &Probes<'_, S, Octahedral>,
     most: f64,
 ) -> Vec<f32> {
-    let radius = |near: f64, crowd: f64| near * (PHOTONS_ON_SURFACE / crowd).sqrt();
-    let spacing = Spacing::of(origin, photons, photons.len(), most, radius);
+    let radius = |near: f64, crowd: f64| near * (PHOTONS_IN_RADIUS / crowd).sqrt();
+    let spacing = Spacing::new(origin, probes, most, radius);
     photons.par_iter().map(|p| spacing.widened(p, 1.0)).collect()
 }
 
@@ -99,18 +105,18 @@ struct Spacing<S: Spectrum, H> {
 }
 
 impl<S: Spectrum, H: PhotonDirection> Spacing<S, H> {
-    /// Measured at some of `probes` for `count` photons of the same distribution; `radius` is a radius
-    /// by the distance within which a number of those lie.
-    fn of(
+    /// Measured at some of `probes`; `radius` is a radius by the distance within which a number of
+    /// photons lie.
+    fn new(
         origin: WorldPoint,
-        probes: &[PhotonAt<S, H>],
-        count: usize,
+        probes: &Probes<'_, S, H>,
         most: f64,
         radius: impl Fn(f64, f64) -> f64 + Sync,
     ) -> Self {
-        let step = (probes.len() / PROBES).max(1);
-        let thin: Vec<PhotonAt<S, H>> = probes.iter().step_by(step).copied().collect();
-        let crowd = NEIGHBOURS as f64 * (count as f64 / thin.len().max(1) as f64);
+        let Probes { photons, count } = *probes;
+        let step = (photons.len() / PROBES).max(1);
+        let thin: Vec<PhotonAt<S, H>> = photons.iter().step_by(step).copied().collect();
+        let crowd = NEIGHBOURS as f64 * (count / thin.len().max(1) as f64);
         let map = PhotonMap::new(origin, &thin);
         let probe = |p: &PhotonAt<S, H>| {
             let mut power = 0.0;

@@ -1,5 +1,7 @@
 //! The photon pass: paths are aimed, measured by a pilot, traced in parallel, and made into maps.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::error::Result;
@@ -9,6 +11,7 @@ use crate::scene::Scene;
 use crate::transport::{FlightSegment, camera_position, is_camera_outside};
 use crate::work::Work;
 
+use super::build::Building;
 use super::camera_importance::CameraImportance;
 use super::deposit_regions::DepositRegions;
 use super::emitters::Emitters;
@@ -16,9 +19,7 @@ use super::extents::{Extents, endless};
 use super::path::{Deposits, PhotonTracer, Units};
 use super::pilot::PathPilot;
 use super::settings::{BATCH, CHUNK};
-use super::{
-    PhotonDirection, PhotonMaps, PhotonSettings, build, emission_target, emitter_importance,
-};
+use super::{PhotonDirection, PhotonMaps, PhotonSettings, emission_target, emitter_importance};
 
 /// Takes the flights of a batch of paths, one slice a task.
 pub type FlightSink<'a, S> = dyn FnMut(&[&[FlightSegment<S>]]) + Send + 'a;
@@ -87,29 +88,64 @@ impl<'a> AimedPhotons<'a> {
         phases: &[Phase],
         advance: &(dyn Fn(u64) + Sync),
     ) -> (PhotonMaps<S, H>, Work) {
+        let traced = self.tracer.shooting.traced;
+        let volume = recording.volume_photons || recording.flight_bounds.is_some();
+        let needed = volume || self.tracer.shooting.needs.surface_photons;
+        let count = if needed { self.count } else { 0 };
+        let paths = 0..traced.map_or(count, |traced| traced.min(count));
+        let levels = self.tracer.shooting.levels;
+        let part = Part { paths, represents: 1.0, levels };
+        self.shoot_part(recording, phases, &part, advance)
+    }
+
+    /// As [`shoot`](Self::shoot), for some of the paths or others that stand for them.
+    pub fn shoot_part<S: Spectrum, H: PhotonDirection>(
+        &mut self,
+        recording: Recording<'_, S>,
+        phases: &[Phase],
+        part: &Part,
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> (PhotonMaps<S, H>, Work) {
         // What paths leave behind.
         let Recording { volume_photons, flight_bounds, flights } = recording;
         self.tracer.keep = if volume_photons { self.pilot.keep } else { 0.0 };
         self.tracer.tracked = flight_bounds;
         // Trace them.
-        let settings = self.tracer.shooting;
-        let count = settings.traced.map_or(self.count, |traced| traced.min(self.count));
-        let deposits = trace::<S, H>(&self.tracer, count, flights, advance);
+        let Part { paths, represents, levels } = part;
+        let deposits = trace::<S, H>(&self.tracer, paths.clone(), flights, advance);
         // Build the maps.
         let Self { tracer, extents, importance, .. } = self;
-        let (scene, levels) = (tracer.scene, settings.levels);
+        let build = Building { scene: tracer.scene, extents, importance, represents: *represents };
         let ((volume, volume_radius), surface) = rayon::join(
-            || build::in_media(scene, levels, &extents, importance, phases, &deposits),
-            || build::on_surfaces(&extents, &deposits.surface),
+            || build.in_media(*levels, phases, &deposits),
+            || build.on_surfaces(&deposits.surface),
         );
         // Count the work.
         let mut work = deposits.work;
-        work.photon_paths = count;
+        work.photon_paths = paths.end - paths.start;
         work.volume_photons = deposits.volume.len() as u64;
         work.surface_photons = deposits.surface.len() as u64;
-        let Units { volume: volume_unit, surface: surface_unit } = tracer.units;
+        let [volume_unit, surface_unit] =
+            [tracer.units.volume, tracer.units.surface].map(|unit| unit * represents);
         (PhotonMaps { volume, volume_radius, surface, volume_unit, surface_unit }, work)
     }
+
+    /// Paths of a whole render.
+    pub const fn count(&self) -> u64 {
+        self.count
+    }
+}
+
+/// Some photon paths that stand for all of a render.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// Their indices.
+    pub paths: Range<u64>,
+    /// Number of paths of the render that each represents: its light counts as often, and kernels are
+    /// as narrow as they are for all paths.
+    pub represents: f64,
+    /// Levels of thinned volume photons beside the full one.
+    pub levels: u32,
 }
 
 /// What all paths share, for pilots that record all photons and flights.
@@ -144,17 +180,18 @@ fn tracer<'a>(
     })
 }
 
-/// Traces `count` paths in batches; the flights of one are recorded while the next is traced.
+/// Traces `paths` in batches; the flights of one are recorded while the next is traced.
 fn trace<S: Spectrum, H: PhotonDirection>(
     tracer: &PhotonTracer<'_>,
-    count: u64,
+    paths: Range<u64>,
     flights: &mut FlightSink<'_, S>,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Deposits<S, H> {
     let mut all = Deposits::none();
     let trace = |batch: &[u64]| -> Vec<Deposits<S, H>> {
         let chunk = |chunk: &u64| {
-            let range = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+            let first = paths.start + chunk * CHUNK;
+            let range = first..paths.end.min(first + CHUNK);
             advance(range.end - range.start);
             tracer.trace(range)
         };
@@ -167,7 +204,7 @@ fn trace<S: Spectrum, H: PhotonDirection>(
         all.work.tracks += segments.iter().map(|segments| segments.len() as u64).sum::<u64>();
         flights(&segments);
     };
-    let chunks: Vec<u64> = (0..count.div_ceil(CHUNK)).collect();
+    let chunks: Vec<u64> = (0..(paths.end - paths.start).div_ceil(CHUNK)).collect();
     // Both at once, so that no thread waits for the last tasks of either.
     let mut traced = Vec::new();
     for batch in chunks.chunks(BATCH) {
