@@ -7,18 +7,17 @@ use super::final_gather::FinalGatherCache;
 use super::fluence_grid::FluenceGrid;
 use super::lazy_cells::LazyCells;
 
-/// Light in media that is cached during one render, each kind for all media or for none. The session
-/// owns them and lends them to the integrator.
+/// Light in media that is cached during one render: for each medium, in the scene's order, what its
+/// strategy asks for. The session owns them and lends them to the integrator.
 #[derive(Debug)]
 pub struct Caches<S: Spectrum> {
     /// Light straight from lights, scattered toward the camera. Filled by rays.
-    pub direct: Vec<DirectLightCache<S>>,
-    /// Photons' light: scattered toward the camera, straight light of the sky included where `direct`
-    /// is not empty, or its moments. Where phase functions are isotropic it holds for all directions.
+    pub direct: Vec<Option<DirectLightCache<S>>>,
+    /// Photons' light: scattered toward the camera, or its moments. Where phase functions are isotropic it holds for all directions.
     /// Complete before the first ray.
-    pub fluence: Vec<FluenceGrid<S>>,
+    pub fluence: Vec<Option<FluenceGrid<S>>>,
     /// What final gathers find. Filled by rays.
-    pub final_gathers: Vec<FinalGatherCache<S>>,
+    pub final_gathers: Vec<Option<FinalGatherCache<S>>>,
 }
 
 impl<S: Spectrum> Default for Caches<S> {
@@ -30,13 +29,13 @@ impl<S: Spectrum> Default for Caches<S> {
 impl<S: Spectrum> Caches<S> {
     /// All cells that rays fill, in a fixed order: a checkpoint stores them.
     pub fn lazy(&self) -> Vec<&LazyCells<S>> {
-        let direct = self.direct.iter().map(DirectLightCache::cells);
-        direct.chain(self.final_gathers.iter().map(FinalGatherCache::cells)).collect()
+        let direct = self.direct.iter().flatten().map(DirectLightCache::cells);
+        direct.chain(self.final_gathers.iter().flatten().map(FinalGatherCache::cells)).collect()
     }
 
     /// Bytes of the fluence grids, and of cells that rays fill.
     pub fn memory_bytes(&self) -> [u64; 2] {
-        let fluence = self.fluence.iter().map(FluenceGrid::memory_bytes).sum::<usize>();
+        let fluence = self.fluence.iter().flatten().map(FluenceGrid::memory_bytes).sum::<usize>();
         let lazy = self.lazy().into_iter().map(LazyCells::memory_bytes).sum::<usize>();
         [fluence, lazy].map(|bytes| bytes as u64)
     }

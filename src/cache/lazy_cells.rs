@@ -49,8 +49,13 @@ impl<S: Spectrum> LazyCells<S> {
         Self { cells, seed, medium, values, channels: PhantomData }
     }
 
+    /// Empties all cells.
+    pub fn clear(&self) {
+        self.values.par_iter().for_each(|value| value.store(EMPTY, Ordering::Relaxed));
+    }
+
     /// Width of a cell, in metres.
-    pub(super) const fn width(&self) -> f64 {
+    pub const fn width(&self) -> f64 {
         self.cells.edge
     }
 
@@ -136,7 +141,8 @@ impl<S: Spectrum> LazyCells<S> {
             stored.store(bits(c) | pass, Ordering::Relaxed);
         }
         if channels[0].swap(bits(0) | pass, Ordering::AcqRel) & PASS_MASK != pass {
-            ctx.work += own.work;
+            ctx.amortized.work += own.work;
+            ctx.amortized.work += own.amortized.work;
         }
         ctx.amortized.cells += start.elapsed();
         S::from_channels(|c| f32::from_bits(bits(c)))
@@ -177,7 +183,7 @@ mod tests {
                 assert!(off.max_element() < 5e-6, "{found} for {light}");
             }
         }
-        assert_eq!(ctx.work.collisions, u64::from(PASS_MASK));
+        assert_eq!(ctx.amortized.work.collisions, u64::from(PASS_MASK));
     }
 
     #[test]
@@ -186,7 +192,7 @@ mod tests {
         let p = cells.cells.to_world(DVec3::splat(3.5));
         for (pass, wrong) in [f64::NAN, f64::INFINITY, 1e300].into_iter().enumerate() {
             let found = cells.sample(p, pass as u32, &mut ctx, |_, _| Rgb::new(1.0, wrong, 1.0));
-            assert_eq!((found, ctx.work.dropped_samples), (Rgb::ZERO, pass as u64 + 1));
+            assert_eq!((found, ctx.amortized.work.dropped_samples), (Rgb::ZERO, pass as u64 + 1));
         }
     }
 

@@ -20,9 +20,10 @@ use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
 use crate::image::Denoiser;
 use crate::render::{
-    self, Checkpoints, Clock, Control, Deadline, Ended, Progress, Rendered, Silent,
+    self, Checkpoints, Clock, Control, Deadline, Earlier, Ended, Progress, Rendered, Silent,
 };
 use crate::scene::Scene;
+use crate::strategy::Wish;
 
 /// Seconds a pixel that writing takes: an allowance that the deadline leaves for it.
 const WRITING: f64 = 1e-6;
@@ -63,6 +64,8 @@ pub(super) struct PictureJob<'a> {
     pub(super) program: u64,
     /// The denoiser, for a scene that is denoised.
     pub(super) denoiser: Option<&'a Denoiser>,
+    /// The strategies of the shot that the picture is a frame of.
+    pub(super) strategies: Option<&'a Wish>,
 }
 
 /// The report on a picture that was written.
@@ -260,7 +263,8 @@ impl PictureJob<'_> {
             if self.method.reference {
                 Ok(render::render_reference(scene, &scene.render, control))
             } else {
-                render::render_next(scene, &scene.render, cached, control)
+                let earlier = Earlier { snapshot: cached, strategies: self.strategies };
+                render::render_next(scene, &scene.render, earlier, control)
             }
         };
         let threads = pool.current_num_threads();

@@ -49,6 +49,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         preparation,
         program,
         denoiser: denoiser.as_ref(),
+        strategies: None,
     };
     let picture = job.run(&mut scene, &pool, warnings, None)?;
     print_report(args, &picture);

@@ -25,6 +25,7 @@ use crate::image::{Denoiser, read_layers};
 use crate::render::Clock;
 use crate::scene::{Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
+use crate::strategy::Wish;
 
 /// Renders `frames`, each as it would be alone.
 pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
@@ -49,8 +50,9 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
         scene.film.exposure = scene.film.exposure.or(exposure);
         render_args::write_scene(args, &scene)?;
     }
+    let strategies = pool.install(|| strategies(&sequence))?;
     let mut run = FrameLoop::new(args, &interrupt, program, frames.len());
-    run.denoiser = denoiser;
+    (run.denoiser, run.strategies) = (denoiser, strategies);
     std::thread::scope(|scope| {
         for frame in reader.ahead(scope, frames)? {
             let mut frame = frame?;
@@ -78,6 +80,14 @@ fn exposure(sequence: &Sequence) -> Result<Option<f64>> {
         Some(_) => Ok(None),
         None => crate::render::exposure(&scene).map(Some),
     }
+}
+
+/// The strategies of all frames where the scene leaves them open: measured in one of them.
+fn strategies(sequence: &Sequence) -> Result<Option<Wish>> {
+    let scene = sequence.metered_frame().map(|frame| sequence.load(frame));
+    // A frame that cannot be used is picture of where it is rendered.
+    let Some(Ok(scene)) = scene else { return Ok(None) };
+    crate::render::shot_strategies(&scene, &scene.render)
 }
 
 /// The pattern that `-o path` is; a name without one gets `.####` before its ending.
@@ -111,6 +121,8 @@ struct FrameLoop<'a> {
     said: BTreeSet<String>,
     /// The denoiser, once a frame needed it.
     denoiser: Option<Denoiser>,
+    /// The strategies of all frames.
+    strategies: Option<Wish>,
 }
 
 impl<'a> FrameLoop<'a> {
@@ -127,6 +139,7 @@ impl<'a> FrameLoop<'a> {
             snapshot: None,
             said: BTreeSet::new(),
             denoiser: None,
+            strategies: None,
         }
     }
 
@@ -194,6 +207,7 @@ impl<'a> FrameLoop<'a> {
             preparation: Preparation { loading, metering: None },
             program: self.program + next as u64,
             denoiser: self.denoiser.as_ref(),
+            strategies: self.strategies.as_ref(),
         };
         let mut picture = job.run(scene, pool, warnings, self.snapshot.take())?;
         self.snapshot = picture.snapshot.take();

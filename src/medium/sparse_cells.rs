@@ -25,6 +25,12 @@ const MAX_MEDIUM_VALUES: f64 = (1 << 24) as f64;
 /// Largest number of values in all stored bricks, which reach beyond the medium: 256 MiB a channel.
 const MAX_VALUES: usize = 1 << 26;
 
+/// Factor on the edge of cells that are too many.
+const WIDENING: f64 = 1.25;
+
+/// Most of those factors: 1.25^31 is a thousand.
+const MAX_WIDENINGS: i32 = 31;
+
 /// Index of a brick that is not stored.
 const NONE: u32 = u32::MAX;
 
@@ -79,6 +85,19 @@ impl SparseCells {
         }
         cells.index_bricks();
         (cells.bricks() * VOLUME * planes <= MAX_VALUES).then_some(cells)
+    }
+
+    /// As [`covering`](Self::covering), with an edge of at least `edge` metres: as narrow as memory
+    /// limits allow. `None` where the medium is unbounded.
+    pub fn covering_from(density: &Density, edge: f64, planes: usize) -> Option<Self> {
+        let first = edge.max(Self::min_edge(density, planes)?);
+        let edges = (0..MAX_WIDENINGS).map(|times| first * WIDENING.powi(times));
+        edges.into_iter().find_map(|edge| Self::covering(density, edge, planes))
+    }
+
+    /// Edge in metres below which there would be too many cells in the medium's own volume.
+    pub fn min_edge(density: &Density, planes: usize) -> Option<f64> {
+        Some((density.volume()? * planes as f64 / MAX_MEDIUM_VALUES).cbrt())
     }
 
     /// Bytes in memory.

@@ -192,7 +192,9 @@ where
         let threads = rayon::current_num_threads() as u32;
         self.control.progress.once(timing.once / threads);
         self.control.progress.advance(run.costs.count(timing.rays, timing.gathers));
-        (ctx.work, timing)
+        let mut work = ctx.work;
+        work += ctx.amortized.work;
+        (work, timing)
     }
 
     /// The samples of a pixel that belong to a pass.

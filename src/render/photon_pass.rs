@@ -1,5 +1,6 @@
 //! The photon pass: strategy, photons and caches of a render, tied together.
 
+use super::strategy_pilot::StrategyPilot;
 use crate::cache::{
     Caches, CellContents, DirectLightCache, FinalGatherCache, FluenceBuilder, FluenceGrid,
 };
@@ -11,7 +12,7 @@ use crate::photon::{
     Recording,
 };
 use crate::scene::{FinalGather, Scene};
-use crate::strategy::{self, CacheCells, Choice, Conditions};
+use crate::strategy::{self, Choice, Conditions, Evidence, MediumCells, Strategy, Wish};
 use crate::transport::{FlightSegment, PixelFootprint};
 use crate::work::Work;
 
@@ -20,7 +21,9 @@ use crate::work::Work;
 pub struct PassSettings {
     /// How photons are shot.
     pub photons: PhotonSettings,
-    /// Whether final gathers are forced, forbidden or chosen.
+    /// Who decides on the strategies.
+    pub strategy: Request,
+    /// Whether final gathers may be chosen.
     pub final_gather: FinalGather,
     /// Whether the picture is denoised.
     pub denoise: bool,
@@ -29,6 +32,20 @@ pub struct PassSettings {
     /// Pixels of the film, along each side, that one pixel of the picture covers: cells that rays fill
     /// are as much wider.
     pub film_pixels: f64,
+}
+
+/// Who decides on the strategies of media.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Request {
+    /// The user: one for all media that can have it.
+    Asked(Strategy),
+    /// A pilot, whose rays march with this step in metres.
+    Measured {
+        /// The step.
+        step: f64,
+    },
+    /// Nobody: pictures that are too small to be worth a measurement.
+    Default,
 }
 
 /// What rays read: photon maps, caches, and the strategy that says which.
@@ -60,42 +77,144 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         settings: &PassSettings,
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<(Self, Work)> {
+        Self::with_strategies(scene, settings, None, advance)
+    }
+
+    /// As [`new`](Self::new), by the strategies of `wish`, if there is one.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_strategies(
+        scene: &Scene,
+        settings: &PassSettings,
+        wish: Option<&Wish>,
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> Result<(Self, Work)> {
         let PassSettings { photons, .. } = settings;
         if !photons.needs.photons() {
             return Ok((Self::empty(photons.radius.unwrap_or(0.0)), Work::default()));
         }
-        // Look through the camera.
         let importance = CameraImportance::look(scene, photons.seed, photons.needs);
-        let visible = &importance.media;
-        // Choose the strategy.
-        let conditions = settings.conditions();
-        let direct = strategy::direct_cells(scene, &conditions, visible);
-        let aimed = AimedPhotons::new::<S, H>(scene, photons, &importance, !direct.is_empty())?;
-        let length = aimed.flight_length();
-        let (choice, cells) = strategy::choose(scene, &conditions, visible, direct, length);
-        // Make the caches.
-        let CacheCells { direct, fluence, final_gathers } = cells;
-        let mut builders = fluence_builders(scene, &choice, fluence, aimed.origin());
-        let direct = direct_caches(scene, direct, photons.seed);
-        let final_gathers = gather_caches(scene, final_gathers, settings);
+        let mut prepared = Prepared::<S>::new::<H>(scene, settings, &importance)?;
+        let measured = if wish.is_none() { prepared.wish::<H>() } else { None };
+        let (pass, mut work) = prepared.shoot::<H>(wish.or(measured.as_ref()), advance);
+        work += importance.work;
+        Ok((pass, work))
+    }
+}
+
+/// The strategies that [`PhotonPass::new`] would decide on for `scene`: those of a shot, which all of its
+/// frames have. `None` where there is no choice.
+///
+/// # Errors
+/// As [`PhotonPass::new`].
+pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
+    scene: &Scene,
+    settings: &PassSettings,
+) -> Result<Option<Wish>> {
+    let PassSettings { photons, .. } = settings;
+    if !photons.needs.photons() {
+        return Ok(None);
+    }
+    let importance = CameraImportance::look(scene, photons.seed, photons.needs);
+    Ok(Prepared::<S>::new::<H>(scene, settings, &importance)?.wish::<H>())
+}
+
+/// A photon pass before its strategies are decided.
+struct Prepared<'a, S: Spectrum> {
+    scene: &'a Scene,
+    settings: &'a PassSettings,
+    visible: &'a [WorldPoint],
+    aimed: AimedPhotons<'a>,
+    /// Caches of direct light, which serve any strategy.
+    direct: Vec<Option<DirectLightCache<S>>>,
+    /// Width in metres of their cells.
+    widths: Vec<Option<f64>>,
+}
+
+impl<'a, S: Spectrum> Prepared<'a, S> {
+    fn new<H: PhotonDirection>(
+        scene: &'a Scene,
+        settings: &'a PassSettings,
+        importance: &'a CameraImportance,
+    ) -> Result<Self> {
+        let (photons, visible) = (&settings.photons, &importance.media[..]);
+        let cells = strategy::direct_cells(scene, &settings.conditions(), visible);
+        let cache = |(medium, cells): (usize, Option<SparseCells>)| {
+            Some(DirectLightCache::new(scene, medium, cells?, photons.seed))
+        };
+        let direct: Vec<_> = cells.into_iter().enumerate().map(cache).collect();
+        let width = |cache: &Option<DirectLightCache<S>>| Some(cache.as_ref()?.cells().width());
+        let widths: Vec<_> = direct.iter().map(width).collect();
+        let records_sky = direct.iter().any(Option::is_some);
+        let aimed = AimedPhotons::new::<S, H>(scene, photons, importance, records_sky)?;
+        Ok(Self { scene, settings, visible, aimed, direct, widths })
+    }
+
+    fn evidence(&self) -> Evidence<'_> {
+        let flight_length = self.aimed.flight_length();
+        Evidence { visible: self.visible, direct: &self.widths, flight_length, widening: 1.0 }
+    }
+
+    /// The strategies that the user or a pilot asks for.
+    fn wish<H: PhotonDirection>(&mut self) -> Option<Wish> {
+        let Self { scene, settings, visible, aimed, direct, widths } = self;
+        let (scene, settings) = (*scene, *settings);
+        match settings.strategy {
+            Request::Asked(strategy) => Some(Wish {
+                strategies: vec![strategy; scene.media.iter().len()],
+                reason: "it is asked for".into(),
+                measured: Vec::new(),
+            }),
+            Request::Measured { step } => {
+                let flight_length = aimed.flight_length();
+                let evidence = Evidence { visible, direct: widths, flight_length, widening: 1.0 };
+                StrategyPilot { scene, settings, evidence, step }.measure::<S, H>(aimed, direct)
+            }
+            Request::Default => None,
+        }
+    }
+
+    /// Makes caches, shoots the photons and finishes what they fill.
+    fn shoot<H: PhotonDirection>(
+        self,
+        wish: Option<&Wish>,
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> (PhotonPass<S, H>, Work) {
+        let Self { scene, settings, .. } = self;
+        let photons = &settings.photons;
+        let (choice, cells) =
+            strategy::choose(scene, &settings.conditions(), &self.evidence(), wish);
+        let Self { aimed, direct, .. } = self;
+        // Make the other caches.
+        let mut caches = Caches { direct, ..Caches::default() };
+        let mut builders = Vec::new();
+        for (medium, cells) in cells.into_iter().enumerate() {
+            let MediumCells { fluence, final_gathers } = cells;
+            let contents = contents(scene, &choice, medium);
+            let builder = |cells| FluenceBuilder::new(cells, aimed.origin(), contents);
+            builders.push(fluence.map(builder));
+            let gathers = final_gathers.map(|cells| gather_cache(scene, medium, cells, settings));
+            caches.final_gathers.push(gathers);
+        }
         // Shoot photons, whose flights fill the fluence grids.
         let flight_unit = aimed.flight_unit();
         let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
+        let bounds = builders.iter().flatten().map(FluenceBuilder::bounds);
         let recording = Recording {
             volume_photons: choice.stores_photons,
-            flight_bounds: builders.iter().map(FluenceBuilder::bounds).reduce(Aabb::union),
+            flight_bounds: bounds.reduce(Aabb::union),
             flights: &mut |segments: &[&[FlightSegment<S>]]| {
-                builders.iter_mut().for_each(|builder| builder.add(segments));
+                builders.iter_mut().flatten().for_each(|builder| builder.add(segments));
             },
         };
-        let (maps, mut work) = aimed.shoot::<S, H>(recording, &phases, advance);
+        let (maps, work) = aimed.shoot::<S, H>(recording, &phases, advance);
         // Finish the grids.
         let finish = |builder: FluenceBuilder<'_, S>| builder.finish(photons.levels, flight_unit);
-        let fluence: Vec<FluenceGrid<S>> = builders.into_iter().map(finish).collect();
-        let width = fluence.iter().map(FluenceGrid::cell_width).fold(f64::INFINITY, f64::min);
-        work += importance.work;
-        let caches = Caches { direct, fluence, final_gathers };
-        Ok((Self { maps: maps.with_radius_at_most(width), caches, choice }, work))
+        caches.fluence = builders.into_iter().map(|builder| builder.map(finish)).collect();
+        let widths = caches.fluence.iter().flatten().map(FluenceGrid::cell_width);
+        let width = widths.fold(f64::INFINITY, f64::min);
+        (PhotonPass { maps: maps.with_radius_at_most(width), caches, choice }, work)
     }
 }
 
@@ -107,8 +226,8 @@ impl PassSettings {
         Self { photons, ..self }
     }
 
-    fn conditions(&self) -> Conditions {
-        let Self { photons, final_gather, denoise, rays, film_pixels } = *self;
+    pub(super) fn conditions(&self) -> Conditions {
+        let Self { photons, final_gather, denoise, rays, film_pixels, .. } = *self;
         Conditions {
             photons: photons.photons,
             max_scatter: photons.max_scatter,
@@ -122,42 +241,28 @@ impl PassSettings {
     }
 }
 
-/// Empty fluence grids on these cells, for what the strategy reads from them.
-fn fluence_builders<'a, S: Spectrum>(
+/// What the fluence grid of a medium holds by its strategy.
+pub(super) fn contents<'a>(
     scene: &'a Scene,
     choice: &'a Choice,
-    cells: Vec<SparseCells>,
-    origin: WorldPoint,
-) -> Vec<FluenceBuilder<'a, S>> {
-    let builder = |(medium, cells): (usize, SparseCells)| {
-        let contents = match &choice.termination {
-            None => CellContents::TowardEye(&choice.blurred[medium], &scene.camera),
-            Some(termination) if termination.degree(medium) > 1 => CellContents::Moments,
-            Some(_) => CellContents::FirstMoments,
-        };
-        FluenceBuilder::new(cells, origin, contents)
-    };
-    cells.into_iter().enumerate().map(builder).collect()
+    medium: usize,
+) -> CellContents<'a> {
+    if choice.media[medium].strategy == Strategy::FluenceTowardEye {
+        CellContents::TowardEye(&choice.blurred[medium], &scene.camera)
+    } else if choice.termination.degree(medium) > 1 {
+        CellContents::Moments
+    } else {
+        CellContents::FirstMoments
+    }
 }
 
-fn direct_caches<S: Spectrum>(
+fn gather_cache<S: Spectrum>(
     scene: &Scene,
-    cells: Vec<SparseCells>,
-    seed: u64,
-) -> Vec<DirectLightCache<S>> {
-    let cache = |(medium, cells)| DirectLightCache::new(scene, medium, cells, seed);
-    cells.into_iter().enumerate().map(cache).collect()
-}
-
-fn gather_caches<S: Spectrum>(
-    scene: &Scene,
-    cells: Vec<SparseCells>,
+    medium: usize,
+    cells: SparseCells,
     settings: &PassSettings,
-) -> Vec<FinalGatherCache<S>> {
+) -> FinalGatherCache<S> {
     let PhotonSettings { seed, traced, .. } = settings.photons;
-    let cache = |(medium, cells)| {
-        let footprint = PixelFootprint::new(scene, settings.film_pixels);
-        FinalGatherCache::new(medium, cells, footprint, seed, traced.is_some())
-    };
-    cells.into_iter().enumerate().map(cache).collect()
+    let footprint = PixelFootprint::new(scene, settings.film_pixels);
+    FinalGatherCache::new(medium, cells, footprint, seed, traced.is_some())
 }

@@ -6,7 +6,7 @@
 use super::control::Control;
 use super::exposure::{RenderRegion, expose};
 use super::integrator::Integrator;
-use super::photon_pass::{PassSettings, PhotonPass};
+use super::photon_pass::{PassSettings, PhotonPass, Request};
 use super::stage_settings::{pass_settings, specialised};
 use crate::director::PixelBudget;
 use crate::error::Result;
@@ -64,6 +64,7 @@ impl Pilot {
             rays: RAYS,
             film_pixels: pixels,
             denoise: false,
+            strategy: Request::Default,
             ..whole
         };
         let needs = pass.photons.needs;

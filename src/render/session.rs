@@ -8,11 +8,11 @@ use super::director_pass::DirectorMaps;
 use super::exposure::{Exposure, RenderRegion, expose};
 use super::features::FeatureTracer;
 use super::integrator::{Integrator, PathTracer};
-use super::photon_pass::PhotonPass;
+use super::photon_pass::{PhotonPass, strategies};
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
 use super::rendered::{Ended, Rendered};
-use super::stage_settings::{finest_step, render_region, specialised};
+use super::stage_settings::{finest_step, pass_settings, render_region, specialised};
 use crate::director::{CachedSnapshot, PixelBudget};
 use crate::error::Result;
 use crate::film::Sample;
@@ -20,6 +20,7 @@ use crate::math::{Rgb, Spectrum, Stage};
 use crate::photon::PhotonDirection;
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
+use crate::strategy::Wish;
 use crate::work::Work;
 
 /// Renders `scene` by photon maps and ray marching, directed as `settings` say. The picture is the
@@ -33,47 +34,74 @@ pub fn render<'a>(
     settings: &RenderSettings,
     control: impl Into<Control<'a>>,
 ) -> Result<Rendered> {
-    render_next(scene, settings, None, control)
+    render_next(scene, settings, Earlier::default(), control)
 }
 
-/// As [`render()`], for the next frame of a sequence: `cached` is the snapshot of the frame before.
-/// Where it matches the scene, the director traces no rays for a new one. The picture and the work
-/// that it reports are the same.
+/// What a frame of a sequence takes over from earlier ones.
+#[derive(Debug, Default)]
+pub struct Earlier<'a> {
+    /// The director's snapshot of the frame before. Where it matches the scene, no rays are traced for a
+    /// new one; the picture and the work that it reports are the same.
+    pub snapshot: Option<CachedSnapshot>,
+    /// The strategies of the shot, of [`shot_strategies`].
+    pub strategies: Option<&'a Wish>,
+}
+
+/// The strategies that suit `scene`, which stands for all frames of a shot: decided once, they cannot
+/// make pictures flicker. `None` where there is no choice.
+///
+/// # Errors
+/// As [`render()`].
+pub fn shot_strategies(scene: &Scene, settings: &RenderSettings) -> Result<Option<Wish>> {
+    let pass = pass_settings(scene, settings);
+    specialised!(pass.photons.needs, strategies(scene, &pass))
+}
+
+/// As [`render()`], for the next frame of a sequence.
 ///
 /// # Errors
 /// As [`render()`].
 pub fn render_next<'a>(
     scene: &Scene,
     settings: &RenderSettings,
-    cached: Option<CachedSnapshot>,
+    earlier: Earlier<'_>,
     control: impl Into<Control<'a>>,
 ) -> Result<Rendered> {
     let control = control.into();
     let mut stages = Stages::default();
     // Pilot and director.
-    let mut maps = DirectorMaps::for_render(scene, settings, cached, &mut stages)?;
+    let mut maps = DirectorMaps::for_render(scene, settings, earlier.snapshot, &mut stages)?;
     let (director, snapshot) = (maps.director_work(), maps.snapshot.take());
     // Photons, caches, rays and film.
     let needs = Needs::new(scene, settings);
-    let rendered = specialised!(needs, render_directed(scene, settings, &maps, &control, stages))?;
+    let job = Directed { scene, settings, maps: &maps, strategies: earlier.strategies };
+    let rendered = specialised!(needs, render_directed(&job, &control, stages))?;
     Ok(Rendered { director, snapshot, ..rendered })
 }
 
-/// Renders the picture that `maps` direct. `stages` are those that ran before.
+/// A picture to render after the director.
+struct Directed<'a> {
+    scene: &'a Scene,
+    settings: &'a RenderSettings,
+    maps: &'a DirectorMaps,
+    /// The strategies of the shot.
+    strategies: Option<&'a Wish>,
+}
+
+/// Renders the picture that maps direct. `stages` are those that ran before.
 fn render_directed<S: Spectrum, H: PhotonDirection>(
-    scene: &Scene,
-    settings: &RenderSettings,
-    maps: &DirectorMaps,
+    job: &Directed<'_>,
     control: &Control<'_>,
     mut stages: Stages,
 ) -> Result<Rendered> {
+    let Directed { scene, settings, maps, .. } = *job;
     let mut work = maps.work;
     work += maps.pilot_work;
     work.unseen_voxels = scene.unseen.map_or(0, |unseen| unseen.held());
 
     // Photons.
     let start = Instant::now();
-    let (photons, shot) = shoot_photons::<S, H>(scene, settings, maps, control)?;
+    let (photons, shot) = shoot_photons::<S, H>(job, control)?;
     work += shot;
     stages.done("photons", start);
 
@@ -111,11 +139,10 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
 
 /// Shoots the photons that `maps` ask for and builds the photon maps.
 fn shoot_photons<S: Spectrum, H: PhotonDirection>(
-    scene: &Scene,
-    settings: &RenderSettings,
-    maps: &DirectorMaps,
+    job: &Directed<'_>,
     control: &Control<'_>,
 ) -> Result<(PhotonPass<S, H>, Work)> {
+    let Directed { scene, settings, maps, strategies } = *job;
     let progress = control.progress;
     let settings = maps.pass_settings(scene, settings);
     progress.stage("photons", settings.photons.photons);
@@ -128,7 +155,7 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
             progress.stage("photon map", 0);
         }
     };
-    let shot = PhotonPass::new(scene, &settings, &advance)?;
+    let shot = PhotonPass::with_strategies(scene, &settings, strategies, &advance)?;
     progress.finish();
     Ok(shot)
 }

@@ -1,6 +1,8 @@
 //! Settings of film and render, as the stages take them. Names, ranges and defaults are in the tables of
 //! [`keys`](super::keys).
 
+use serde::{Deserialize, Serialize};
+
 use super::directing::{Directing, Director, name_of};
 use crate::image::{View, ViewTransform, Window};
 
@@ -33,16 +35,55 @@ impl FilmSettings {
     }
 }
 
-/// Where scattered rays are followed by a final gather before photons are looked up. Its noise is grain,
-/// where photons alone leave blotches.
+/// Estimator of the light that a medium scatters after it was scattered, reflected or emitted before.
+/// Light that is scattered once comes from sampling lights, or from a cache of that.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Strategy {
+    /// The beam radiance estimate: photons are gathered along each ray (Jarosz, Zwicker and Jensen
+    /// 2008).
+    #[default]
+    Beams,
+    /// Flights of photons leave the light that they scatter toward the camera on a sparse grid, which
+    /// rays read by trilinear interpolation.
+    FluenceTowardEye,
+    /// Flights leave moments of radiance on a sparse grid. Each ray makes a final gather (Jensen 1996)
+    /// that is scattered on until those moments tell the rest.
+    Moments,
+    /// As [`Moments`](Self::Moments), with final gathers that start in cells and are shared by all
+    /// rays that read those (Keller, Dahm and Binder 2014, "Path Space Filtering").
+    SharedGathers,
+    /// Each ray is scattered on until it leaves the media or is absorbed: path tracing, without photons
+    /// in this medium.
+    Traced,
+}
+
+impl Strategy {
+    /// What can be asked for by name; `None` leaves the choice to a measurement.
+    pub const REQUESTS: &[(&str, Option<Self>)] = &[
+        ("auto", None),
+        ("beams", Some(Self::Beams)),
+        ("fluence-toward-eye", Some(Self::FluenceTowardEye)),
+        ("moments", Some(Self::Moments)),
+        ("shared-gathers", Some(Self::SharedGathers)),
+        ("traced", Some(Self::Traced)),
+    ];
+
+    /// The name of a request in scene files, on the command line and in reports.
+    pub fn request_name(request: Option<Self>) -> &'static str {
+        name_of(Self::REQUESTS, request)
+    }
+}
+
+/// Whether final gathers may be chosen: a coarser word for some [strategies](Strategy).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FinalGather {
-    /// Where a phase function is peaked; in a denoised picture already where it is less so.
+    /// Any strategy is chosen.
     #[default]
     Auto,
-    /// Nowhere.
+    /// One without final gathers.
     Never,
-    /// In all media that have an end and lie before the camera.
+    /// One with final gathers, where cells can hold the moments that they end at.
     Always,
 }
 
@@ -86,7 +127,9 @@ pub struct RenderSettings {
     pub seed: u64,
     /// Highest order of volume scattering, 1 being single scattering; no limit by default.
     pub max_scatter: Option<u32>,
-    /// Where final gathers are used.
+    /// The estimator of light in all media that can have it; `None` where it is chosen.
+    pub strategy: Option<Strategy>,
+    /// Whether final gathers may be chosen.
     pub final_gather: FinalGather,
     /// Whether the finished picture is denoised.
     pub denoise: bool,

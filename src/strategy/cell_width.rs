@@ -136,7 +136,7 @@ fn cells(
     rays: u32,
     widths: &Widths,
 ) -> Option<SparseCells> {
-    let pixel = quantile(visible.iter().map(|p| footprint.width(*p)).collect(), 0.5)?;
+    let pixel = pixel_width(footprint, visible)?;
     let min_width = MIN_VOXELS * medium.density.detail().unwrap_or(0.0);
     let doublings = (rays / widths.rays).max(1).ilog2();
     let width = |doublings: u32| {
@@ -148,6 +148,11 @@ fn cells(
     candidates.dedup();
     let mut fine = candidates.into_iter().filter(|width| *width >= 0.5 * min_width);
     fine.find_map(|width| SparseCells::covering(&medium.density, width, 1))
+}
+
+/// Width in metres of a pixel at the median of the visible places; `None` where there are none.
+pub(super) fn pixel_width(footprint: &PixelFootprint, visible: &[WorldPoint]) -> Option<f64> {
+    quantile(visible.iter().map(|p| footprint.width(*p)).collect(), 0.5)
 }
 
 /// Extinction coefficient in 1/m that a tenth of the visible places in the medium exceed; `None`

@@ -2,23 +2,18 @@
 
 use crate::math::WorldPoint;
 use crate::medium::{Medium, Phase, SparseCells};
-use crate::scene::{FinalGather, Scene};
-use crate::transport::is_camera_outside;
+use crate::scene::{FinalGather, Scene, Strategy};
+use crate::transport::{PixelFootprint, is_camera_outside};
 
 use super::cell_width::{
-    direct_light_cells, final_gather_cells, thin_width, thin_width_for_moments, width_for_flights,
+    direct_light_cells, final_gather_cells, pixel_width, thin_width, thin_width_for_moments,
+    width_for_flights,
 };
 use super::gather_termination::GatherTermination;
-use super::kind::{Conditions, MediumStrategy, Strategy, Summary};
+use super::kind::{Conditions, MediumStrategy, Summary};
+use super::measured::Measured;
 use super::phase_blur::{self, PhaseSplit};
-
-/// Largest ratio of the noise-optimal to the thin cell width of [`Strategy::FluenceTowardEye`], where
-/// [`Strategy::Moments`] is the alternative.
-const MAX_REFINEMENT_BEFORE_MOMENTS: f64 = 1.4;
-
-/// As [`MAX_REFINEMENT_BEFORE_MOMENTS`], where [`Strategy::Beams`] is the alternative: noise of finer
-/// cells costs less than gathers of photons along every ray.
-const MAX_REFINEMENT_BEFORE_BEAMS: f64 = 2.0;
+use super::possible;
 
 /// Values a cell of moments of the first degree: fluence and the three components of flux.
 const FIRST_DEGREE_VALUES: usize = 4;
@@ -30,36 +25,32 @@ const PLACES: u32 = 8;
 /// is denoised, which removes the noise of few places.
 const MIN_PLACES: u32 = 2;
 
-/// The cells of the caches that a choice asks for: one grid a medium, or none.
+/// The cells of a medium's caches of indirect light, as far as it has them.
 #[derive(Debug, Default)]
-pub struct CacheCells {
-    /// Of direct light.
-    pub direct: Vec<SparseCells>,
+pub struct MediumCells {
     /// Of photons' light, toward the camera or as moments.
-    pub fluence: Vec<SparseCells>,
+    pub fluence: Option<SparseCells>,
     /// Of final gathers.
-    pub final_gathers: Vec<SparseCells>,
+    pub final_gathers: Option<SparseCells>,
 }
 
 /// How light in media is estimated.
 #[derive(Debug, Clone)]
 pub struct Choice {
-    /// The estimator: all media have the same, as rays cross several of them at once.
-    pub strategy: Strategy,
-    /// Why, as one sentence.
-    pub reason: &'static str,
-    /// Whether direct light is cached.
-    pub caches_direct: bool,
-    /// When final gathers end; with moments only.
-    pub termination: Option<GatherTermination>,
+    /// Each medium's strategy, in the scene's order; empty where no photons are needed.
+    pub media: Vec<MediumStrategy>,
+    /// What a pilot measured of each profile that was possible; empty where it did not measure.
+    pub measured: Vec<Measured>,
+    /// Whether flights straight from the sky are recorded in grids.
+    pub records_sky: bool,
+    /// When final gathers end, for the media that have them.
+    pub termination: GatherTermination,
     /// Phase function of each medium, blurred for the number of photons.
     pub blurred: Vec<Phase>,
     /// How each medium scatters photons that rays gather.
     pub splits: Vec<PhaseSplit>,
     /// Whether photons are stored for beams, which rays behind mirrors may need beside a cache.
     pub stores_photons: bool,
-    /// Each medium's strategy with its cell widths.
-    pub media: Vec<MediumStrategy>,
     places: u32,
 }
 
@@ -67,14 +58,13 @@ impl Choice {
     /// That of a picture without photons.
     pub const fn without_photons() -> Self {
         Self {
-            strategy: Strategy::Beams,
-            reason: "no photons are needed",
-            caches_direct: false,
-            termination: None,
+            media: Vec::new(),
+            measured: Vec::new(),
+            records_sky: false,
+            termination: GatherTermination::NEVER,
             blurred: Vec::new(),
             splits: Vec::new(),
             stores_photons: false,
-            media: Vec::new(),
             places: 0,
         }
     }
@@ -87,180 +77,247 @@ impl Choice {
 
     /// What a report says of it.
     pub fn summary(&self) -> Summary {
-        Summary { reason: self.reason.into(), media: self.media.clone() }
+        Summary { media: self.media.clone(), measured: self.measured.clone() }
     }
 }
 
-/// Decides how light in the media of `scene` is estimated. `visible` are places in media that the
-/// camera sees; `direct` are the cells of [`direct_cells`]; all flights of photons together are
-/// `flight_length` metres long.
-pub fn choose(
-    scene: &Scene,
-    conditions: &Conditions,
-    visible: &[WorldPoint],
-    direct: Vec<SparseCells>,
-    flight_length: f64,
-) -> (Choice, CacheCells) {
-    let question = Question { scene, conditions, visible, flight_length };
-    let blurred = phase_blur::phases(scene, conditions.photons);
-    let (termination, fluence) = question.fluence_cells(&blurred);
-    let final_gathers = match &termination {
-        Some(_) if !direct.is_empty() => question.gather_cells(),
-        _ => Vec::new(),
-    };
-    let strategy = match (&termination, fluence.is_empty(), final_gathers.is_empty()) {
-        (Some(_), _, false) => Strategy::SharedGathers,
-        (Some(_), _, true) => Strategy::Moments,
-        (None, false, _) => Strategy::FluenceTowardEye,
-        (None, true, _) => Strategy::Beams,
-    };
-    // Peaks are followed only by rays that gather photons, and orders are not counted along rays.
-    let follows_peaks = strategy == Strategy::Beams && conditions.max_scatter.is_none();
-    let near = |medium: &Medium| !is_camera_outside(scene, medium);
-    let width = |cells: &[SparseCells], medium: usize| cells.get(medium).map(|cells| cells.edge);
-    let medium = |medium: usize| MediumStrategy {
-        strategy,
-        cell_width: width(&fluence, medium),
-        gather_cell_width: width(&final_gathers, medium),
-        direct_cell_width: width(&direct, medium),
-    };
-    let choice = Choice {
-        strategy,
-        reason: question.reason(strategy),
-        caches_direct: !direct.is_empty(),
-        splits: phase_blur::scatterings(scene, &blurred, follows_peaks, near),
-        stores_photons: match strategy {
-            Strategy::Beams => true,
-            Strategy::FluenceTowardEye => needs_beams(scene),
-            Strategy::Moments | Strategy::SharedGathers => false,
-        },
-        termination,
-        blurred,
-        media: (0..scene.media.len()).map(medium).collect(),
-        places: if conditions.denoise { MIN_PLACES } else { PLACES },
-    };
-    (choice, CacheCells { direct, fluence, final_gathers })
-}
-
-/// Cells for direct light in each medium; none where one of them cannot be cached.
+/// Cells for direct light in each medium, where it can be cached.
 pub fn direct_cells(
     scene: &Scene,
     conditions: &Conditions,
     visible: &[WorldPoint],
-) -> Vec<SparseCells> {
+) -> Vec<Option<SparseCells>> {
+    let Conditions { film_pixels, rays, volume_photons, .. } = *conditions;
+    let cells = |(index, medium): (usize, &Medium)| {
+        (volume_photons && is_camera_outside(scene, medium))
+            .then(|| direct_light_cells(scene, index, visible, film_pixels, rays))
+            .flatten()
+    };
+    scene.media.iter().enumerate().map(cells).collect()
+}
+
+/// What the camera and a pilot of the photons tell of a scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Evidence<'a> {
+    /// Places in media that the camera sees.
+    pub visible: &'a [WorldPoint],
+    /// Width in metres of each medium's cells of direct light, where that is cached.
+    pub direct: &'a [Option<f64>],
+    /// Length of all flights of photons together, in metres.
+    pub flight_length: f64,
+    /// Width of cells over that which suits those flights.
+    pub widening: f64,
+}
+
+/// A strategy for each medium, and why.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Wish {
+    /// The strategies, in the scene's order of media.
+    pub strategies: Vec<Strategy>,
+    /// Why, as one sentence.
+    pub reason: String,
+    /// What a pilot measured of each profile; empty where it did not measure.
+    pub measured: Vec<Measured>,
+}
+
+/// How light in the media of `scene` is estimated: as `wish` says where that is possible, and as near as
+/// possible elsewhere; by a rule of thumb without one.
+pub fn choose(
+    scene: &Scene,
+    conditions: &Conditions,
+    evidence: &Evidence<'_>,
+    wish: Option<&Wish>,
+) -> (Choice, Vec<MediumCells>) {
+    let blurred = phase_blur::phases(scene, conditions.photons);
+    let records_sky = evidence.direct.iter().any(Option::is_some);
+    let question = Question { scene, conditions, evidence, wish, blurred: &blurred };
+    let media = 0..scene.media.iter().len();
+    let (media, cells): (Vec<_>, Vec<_>) = media.map(|medium| question.decide(medium)).unzip();
+    let is_beams = |medium: &MediumStrategy| medium.strategy == Strategy::Beams;
+    // Peaks are followed only by rays that gather photons, and orders are not counted along rays.
+    let follows_peaks = media.iter().all(is_beams) && conditions.max_scatter.is_none();
+    let near = |medium: &Medium| !is_camera_outside(scene, medium);
+    let stores_photons = media.iter().any(|medium| match medium.strategy {
+        Strategy::Beams => true,
+        Strategy::FluenceTowardEye => needs_beams(scene),
+        Strategy::Moments | Strategy::SharedGathers | Strategy::Traced => false,
+    });
+    let choice = Choice {
+        media,
+        measured: wish.map(|wish| wish.measured.clone()).unwrap_or_default(),
+        records_sky,
+        termination: GatherTermination::new(scene, conditions.photons),
+        splits: phase_blur::scatterings(scene, &blurred, follows_peaks, near),
+        stores_photons,
+        blurred,
+        places: if conditions.denoise { MIN_PLACES } else { PLACES },
+    };
+    (choice, cells)
+}
+
+/// Width in metres of the cells that a strategy has in a medium, if any.
+pub fn cell_width(
+    scene: &Scene,
+    conditions: &Conditions,
+    evidence: &Evidence<'_>,
+    medium: usize,
+    strategy: Strategy,
+) -> Option<f64> {
+    let blurred = phase_blur::phases(scene, conditions.photons);
+    let question = Question { scene, conditions, evidence, wish: None, blurred: &blurred };
+    let of = scene.media.get(medium);
+    let (width, values) = match strategy {
+        Strategy::FluenceTowardEye => (question.width_toward_eye(of, &blurred[medium])?, 1),
+        Strategy::Moments | Strategy::SharedGathers => {
+            (question.width_of_moments(of)?, FIRST_DEGREE_VALUES)
+        }
+        Strategy::Beams | Strategy::Traced => return None,
+    };
+    Some(width.max(SparseCells::min_edge(&of.density, values)?))
+}
+
+/// Strategies that a render may choose among: one for all media that can have it.
+pub fn profiles(scene: &Scene, conditions: &Conditions) -> Vec<Vec<Strategy>> {
+    use Strategy::{Beams, FluenceTowardEye, Moments, Traced};
+    let gathers = possible::gathers(scene, conditions) && !possible::misses_caustics(scene);
+    let gathers = gathers && conditions.final_gather != FinalGather::Never;
+    let strategies = match (gathers, conditions.final_gather) {
+        (false, _) => &[Beams, FluenceTowardEye][..],
+        (true, FinalGather::Always) => &[Moments],
+        (true, _) => &[Beams, FluenceTowardEye, Moments, Traced],
+    };
+    let media = scene.media.iter().len();
+    strategies.iter().map(|strategy| vec![*strategy; media]).collect()
+}
+
+/// Pixels whose gathers a pixel shares where final gathers are cached, the fewest of all media; `None`
+/// where one of them cannot have cells for them. A pixel reads cells by trilinear interpolation: the
+/// square of a pixel convolved with tents of cells of e pixels, whose effective area, one over the integral
+/// of the squared density, is about 1 + (1.5 e)².
+pub fn shared_footprint(
+    scene: &Scene,
+    conditions: &Conditions,
+    evidence: &Evidence<'_>,
+) -> Option<f64> {
+    if conditions.denoise {
+        return None;
+    }
     let Conditions { film_pixels, rays, .. } = *conditions;
-    for_all_media(scene, conditions, |medium| {
-        direct_light_cells(scene, medium, visible, film_pixels, rays)
-    })
+    let footprint = PixelFootprint::new(scene, film_pixels);
+    let pixel = pixel_width(&footprint, evidence.visible)?;
+    let area = |(index, medium): (usize, &Medium)| {
+        evidence.direct[index].filter(|_| is_camera_outside(scene, medium))?;
+        let cells = final_gather_cells(scene, index, evidence.visible, film_pixels, rays)?;
+        Some(1.0 + (1.5 * cells.edge / pixel).powi(2))
+    };
+    let areas: Option<Vec<f64>> = scene.media.iter().enumerate().map(area).collect();
+    areas?.into_iter().reduce(f64::min)
 }
 
 /// What decides about one picture.
 struct Question<'a> {
     scene: &'a Scene,
     conditions: &'a Conditions,
-    visible: &'a [WorldPoint],
-    /// Length of all flights together, in metres.
-    flight_length: f64,
+    evidence: &'a Evidence<'a>,
+    wish: Option<&'a Wish>,
+    blurred: &'a [Phase],
 }
 
 impl Question<'_> {
-    /// Cells for final gathers; none where one medium cannot have them, and where the picture is
-    /// denoised: that removes noise which is independent from ray to ray, not noise that rays share.
-    fn gather_cells(&self) -> Vec<SparseCells> {
-        let Conditions { film_pixels, rays, denoise, .. } = *self.conditions;
-        if denoise {
-            return Vec::new();
+    /// The strategy of a medium and its cells: the first of those that are preferred whose cells exist.
+    fn decide(&self, medium: usize) -> (MediumStrategy, MediumCells) {
+        let direct_cell_width = self.evidence.direct[medium];
+        let preferred = self.preferred(medium);
+        let (strategy, cells) = preferred
+            .iter()
+            .find_map(|&strategy| Some((strategy, self.cells(strategy, medium)?)))
+            .unwrap_or_default();
+        let width = |cells: &Option<SparseCells>| cells.as_ref().map(|cells| cells.edge);
+        let decided = MediumStrategy {
+            strategy,
+            reason: self.reason(strategy, medium),
+            cell_width: width(&cells.fluence),
+            gather_cell_width: width(&cells.final_gathers),
+            direct_cell_width,
+        };
+        (decided, cells)
+    }
+
+    /// Strategies for a medium, the best first.
+    fn preferred(&self, medium: usize) -> Vec<Strategy> {
+        use Strategy::{Beams, FluenceTowardEye, Moments, SharedGathers, Traced};
+        if let Some(wish) = self.wish {
+            return match wish.strategies[medium] {
+                SharedGathers => vec![SharedGathers, Moments, Traced],
+                Moments => vec![Moments, Traced],
+                Traced => vec![Traced],
+                FluenceTowardEye => vec![FluenceTowardEye, Beams],
+                Beams => vec![Beams],
+            };
         }
-        for_all_media(self.scene, self.conditions, |medium| {
-            final_gather_cells(self.scene, medium, self.visible, film_pixels, rays)
-        })
+        vec![FluenceTowardEye, Beams]
     }
 
-    /// Cells for photons' light in each medium, of moments where the termination of final gathers
-    /// comes along; none where photons are to be gathered along rays.
-    fn fluence_cells(&self, blurred: &[Phase]) -> (Option<GatherTermination>, Vec<SparseCells>) {
-        let choices = GatherTermination::choices(self.scene, self.conditions);
-        let refinement = if choices.iter().any(Option::is_some) {
-            MAX_REFINEMENT_BEFORE_MOMENTS
-        } else {
-            MAX_REFINEMENT_BEFORE_BEAMS
-        };
-        let cells = |termination: Option<GatherTermination>| {
-            let cells = for_all_media(self.scene, self.conditions, |index| {
-                let medium = self.scene.media.get(index);
-                let (width, values) = match &termination {
-                    None => (self.width_toward_eye(medium, &blurred[index], refinement)?, 1),
-                    Some(_) => (self.width_of_moments(medium)?, FIRST_DEGREE_VALUES),
-                };
-                SparseCells::covering(&medium.density, width, values)
-            });
-            (termination, cells)
-        };
-        choices.into_iter().map(cells).find(|(_, cells)| !cells.is_empty()).unwrap_or_default()
+    /// The cells that a strategy needs; `None` where they cannot exist.
+    fn cells(&self, strategy: Strategy, index: usize) -> Option<MediumCells> {
+        let medium = self.scene.media.get(index);
+        let outside = is_camera_outside(self.scene, medium);
+        let covering = |width, values| SparseCells::covering_from(&medium.density, width, values);
+        let volume_photons = self.conditions.volume_photons;
+        let (mut fluence, mut final_gathers) = (None, None);
+        match strategy {
+            Strategy::Beams => (),
+            _ if !volume_photons => return None,
+            Strategy::Traced => (),
+            Strategy::FluenceTowardEye => {
+                let width = self.width_toward_eye(medium, &self.blurred[index]);
+                fluence = Some(covering(width.filter(|_| outside)?, 1)?);
+            }
+            Strategy::Moments => {
+                fluence = Some(covering(self.width_of_moments(medium)?, FIRST_DEGREE_VALUES)?);
+            }
+            Strategy::SharedGathers => {
+                let Conditions { film_pixels, rays, .. } = *self.conditions;
+                let visible = self.evidence.visible;
+                self.evidence.direct[index].filter(|_| outside)?;
+                fluence = Some(covering(self.width_of_moments(medium)?, FIRST_DEGREE_VALUES)?);
+                final_gathers =
+                    Some(final_gather_cells(self.scene, index, visible, film_pixels, rays)?);
+            }
+        }
+        Some(MediumCells { fluence, final_gathers })
     }
 
-    /// Width, in metres, of cells that hold light scattered toward the camera; `None` where the
-    /// noise-optimal width is more than `refinement` times the thin one.
-    fn width_toward_eye(&self, medium: &Medium, phase: &Phase, refinement: f64) -> Option<f64> {
-        self.width(medium, thin_width(medium, self.visible), phase, refinement)
+    /// Width, in metres, of cells that hold light scattered toward the camera.
+    fn width_toward_eye(&self, medium: &Medium, phase: &Phase) -> Option<f64> {
+        self.width(medium, thin_width(medium, self.evidence.visible), phase)
     }
 
     /// Width, in metres, of cells that hold moments. They are read at many places, whose mean evens
     /// out what wide cells blur.
     fn width_of_moments(&self, medium: &Medium) -> Option<f64> {
-        let thin = thin_width_for_moments(medium, self.visible);
-        self.width(medium, thin, &Phase::ISOTROPIC, f64::INFINITY)
+        let thin = thin_width_for_moments(medium, self.evidence.visible);
+        self.width(medium, thin, &Phase::ISOTROPIC)
     }
 
-    /// Width of cells, in metres: noise-optimal for flights that `phase` weighs, at most `thin`.
-    /// `None` where the noise-optimal width is more than `refinement` times `thin`.
-    fn width(&self, medium: &Medium, thin: f64, phase: &Phase, refinement: f64) -> Option<f64> {
-        if let Some(radius) = self.conditions.radius {
-            return (radius <= thin).then_some(radius);
-        }
-        let optimal = width_for_flights(medium.density.volume()?, self.flight_length, phase);
-        (optimal <= refinement * thin).then_some(optimal.min(thin))
+    /// Width of cells, in metres: that which is asked for, or noise-optimal for flights that `phase`
+    /// weighs and at most `thin`; `None` for a medium without an end.
+    fn width(&self, medium: &Medium, thin: f64, phase: &Phase) -> Option<f64> {
+        let volume = medium.density.volume()?;
+        let optimal = || width_for_flights(volume, self.evidence.flight_length, phase).min(thin);
+        Some(self.evidence.widening * self.conditions.radius.unwrap_or_else(optimal))
     }
 
-    fn reason(&self, strategy: Strategy) -> &'static str {
-        let forced = self.conditions.final_gather == FinalGather::Always;
-        let peaked = GatherTermination::is_peaked(self.scene);
-        let outside = |medium: &Medium| is_camera_outside(self.scene, medium);
-        match strategy {
-            Strategy::Beams if !self.conditions.volume_photons => "no photons are stored in media",
-            Strategy::Beams if !self.scene.media.iter().all(outside) => {
-                "the camera is in a medium or near one, where cells of a cache would show"
-            }
-            Strategy::Beams => {
-                "cells that are optically thin would be crossed by too few photons, or be too many"
-            }
-            Strategy::FluenceTowardEye => {
-                "cells that are optically thin are crossed by enough photons"
-            }
-            Strategy::Moments | Strategy::SharedGathers if forced => "final gathers are asked for",
-            Strategy::Moments | Strategy::SharedGathers if peaked => {
-                "a phase function is peaked: few photons fly so that much is scattered toward the \
-                 camera"
-            }
-            Strategy::Moments | Strategy::SharedGathers => {
-                "optically thin cells would be crossed by too few photons, and the denoiser removes \
-                 the noise of gathers"
-            }
-        }
+    fn reason(&self, strategy: Strategy, index: usize) -> String {
+        let volume_photons = self.conditions.volume_photons;
+        let reason = match (strategy, self.wish) {
+            (Strategy::Beams, _) if !volume_photons => "no photons are stored in media",
+            (_, Some(wish)) if strategy == wish.strategies[index] => &wish.reason,
+            (_, Some(_)) => "the strategy that is asked for is not possible here",
+            (_, None) => "nothing was measured: cells where they can be, beams elsewhere",
+        };
+        reason.into()
     }
-}
-
-/// Cells for each medium; none where one of them has none, or the camera is not outside of it.
-fn for_all_media(
-    scene: &Scene,
-    conditions: &Conditions,
-    cells: impl Fn(usize) -> Option<SparseCells>,
-) -> Vec<SparseCells> {
-    let media = &scene.media;
-    let can_cache =
-        |medium: &usize| conditions.volume_photons && is_camera_outside(scene, media.get(*medium));
-    let all = (0..media.len()).map(|medium| Some(medium).filter(can_cache).and_then(&cells));
-    all.collect::<Option<_>>().unwrap_or_default()
 }
 
 /// Whether rays behind mirrors and glass read light that a cache toward the camera does not hold.
@@ -305,7 +362,10 @@ mod tests {
         ));
         let visible = [WorldPoint::new(0.0, 0.0, 0.9)];
         let direct = direct_cells(&scene, conditions, &visible);
-        choose(&scene, conditions, &visible, direct, flight_length).0
+        let direct: Vec<_> = direct.iter().map(|c| c.as_ref().map(|c| c.edge)).collect();
+        let evidence =
+            Evidence { visible: &visible, direct: &direct, flight_length, widening: 1.0 };
+        choose(&scene, conditions, &evidence, None).0
     }
 
     #[test]
@@ -322,9 +382,9 @@ mod tests {
             (6.0, 0.8, never, 1e8, Strategy::FluenceTowardEye),
         ] {
             let choice = chosen(position, g, conditions, flight_length);
-            assert_eq!(choice.strategy, right, "at {position}, g = {g}: {}", choice.reason);
-            assert_eq!(choice.media.len(), 1);
-            assert_eq!(choice.media[0].cell_width.is_some(), right != Strategy::Beams);
+            let [medium] = &choice.media[..] else { panic!("one medium") };
+            assert_eq!(medium.strategy, right, "at {position}, g = {g}: {}", medium.reason);
+            assert_eq!(medium.cell_width.is_some(), right != Strategy::Beams);
         }
     }
 }

@@ -1,50 +1,31 @@
-//! The strategies, what their choice depends on, and what a report says of it.
+//! What the choice of strategies depends on, and what a report says of it.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::FinalGather;
+use super::measured::Measured;
+use crate::scene::{FinalGather, Strategy};
 
-/// Estimator of the light that a medium scatters after it was scattered, reflected or emitted before.
-/// Light that is scattered once comes from sampling lights, or from a cache of that.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Strategy {
-    /// The beam radiance estimate: photons are gathered along each ray (Jarosz, Zwicker and Jensen
-    /// 2008). The only one for a camera inside of a medium.
-    Beams,
-    /// Flights of photons leave the light that they scatter toward the camera on a sparse grid, which
-    /// rays read by trilinear interpolation.
-    FluenceTowardEye,
-    /// Flights leave moments of radiance on a sparse grid. Each ray makes a final gather (Jensen 1996)
-    /// that is scattered on until those moments tell the rest.
-    Moments,
-    /// As [`Moments`](Self::Moments), with final gathers that start in cells and are shared by all
-    /// rays that read those (Keller, Dahm and Binder 2014, "Path Space Filtering").
-    SharedGathers,
+/// The estimator for rays whose light is not scattered toward the camera, as behind a mirror: what
+/// caches toward the camera hold does not apply to them.
+#[must_use]
+pub const fn away_from_camera(strategy: Strategy) -> Strategy {
+    match strategy {
+        Strategy::FluenceTowardEye => Strategy::Beams,
+        Strategy::SharedGathers => Strategy::Moments,
+        Strategy::Beams | Strategy::Moments | Strategy::Traced => strategy,
+    }
 }
 
-impl Strategy {
-    /// The estimator for rays whose light is not scattered toward the camera, as behind a mirror:
-    /// what caches toward the camera hold does not apply to them.
-    #[must_use]
-    pub const fn away_from_camera(self) -> Self {
-        match self {
-            Self::FluenceTowardEye => Self::Beams,
-            Self::SharedGathers => Self::Moments,
-            Self::Beams | Self::Moments => self,
-        }
-    }
-
-    /// In words, for a table.
-    pub const fn about(self) -> &'static str {
-        match self {
-            Self::Beams => "photon beams gathered along rays",
-            Self::FluenceTowardEye => "light scattered toward the camera, cached on a grid",
-            Self::Moments => "a final gather a ray, ended by moments on a grid",
-            Self::SharedGathers => "final gathers cached on a grid, ended by moments",
-        }
+/// The strategy in words, for a table.
+const fn about(strategy: Strategy) -> &'static str {
+    match strategy {
+        Strategy::Beams => "photon beams gathered along rays",
+        Strategy::FluenceTowardEye => "light scattered toward the camera, cached on a grid",
+        Strategy::Moments => "a final gather a ray, ended by moments on a grid",
+        Strategy::SharedGathers => "final gathers cached on a grid, ended by moments",
+        Strategy::Traced => "paths traced on from rays, without photons",
     }
 }
 
@@ -55,7 +36,7 @@ pub struct Conditions {
     pub photons: u64,
     /// Highest order of volume scattering in the picture; `None` means all.
     pub max_scatter: Option<u32>,
-    /// Whether final gathers are forced, forbidden or chosen.
+    /// Whether final gathers may be chosen.
     pub final_gather: FinalGather,
     /// Whether the picture is denoised.
     pub denoise: bool,
@@ -69,12 +50,14 @@ pub struct Conditions {
     pub volume_photons: bool,
 }
 
-/// The strategy of one medium, for reports.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// The strategy of one medium, for estimators and reports.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MediumStrategy {
     /// The estimator.
     pub strategy: Strategy,
-    /// Width of the grid's cells in metres; `None` for beams, whose radii vary.
+    /// Why, as one sentence.
+    pub reason: String,
+    /// Width of the grid's cells in metres; `None` for beams, whose radii vary, and for traced paths.
     pub cell_width: Option<f64>,
     /// Width of the cells of shared gathers in metres, where those are.
     pub gather_cell_width: Option<f64>,
@@ -84,33 +67,39 @@ pub struct MediumStrategy {
 
 impl fmt::Display for MediumStrategy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.strategy.about())?;
+        f.write_str(about(self.strategy))?;
         let widths = [
             ("cells", self.cell_width),
             ("gathers' cells", self.gather_cell_width),
             ("direct light's cells", self.direct_cell_width),
         ];
         let mut widths = widths.iter().filter_map(|(name, width)| Some((name, (*width)?)));
-        widths.try_for_each(|(name, width)| write!(f, ", {name} {width:.3} m wide"))
+        widths.try_for_each(|(name, width)| write!(f, ", {name} {width:.3} m wide"))?;
+        write!(f, ": {}", self.reason)
     }
 }
 
 /// How light in media was estimated, for reports.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// Why, as one sentence.
-    pub reason: String,
-    /// Each medium's strategy, in the scene's order.
+    /// Each medium's strategy, in the scene's order; empty where no medium needs photons.
     pub media: Vec<MediumStrategy>,
+    /// What a pilot measured of each profile that was possible.
+    #[serde(default)]
+    pub measured: Vec<Measured>,
 }
 
 impl Summary {
-    /// One line for each medium, then the reason; the reason alone where no medium needs photons.
+    /// One line for each medium and for each profile that was measured, or one that says that no medium
+    /// needs photons.
     pub fn lines(&self) -> Vec<String> {
-        let medium =
-            |(index, medium): (usize, &MediumStrategy)| format!("medium {}: {medium}", index + 1);
-        let media = self.media.iter().enumerate().map(medium);
-        media.chain([format!("reason: {}", self.reason)]).collect()
+        if self.media.is_empty() {
+            return vec!["no photons are needed in media".into()];
+        }
+        (1..)
+            .zip(&self.media)
+            .map(|(number, medium)| format!("medium {number}: {medium}"))
+            .collect()
     }
 }
 
@@ -122,15 +111,18 @@ mod tests {
     fn a_summary_names_estimator_widths_and_reason() {
         let medium = MediumStrategy {
             strategy: Strategy::SharedGathers,
+            reason: "it is so".into(),
             cell_width: Some(0.25),
             gather_cell_width: Some(0.0625),
             direct_cell_width: None,
         };
-        let summary = Summary { reason: "it is so".into(), media: vec![medium] };
-        let [medium, reason] = &summary.lines()[..] else { panic!("two lines") };
+        let summary = Summary { media: vec![medium], measured: Vec::new() };
+        let [medium] = &summary.lines()[..] else { panic!("one line") };
         assert!(medium.starts_with("medium 1: final gathers"), "{medium}");
-        assert!(medium.ends_with("cells 0.250 m wide, gathers' cells 0.062 m wide"), "{medium}");
-        assert_eq!(reason, "reason: it is so");
+        assert!(
+            medium.ends_with("cells 0.250 m wide, gathers' cells 0.062 m wide: it is so"),
+            "{medium}"
+        );
         let json = serde_json::to_value(&summary).unwrap();
         assert_eq!(json["media"][0]["strategy"], "shared-gathers");
         assert_eq!(serde_json::from_value::<Summary>(json).unwrap(), summary);

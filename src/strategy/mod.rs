@@ -1,17 +1,26 @@
 //! Which estimator lights a medium, and why.
 //!
-//! [`choose()`] decides once, before photons are shot; integrator, plan, reports and study read its
-//! [`Choice`]. It measures nothing itself: what the camera sees and how long photons fly comes from
-//! pilots.
+//! A pilot (`render/strategy_pilot.rs`) measures error and cost of each strategy on a few rays and
+//! photons; [`measured`] says what of the error is noise and what is bias, [`unit_costs`] what counted
+//! work costs. [`choose()`] then makes the [`Choice`] that integrator, plan, reports and study read.
 
 mod cell_width;
 mod choose;
 mod gather_termination;
 mod kind;
+mod measured;
 mod phase_blur;
+mod possible;
+mod unit_costs;
 
+pub use crate::scene::Strategy;
 pub use cell_width::{thin_width, thin_width_for_moments, width_for_flights};
-pub use choose::{CacheCells, Choice, choose, direct_cells};
+pub use choose::{
+    Choice, Evidence, MediumCells, Wish, cell_width, choose, direct_cells, profiles,
+    shared_footprint,
+};
 pub use gather_termination::GatherTermination;
-pub use kind::{Conditions, MediumStrategy, Strategy, Summary};
+pub use kind::{Conditions, MediumStrategy, Summary, away_from_camera};
+pub use measured::{BLOCK, Errors, Measured, PhotonScale, RaySamples, errors, weights};
 pub use phase_blur::{PhaseSplit, phases, scatterings};
+pub use unit_costs::{cost, cost_of_crossings, cost_of_storing};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Directed, Director, Importance, Operator, RenderSettings};
+use crate::scene::{Directed, Director, Importance, Operator, RenderSettings, Strategy};
 
 /// The name of the gold standard among candidates: every pixel at the ceiling of rays, the finest
 /// step, the smallest radius.
@@ -156,6 +156,11 @@ pub(super) fn at_finest_step(settings: &RenderSettings) -> Option<RenderSettings
     (finest != *settings).then_some(finest)
 }
 
+/// The strategy of settings that were written down without one.
+fn chosen() -> String {
+    Strategy::request_name(None).into()
+}
+
 /// Render settings as they are written down, without the seed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the fields are those of RenderSettings and Directing")]
@@ -165,6 +170,8 @@ pub struct Settings {
     pub radius: Option<f64>,
     pub step: Option<f64>,
     pub max_scatter: Option<u32>,
+    #[serde(default = "chosen")]
+    pub strategy: String,
     pub final_gather: String,
     pub director: String,
     pub x: String,
@@ -186,6 +193,7 @@ impl From<&RenderSettings> for Settings {
             radius: settings.radius,
             step: settings.step,
             max_scatter: settings.max_scatter,
+            strategy: Strategy::request_name(settings.strategy).into(),
             final_gather: settings.final_gather.name().into(),
             director: settings.director.name().into(),
             x: directing.x.name().into(),

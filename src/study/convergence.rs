@@ -95,6 +95,7 @@ impl Estimator {
             Some(Strategy::FluenceTowardEye) => return Self::Lattice,
             Some(Strategy::Beams) => return Self::Beams,
             Some(Strategy::Moments | Strategy::SharedGathers) => return Self::FinalGathers,
+            Some(Strategy::Traced) => return Self::None,
             None => (),
         }
         match (some("tracks"), some("volume_photons"), some("surface_photons")) {

@@ -17,8 +17,8 @@ pub struct PathContext {
     pub needs: Needs,
     /// Stratified numbers of the camera sample that the path belongs to.
     pub stratified: StratifiedSample,
-    /// Wall time of work that later rays profit from.
-    pub amortized: AmortizedTime,
+    /// What later rays profit from.
+    pub amortized: Amortized,
 }
 
 impl PathContext {
@@ -29,18 +29,20 @@ impl PathContext {
             work: Work::default(),
             needs,
             stratified: StratifiedSample::default(),
-            amortized: AmortizedTime::default(),
+            amortized: Amortized::default(),
         }
     }
 }
 
-/// Wall time spent on what more than one ray uses. It weighs the progress display and says when
-/// to read the clock; no pixel depends on it.
+/// What was done for more than one ray. The wall times weigh the progress display and say when to read
+/// the clock; no pixel depends on them.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct AmortizedTime {
-    /// Filling cells of caches.
+pub struct Amortized {
+    /// Work of filling cells of caches.
+    pub work: Work,
+    /// Time of filling cells of caches.
     pub cells: Duration,
-    /// Density estimates that one ray of a pixel makes for several.
+    /// Time of density estimates that one ray of a pixel makes for several.
     pub gathers: Duration,
 }
 

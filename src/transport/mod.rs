@@ -14,7 +14,7 @@ pub mod specular;
 pub mod tracking;
 mod viewpoint;
 
-pub use context::{AmortizedTime, PathContext, SobolPoint, StratifiedSample};
+pub use context::{Amortized, PathContext, SobolPoint, StratifiedSample};
 pub use equiangular_lights::EquiangularLights;
 pub use path_state::{EnclosingSolids, PathState, Scattering, survives_roulette};
 pub use punctual_directions::PunctualDirections;

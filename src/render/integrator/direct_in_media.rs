@@ -10,6 +10,7 @@ use crate::medium::{Place, Profile};
 use crate::photon::PhotonDirection;
 use crate::transport::{EquiangularLights, PathContext, direct_light};
 
+use super::ray_estimators::DirectLightGroup;
 use super::setup::{Integrator, stratum};
 
 /// Points along a ray, sampled by opacity, at which direct light is evaluated: a stratum
@@ -26,15 +27,24 @@ const EQUIANGULAR_SAMPLES: u32 = 2;
 pub(super) struct LightFilter<'a> {
     /// Mask of lights handled elsewhere; missing entries are false.
     pub excluded: &'a [bool],
+    /// Mask of the media that scatter the light; `None` is all.
+    pub media: Option<&'a [bool]>,
     /// Weight of the light of punctual lights.
     pub punctual_weight: f64,
     /// Whether other lights are included, and points are sampled by opacity.
     pub others: bool,
 }
 
-impl LightFilter<'_> {
+impl<'a> LightFilter<'a> {
     /// Punctual lights alone, sampled equiangularly.
-    pub const PUNCTUAL: Self = Self { excluded: &[], punctual_weight: 1.0, others: false };
+    pub const PUNCTUAL: Self =
+        Self { excluded: &[], media: None, punctual_weight: 1.0, others: false };
+
+    /// What a group of media scatters, with this weight of punctual lights.
+    pub fn group(group: &'a DirectLightGroup, punctual_weight: f64) -> Self {
+        let DirectLightGroup { media, excluded } = group;
+        Self { excluded, media: Some(media), punctual_weight, others: true }
+    }
 
     fn excludes(&self, light: usize) -> bool {
         self.excluded.get(light).is_some_and(|&excluded| excluded)
@@ -108,7 +118,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let u = stratum(index, *opacity_samples, &mut ctx.rng);
             let Some(place) = profile.sample([u, ctx.rng.uniform()]) else { break };
             let p = ray.at(place.t);
-            let scatterers = self.scatterers(p);
+            let scatterers = self.scatterers(p, sampling.filter.media);
             ctx.work.grid_lookups += self.media.albedo_lookups;
             if scatterers.is_empty() {
                 continue;
@@ -136,7 +146,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 let t = distances.sample(stratum(sample, EQUIANGULAR_SAMPLES, &mut ctx.rng));
                 let Some(place) = profile.place_at(t) else { continue };
                 let p = ray.at(t);
-                let (choice, scatterers) = (lights.pick_probability(p, *index), self.scatterers(p));
+                let choice = lights.pick_probability(p, *index);
+                let scatterers = self.scatterers(p, filter.media);
                 ctx.work.grid_lookups += self.media.albedo_lookups;
                 let light = lights.lights[*index].sample(p, ctx.rng.uniform2());
                 let Some(light) = light.filter(|_| choice > 0.0 && !scatterers.is_empty()) else {

@@ -1,6 +1,6 @@
 //! Final gathers: paths that media scatter, until moments of the photons' fluence say the rest.
 //!
-//! [`GatherTermination`] says when. Each gather flies on as phase functions say, by null-collision
+//! [`GatherTermination`](crate::strategy::GatherTermination) says when. Each gather flies on as phase functions say, by null-collision
 //! tracking. At each scattering direct light is sampled, part of it [jointly](super::joint_nee); an
 //! environment is hit where the path leaves the media, with the balance heuristic against sampling it
 //! (Veach 1997, section 9.2.2) unless it is constant. A diffuse surface ends the path, with its direct
@@ -8,10 +8,10 @@
 
 use glam::DVec3;
 
+use crate::cache::FluenceGrid;
 use crate::math::{Ray, Spectrum, WorldPoint, warp};
 use crate::medium::Phase;
 use crate::photon::PhotonDirection;
-use crate::strategy::GatherTermination;
 use crate::surface::SurfaceHit;
 use crate::transport::specular::scatter_specular;
 use crate::transport::tracking::FlightEnd;
@@ -22,8 +22,7 @@ use crate::transport::{
 use super::setup::{Estimate, Integrator};
 
 /// A final gather in progress.
-pub(super) struct GatherPath<'a, S> {
-    termination: &'a GatherTermination,
+pub(super) struct GatherPath<S> {
     path: PathState<S>,
     /// The first Legendre moment that fluence grids do not hold, as far as it is unresolved: 1 before
     /// the first scattering.
@@ -36,15 +35,10 @@ pub(super) struct GatherPath<'a, S> {
     indirect: S,
 }
 
-impl<'a, S: Spectrum> GatherPath<'a, S> {
+impl<S: Spectrum> GatherPath<S> {
     /// A gather along `path` that has not been scattered yet.
-    pub(super) const fn new(
-        termination: &'a GatherTermination,
-        path: PathState<S>,
-        level: usize,
-        indirect_weight: f64,
-    ) -> Self {
-        Self { termination, path, unresolved: 1.0, level, indirect_weight, indirect: S::ZERO }
+    pub(super) const fn new(path: PathState<S>, level: usize, indirect_weight: f64) -> Self {
+        Self { path, unresolved: 1.0, level, indirect_weight, indirect: S::ZERO }
     }
 }
 
@@ -52,7 +46,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// The light of one gather that `medium` scatters first at `p`; `u` chooses the direction.
     pub(super) fn trace_gather(
         &self,
-        mut gather: GatherPath<'_, S>,
+        mut gather: GatherPath<S>,
         p: WorldPoint,
         medium: usize,
         u: [f64; 2],
@@ -68,22 +62,26 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Ends the gather in the fluence grid at `p`, or scatters it there; whether it goes on.
     fn scatter_or_look_up(
         &self,
-        gather: &mut GatherPath<'_, S>,
+        gather: &mut GatherPath<S>,
         p: WorldPoint,
         medium: usize,
         u: [f64; 2],
         ctx: &mut PathContext,
     ) -> bool {
-        let GatherPath { termination, path, level, .. } = gather;
+        let termination = &self.choice.termination;
+        let GatherPath { path, unresolved, level, .. } = gather;
         let phase = &self.scene.media.get(medium).phase;
         let incoming = path.ray.direction;
-        let Some(unresolved) = termination.next(gather.unresolved, medium) else {
-            let grid = &self.caches.fluence[medium];
-            let light = grid.scattered(p, *level, -incoming, termination.legendre(medium));
-            path.radiance += path.throughput * light;
+        let is_first = *unresolved == 1.0;
+        *unresolved = termination.after(*unresolved, medium);
+        if !is_first && self.media.holds_moments[medium] && termination.ends(*unresolved, medium) {
+            let grid = self.caches.fluence[medium].as_ref();
+            let scattered = |grid: &FluenceGrid<S>| {
+                grid.scattered(p, *level, -incoming, termination.legendre(medium))
+            };
+            path.radiance += path.throughput * grid.map_or(S::ZERO, scattered);
             return false;
-        };
-        gather.unresolved = unresolved;
+        }
         path.radiance += path.throughput * self.sampled_environment(p, -incoming, phase, ctx);
         path.radiance += path.throughput * self.sample_joint(p, incoming, medium, ctx);
         let (direction, pdf) = phase.sample(incoming, u);
@@ -93,7 +91,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     }
 
     /// Traces the gather to the next scattering or surface; whether it goes on.
-    fn gather_step(&self, gather: &mut GatherPath<'_, S>, ctx: &mut PathContext) -> bool {
+    fn gather_step(&self, gather: &mut GatherPath<S>, ctx: &mut PathContext) -> bool {
         let path = &mut gather.path;
         let hit = direct_light::first_surface(self.scene, &path.ray, ctx);
         if path.solids.is_none() {
@@ -140,7 +138,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let wo = -path.ray.direction;
         let position = direct_light::independent_position;
         direct_light::sample_lights(self.scene, p, ctx, position, |index, light, choice, ctx| {
-            if self.lights.handled_by_gather[index] {
+            if self.handled_by_gather[index] {
                 return S::ZERO;
             }
             let weight = path.scattering.map_or(1.0, |last| self.mis_weight(&last, -wo, index));
@@ -165,8 +163,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> S {
         let lights = &self.scene.lights.lights;
-        let is_sampled =
-            |index: usize| self.lights.handled_by_gather[index] && !lights[index].is_even();
+        let is_sampled = |index: usize| self.handled_by_gather[index] && !lights[index].is_even();
         if !(0..lights.len()).any(is_sampled) {
             return S::ZERO;
         }
@@ -191,7 +188,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         };
         let lights = &self.scene.lights;
         for (index, light) in lights.lights.iter().enumerate() {
-            if !self.lights.handled_by_gather[index] {
+            if !self.handled_by_gather[index] {
                 continue;
             }
             ctx.work.environment_lookups += 1;

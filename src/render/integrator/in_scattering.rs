@@ -4,13 +4,13 @@ use crate::math::{Span, Spectrum, WorldPoint};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
 use crate::render::pixel_sampling::{CameraRay, Profiles};
-use crate::strategy::Strategy;
 use crate::surface::SurfaceHit;
 use crate::transport::{PathContext, PathState};
 
 use super::direct_in_media::LightFilter;
 use super::final_gather::GatherPath;
 use super::forward_peak::PendingRay;
+use super::ray_estimators::RayEstimators;
 use super::setup::{Estimate, Integrator, choose};
 
 /// What media do to a ray.
@@ -53,9 +53,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         MediumResult { light, transmittance: profile.transmittance(), deflected }
     }
 
-    /// Light that media scatter along a ray to its origin, W/(m² sr). Caches hold light scattered
-    /// toward the camera: they serve rays from there, and all rays where scattering is isotropic.
-    /// Estimators bring what they do not hold.
+    /// Light that media scatter along a ray to its origin, W/(m² sr), by the estimators of each medium's
+    /// strategy.
     fn in_scattering(
         &self,
         segment: &PendingRay<S>,
@@ -65,32 +64,26 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> Estimate<S> {
         let (ray, radius) = (&segment.ray, camera_ray.budget.radius);
-        let is_cached = segment.from_camera || self.media.is_isotropic;
-        let caches_direct = is_cached && self.choice.caches_direct;
+        let by = if segment.from_camera { &self.from_camera } else { &self.elsewhere };
         let mut light = Estimate::ZERO;
-        if !(caches_direct && self.lights.all_cached) {
-            let lights = &self.lights;
-            let excluded = if caches_direct { &lights.cached } else { &lights.handled_by_gather };
-            let punctual_weight = segment.punctual_weight;
-            let filter = LightFilter { excluded, punctual_weight, others: true };
+        for group in &by.direct {
+            let filter = LightFilter::group(group, segment.punctual_weight);
             light.radiance += self.direct_along(ray, profile, filter, ctx);
         }
-        let strategy = self.choice.strategy;
-        let strategy = if is_cached { strategy } else { strategy.away_from_camera() };
-        if strategy == Strategy::Moments {
-            let gathered = self.gather_along(segment, profile, camera_ray, ctx);
+        if by.any(|medium| by.gathers(medium)) {
+            let gathered = self.gather_along(segment, by, profile, camera_ray, ctx);
             light.radiance += gathered.radiance;
-            light.indirect = gathered.indirect;
+            light.indirect += gathered.indirect;
         }
-        let caches_indirect =
-            matches!(strategy, Strategy::FluenceTowardEye | Strategy::SharedGathers);
-        if caches_direct || caches_indirect {
-            light.radiance += self.cached_in_scattering(ray, profile, radius, camera_ray.pass, ctx);
+        if by.any(|medium| by.reads_caches(medium)) {
+            light.radiance +=
+                self.cached_in_scattering(ray, by, profile, radius, camera_ray.pass, ctx);
         }
         let weight = camera_ray.indirect_weight;
-        if strategy == Strategy::Beams && weight > 0.0 {
-            light.indirect = self.volume_photons_along(ray, hit, profile, radius, weight, ctx);
-            light.radiance += light.indirect;
+        if by.any(|medium| by.gathers_photons(medium)) && weight > 0.0 {
+            let photons = self.volume_photons_along(ray, by, hit, profile, radius, weight, ctx);
+            light.radiance += photons;
+            light.indirect += photons;
         }
         light
     }
@@ -100,20 +93,20 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     fn gather_along(
         &self,
         segment: &PendingRay<S>,
+        by: &RayEstimators,
         profile: &Profile<S>,
         camera_ray: &CameraRay<'_>,
         ctx: &mut PathContext,
     ) -> Estimate<S> {
-        let Some(termination) = &self.choice.termination else { return Estimate::ZERO };
         let stratified = ctx.stratified.next_scattering();
         let [a, b, c, d] = stratified.unwrap_or_else(|| [(); 4].map(|()| ctx.rng.uniform()));
         let Some(place) = profile.sample([a, b]) else { return Estimate::ZERO };
         let p = segment.ray.at(place.t);
-        let Some((medium, albedo)) = self.choose_medium(p, ctx) else { return Estimate::ZERO };
+        let Some((medium, albedo)) = self.choose_medium(p, by, ctx) else { return Estimate::ZERO };
         ctx.work.gathers += 1;
         let level = self.maps.level(camera_ray.budget.radius);
         let path = PathState::new(segment.ray);
-        let gather = GatherPath::new(termination, path, level, camera_ray.indirect_weight);
+        let gather = GatherPath::new(path, level, camera_ray.indirect_weight);
         let found = self.trace_gather(gather, p, medium, [c, d], ctx);
         let weight = place.weight * albedo;
         Estimate {
@@ -122,11 +115,17 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         }
     }
 
-    /// A medium at `p`, chosen in proportion to what it scatters, and its part of the albedo over the
-    /// probability of that.
-    fn choose_medium(&self, p: WorldPoint, ctx: &mut PathContext) -> Option<(usize, S)> {
+    /// A medium at `p` whose light rays gather, chosen in proportion to what it scatters, and its part of
+    /// the albedo over the probability of that.
+    fn choose_medium(
+        &self,
+        p: WorldPoint,
+        by: &RayEstimators,
+        ctx: &mut PathContext,
+    ) -> Option<(usize, S)> {
         ctx.work.grid_lookups += self.media.albedo_lookups;
-        let albedos = self.albedos(p);
+        let mut albedos = self.albedos(p);
+        albedos.retain(|(medium, _)| by.gathers(*medium));
         if let [only] = albedos[..] {
             return Some(only);
         }

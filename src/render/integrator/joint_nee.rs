@@ -37,7 +37,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         }
         let middle = |_, _: &mut PathContext| MIDDLE;
         direct_light::sample_lights(self.scene, p, ctx, middle, |index, light, choice, ctx| {
-            if self.lights.handled_by_gather[index] {
+            if self.handled_by_gather[index] {
                 return S::ZERO;
             }
             let (direction, pdf) = phase.sample(light.direction, ctx.rng.uniform2());
@@ -74,7 +74,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     pub(super) fn mis_weight(&self, last: &Scattering, direction: DVec3, index: usize) -> f64 {
         let Some(medium) = last.medium else { return 1.0 };
         let lights = &self.scene.lights;
-        if !self.media.joint_nee[medium] || self.lights.handled_by_gather[index] {
+        if !self.media.joint_nee[medium] || self.handled_by_gather[index] {
             return 1.0;
         }
         let middle = lights.lights[index].sample(last.position, MIDDLE);

@@ -13,6 +13,7 @@ mod in_scattering;
 mod joint_nee;
 mod photon_gather;
 mod radiance_cache;
+mod ray_estimators;
 mod reference;
 mod setup;
 

@@ -8,6 +8,7 @@ use crate::photon::PhotonDirection;
 use crate::surface::{SurfaceHit, TransportMode};
 use crate::transport::{PathContext, direct_light};
 
+use super::ray_estimators::RayEstimators;
 use super::setup::{Estimate, Integrator, Scatterers};
 
 /// Distance beyond a surface, in gather radii, at which a beam gather ends at most. A ray that meets
@@ -17,10 +18,11 @@ const MAX_BEYOND: f64 = 4.0;
 impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Light of the volume photons that media scatter along `ray` to its origin, W/(m² sr): the beam
     /// radiance estimate (Jarosz, Zwicker and Jensen 2008) of
-    /// [`PhotonMaps::along`](crate::photon::PhotonMaps::along), times `weight`.
+    /// [`PhotonMaps::along`](crate::photon::PhotonMaps::along), times `weight`, in media whose light is gathered so.
     pub(super) fn volume_photons_along(
         &self,
         ray: &Ray<World>,
+        by: &RayEstimators,
         hit: Option<&SurfaceHit<'_>>,
         profile: &Profile<S>,
         radius: f64,
@@ -52,7 +54,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 let split = &self.choice.splits[medium];
                 (&split.phase, albedo * attenuated * split.share)
             };
-            self.albedos(ray.at(t)).into_iter().map(scatterer).collect()
+            let albedos = self.albedos(ray.at(t)).into_iter();
+            albedos.filter(|(medium, _)| by.gathers_photons(*medium)).map(scatterer).collect()
         };
         work.directed_gathers += u64::from(H::KNOWN);
         let light = self.maps.along(ray, span, radius, &mut work.gathered, respond);

@@ -1,13 +1,14 @@
 //! In-scattered light from caches: fluence grids, direct light and final gathers kept per cell.
 
-use crate::cache::{FinalGatherCache, SamplePass};
+use crate::cache::SamplePass;
 use crate::math::{Ray, Spectrum, World, WorldPoint};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
-use crate::strategy::GatherTermination;
+use crate::strategy::Strategy;
 use crate::transport::{PathContext, PathState, SobolPoint};
 
 use super::final_gather::GatherPath;
+use super::ray_estimators::RayEstimators;
 use super::setup::{Integrator, stratum};
 
 impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
@@ -16,6 +17,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     pub(super) fn cached_in_scattering(
         &self,
         ray: &Ray<World>,
+        by: &RayEstimators,
         profile: &Profile<S>,
         radius: f64,
         pass: SamplePass,
@@ -31,7 +33,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             ctx.work.gathers += 1;
             ctx.work.grid_lookups += self.media.albedo_lookups;
             for (medium, albedo) in self.albedos(p) {
-                sum += place.weight * albedo * self.cached_at(medium, p, level, pass, ctx);
+                if by.reads_caches(medium) {
+                    let light = self.cached_at(by.strategies[medium], medium, p, level, pass, ctx);
+                    sum += place.weight * albedo * light;
+                }
             }
         }
         sum / f64::from(count)
@@ -41,41 +46,43 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// light, and either fluence or final gathers.
     fn cached_at(
         &self,
+        strategy: Strategy,
         medium: usize,
         p: WorldPoint,
         level: usize,
         pass: SamplePass,
         ctx: &mut PathContext,
     ) -> S {
-        let direct = self.caches.direct.get(medium);
+        let direct = self.caches.direct.get(medium).and_then(Option::as_ref);
         let direct = direct.map_or(S::ZERO, |cache| cache.sample(self.scene, p, ctx));
-        let Some(termination) = &self.choice.termination else {
-            let grid = self.caches.fluence.get(medium);
-            return direct + grid.map_or(S::ZERO, |grid| grid.toward_camera(p, level));
+        let indirect = match strategy {
+            Strategy::FluenceTowardEye => {
+                let grid = self.caches.fluence[medium].as_ref();
+                grid.map_or(S::ZERO, |grid| grid.toward_camera(p, level))
+            }
+            Strategy::SharedGathers => self.cached_gather(medium, p, pass, ctx),
+            Strategy::Beams | Strategy::Moments | Strategy::Traced => S::ZERO,
         };
-        let Some(cache) = self.caches.final_gathers.get(medium) else { return direct };
-        direct + self.cached_gather(termination, cache, medium, p, pass, ctx)
+        direct + indirect
     }
 
     /// The final gathers of the cell round `p`; an empty cell makes its own.
     fn cached_gather(
         &self,
-        termination: &GatherTermination,
-        cache: &FinalGatherCache<S>,
         medium: usize,
         p: WorldPoint,
         pass: SamplePass,
         ctx: &mut PathContext,
     ) -> S {
+        let Some(cache) = &self.caches.final_gathers[medium] else { return S::ZERO };
         cache.sample(self.scene, p, pass, ctx, |place, count, ctx| {
-            self.mean_of_gathers(termination, medium, place, count, ctx)
+            self.mean_of_gathers(medium, place, count, ctx)
         })
     }
 
     /// The mean of `count` final gathers that start at `p`, where a medium scatters toward the camera.
     fn mean_of_gathers(
         &self,
-        termination: &GatherTermination,
         medium: usize,
         p: WorldPoint,
         count: u32,
@@ -86,7 +93,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let mut sum = S::ZERO;
         for index in 0..count {
             let [_, _, c, d] = SobolPoint { index, scramble }.scattering();
-            let gather = GatherPath::new(termination, PathState::new(from_camera), 0, 1.0);
+            let gather = GatherPath::new(PathState::new(from_camera), 0, 1.0);
             sum += self.trace_gather(gather, p, medium, [c, d], ctx).radiance;
         }
         (sum / f64::from(count)).not_negative()

@@ -4,14 +4,15 @@
 use smallvec::SmallVec;
 
 use crate::cache::Caches;
-use crate::light::Light;
 use crate::math::{Rgb, Spectrum, Stream, WorldPoint};
 use crate::medium::Phase;
 use crate::photon::{PhotonDirection, PhotonMaps};
 use crate::render::photon_pass::PhotonPass;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
-use crate::strategy::{Choice, PhaseSplit, Strategy};
+use crate::strategy::Choice;
+
+use super::ray_estimators::{RayEstimators, handled_by_gather, holds_moments};
 
 /// [`concentration`](Phase::concentration) of a phase function above which final gathers sample it
 /// jointly with lights, without unit. Broader lobes hit lights often enough by themselves, and joint
@@ -48,7 +49,12 @@ pub struct Integrator<'a, S: Spectrum, H: PhotonDirection> {
     pub(super) choice: &'a Choice,
     pub(super) needs: Needs,
     pub(super) media: MediumTraits,
-    pub(super) lights: LightEstimators,
+    /// Mask of the lights that final gathers hit with their own rays.
+    pub(super) handled_by_gather: Vec<bool>,
+    /// Estimators for rays from the camera.
+    pub(super) from_camera: RayEstimators,
+    /// Estimators for all other rays.
+    pub(super) elsewhere: RayEstimators,
 }
 
 /// What is known of the media of a scene before rays are traced.
@@ -58,33 +64,45 @@ pub(super) struct MediumTraits {
     phases: Vec<Phase>,
     /// Grid lookups of [`Integrator::albedos`].
     pub albedo_lookups: u64,
-    /// Whether all phase functions are isotropic.
-    pub is_isotropic: bool,
     /// Whether camera rays are deflected by the forward peak of any phase function.
     pub has_forward_peak: bool,
     /// For each medium whether final gathers sample its phase function jointly with lights.
     pub joint_nee: Vec<bool>,
-}
-
-/// Which estimator brings the direct light of each light.
-#[derive(Debug)]
-pub(super) struct LightEstimators {
-    /// For each light whether caches hold its direct light.
-    pub cached: Vec<bool>,
-    /// Whether that is so for all lights.
-    pub all_cached: bool,
-    /// For each light whether final gathers hit it with their own rays: an environment whose direct
-    /// light is cached.
-    pub handled_by_gather: Vec<bool>,
+    /// For each medium whether final gathers can end there.
+    pub holds_moments: Vec<bool>,
 }
 
 impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
     /// The integrator of `scene`, as far as `needs` say that it is needed.
     pub fn new(scene: &'a Scene, photons: &'a PhotonPass<S, H>, needs: Needs) -> Self {
         let PhotonPass { maps, caches, choice } = photons;
-        let media = MediumTraits::new(scene, &choice.splits);
-        let lights = LightEstimators::new(scene, caches, choice);
-        Self { scene, maps, caches, choice, needs, media, lights }
+        Self::from_parts(scene, maps, caches, choice, needs)
+    }
+
+    /// The integrator of `scene` with photons and caches that are lent apart.
+    pub fn from_parts(
+        scene: &'a Scene,
+        maps: &'a PhotonMaps<S, H>,
+        caches: &'a Caches<S>,
+        choice: &'a Choice,
+        needs: Needs,
+    ) -> Self {
+        let media = MediumTraits::new(scene, choice);
+        let handled_by_gather = handled_by_gather(scene, choice);
+        let [from_camera, elsewhere] = [true, false].map(|from_camera| {
+            RayEstimators::new(scene, choice, caches, &handled_by_gather, from_camera)
+        });
+        Self {
+            scene,
+            maps,
+            caches,
+            choice,
+            needs,
+            media,
+            handled_by_gather,
+            from_camera,
+            elsewhere,
+        }
     }
 
     /// The albedo sigma_s / sigma_t at `p`, divided among the media that scatter there: index and part
@@ -100,15 +118,17 @@ impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
         mixture.iter().map(|(medium, sigma_s)| (*medium, albedo_of(*sigma_s, sigma_t))).collect()
     }
 
-    /// The phase functions of the media that scatter at `p`, each weighed by its part of the albedo.
-    pub(super) fn scatterers(&self, p: WorldPoint) -> Scatterers<'_, S> {
+    /// The phase functions of the media that scatter at `p`, of all or of those in the mask `media`,
+    /// each weighed by its part of the albedo.
+    pub(super) fn scatterers(&self, p: WorldPoint, media: Option<&[bool]>) -> Scatterers<'_, S> {
+        let is_included = |(medium, _): &(usize, S)| media.is_none_or(|mask| mask[*medium]);
         let scatterer = |(medium, albedo): (usize, S)| (&self.media.phases[medium], albedo);
-        self.albedos(p).into_iter().map(scatterer).collect()
+        self.albedos(p).into_iter().filter(is_included).map(scatterer).collect()
     }
 }
 
 impl MediumTraits {
-    fn new(scene: &Scene, splits: &[PhaseSplit]) -> Self {
+    fn new(scene: &Scene, choice: &Choice) -> Self {
         let media = &scene.media;
         let lookups = media.scattering_grids();
         // The albedo of a single medium does not depend on its density.
@@ -119,33 +139,13 @@ impl MediumTraits {
         Self {
             phases: media.iter().map(|m| m.phase).collect(),
             albedo_lookups,
-            is_isotropic: media.iter().all(|m| m.phase.is_isotropic()),
-            has_forward_peak: splits.iter().any(|split| split.peak.is_some()),
+            has_forward_peak: choice.splits.iter().any(|split| split.peak.is_some()),
             joint_nee: media
                 .iter()
                 .map(|m| m.phase.concentration() > JOINT_CONCENTRATION)
                 .collect(),
+            holds_moments: choice.media.iter().map(|m| holds_moments(m.strategy)).collect(),
         }
-    }
-}
-
-impl LightEstimators {
-    fn new<S: Spectrum>(scene: &Scene, caches: &Caches<S>, choice: &Choice) -> Self {
-        let is_cached = |(index, light): (usize, &Light)| {
-            choice.caches_direct
-                && match light.is_environment() {
-                    true => choice.strategy != Strategy::Beams,
-                    false => caches.direct.iter().all(|cache| cache.caches(index)),
-                }
-        };
-        let lights = &scene.lights.lights;
-        let cached: Vec<bool> = lights.iter().enumerate().map(is_cached).collect();
-        let all_cached = cached.iter().all(|&cached| cached);
-        let is_handled = |(light, cached): (&Light, &bool)| {
-            choice.termination.is_some() && *cached && light.is_environment()
-        };
-        let handled_by_gather = lights.iter().zip(&cached).map(is_handled).collect();
-        Self { cached, all_cached, handled_by_gather }
     }
 }
 

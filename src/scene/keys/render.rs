@@ -4,7 +4,7 @@ use super::Without::{Default, Other};
 use super::{Key, Kind, Table};
 use crate::scene::directing::{Director, names};
 use crate::scene::reader::Range;
-use crate::scene::settings::{FinalGather, MAX_PHOTONS, MAX_RAYS, MAX_SCATTER};
+use crate::scene::settings::{FinalGather, MAX_PHOTONS, MAX_RAYS, MAX_SCATTER, Strategy};
 
 pub(in crate::scene) const RAYS: Key =
     Key::new("rays", Kind::Whole(1, MAX_RAYS as u64), "", Default("16"), "Camera rays a pixel.")
@@ -52,12 +52,20 @@ pub(in crate::scene) const MAX_ORDER: Key = Key::new(
     "Highest order of volume scattering; 1 is single scattering.",
 )
 .flag("max-scatter");
+pub(in crate::scene) const STRATEGY: Key = Key::new(
+    "strategy",
+    Kind::Word(|| names(Strategy::REQUESTS)),
+    "",
+    Default("\"auto\""),
+    "Estimator of light scattered in media; `auto` chooses one for each medium.",
+)
+.flag("strategy");
 pub(in crate::scene) const FINAL_GATHER: Key = Key::new(
     "final_gather",
     Kind::Word(|| names(FinalGather::ALL)),
     "",
     Default("\"auto\""),
-    "Where rays that media scatter are followed further before photons are looked up.",
+    "Whether `strategy = \"auto\"` may choose final gathers, or must where it can.",
 )
 .flag("final-gather");
 pub(in crate::scene) const DENOISE: Key = Key::new(
@@ -70,5 +78,16 @@ pub(in crate::scene) const DENOISE: Key = Key::new(
 
 pub(in crate::scene) const RENDER: Table = Table {
     what: "[render]",
-    keys: &[&RAYS, &PHOTONS, &RADIUS, &STEP, &DIRECTOR, &SEED, &MAX_ORDER, &FINAL_GATHER, &DENOISE],
+    keys: &[
+        &RAYS,
+        &PHOTONS,
+        &RADIUS,
+        &STEP,
+        &DIRECTOR,
+        &SEED,
+        &MAX_ORDER,
+        &STRATEGY,
+        &FINAL_GATHER,
+        &DENOISE,
+    ],
 };

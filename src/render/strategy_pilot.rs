@@ -1,0 +1,335 @@
+//! The strategy pilot: a few rays and photons by each strategy, in two independent halves of the photons.
+
+use std::mem;
+
+use rayon::prelude::*;
+
+use super::integrator::Integrator;
+use super::photon_pass::{PassSettings, contents};
+use super::pixel_sampling::{CameraRay, Workspace};
+use crate::cache::{Caches, DirectLightCache, FluenceBuilder, FluenceGrid, SamplePass};
+use crate::director::PixelBudget;
+use crate::math::{Aabb, Rgb, Spectrum, Stage, Stream, luminance};
+use crate::photon::{AimedPhotons, Part, PhotonDirection, PhotonMaps, Recording};
+use crate::scene::Scene;
+use crate::strategy::{
+    self, BLOCK, Choice, Errors, Evidence, Measured, MediumCells, PhotonScale, RaySamples,
+    Strategy, Wish,
+};
+use crate::transport::{FlightSegment, PathContext, StratifiedSample};
+use crate::work::Work;
+
+/// Photon paths of the render for each path of one half of the pilot.
+const PHOTONS_PER_PATH: u64 = 128;
+
+/// Fewest paths of a half.
+const MIN_PATHS: u64 = 256;
+
+/// Width of the pilot's cells over that which suits its photons: wider ones show more bias and less noise,
+/// and are fewer.
+const WIDENING: f64 = 2.0;
+
+/// Rays of the picture for each ray of the pilot.
+const RAYS_PER_RAY: f64 = 256.0;
+
+/// Fewest and most rays of the pilot along each side of the film, in blocks.
+const MIN_BLOCKS: usize = 3;
+const MAX_BLOCKS: usize = 8;
+
+/// Lookups of a cell of shared gathers by a ray, and gathers for each.
+const SHARED_GATHERS: f64 = 8.0;
+
+/// One profile on trial.
+struct Profile {
+    choice: Choice,
+    /// Factors for all photons.
+    scale: PhotonScale,
+    /// Flights through cells, each with every value that a cell holds, for all photons.
+    crossings: f64,
+}
+
+/// One half of the photons.
+struct Half<S: Spectrum, H: PhotonDirection> {
+    maps: PhotonMaps<S, H>,
+    /// Grids of each profile.
+    fluence: Vec<Vec<Option<FluenceGrid<S>>>>,
+    work: Work,
+}
+
+/// What the pilot works with.
+pub(super) struct StrategyPilot<'a, 'b> {
+    pub scene: &'a Scene,
+    pub settings: &'b PassSettings,
+    pub evidence: Evidence<'b>,
+    /// March step, in metres.
+    pub step: f64,
+}
+
+impl<'a> StrategyPilot<'a, '_> {
+    /// Measures all profiles that differ, and returns the one with the least squared error times cost;
+    /// `None` where there is only one or no light is seen. `direct` are the caches of direct light, which
+    /// are left empty.
+    pub fn measure<S: Spectrum, H: PhotonDirection>(
+        &self,
+        aimed: &mut AimedPhotons<'a>,
+        direct: &mut Vec<Option<DirectLightCache<S>>>,
+    ) -> Option<Wish> {
+        let paths = (aimed.count() / PHOTONS_PER_PATH).max(MIN_PATHS);
+        let represents = aimed.count() as f64 / paths as f64;
+        let (profiles, cells): (Vec<_>, Vec<_>) = self.profiles(represents).into_iter().unzip();
+        if profiles.len() < 2 {
+            return None;
+        }
+        // Two halves of photons, others than those of the render.
+        let half = |half: u64, aimed: &mut AimedPhotons<'a>| {
+            let first = aimed.count() + half * paths;
+            let part = Part { paths: first..first + paths, represents, levels: 1 };
+            self.shoot::<S, H>(aimed, &profiles, &cells, &part)
+        };
+        let mut halves = [0, 1].map(|index| half(index, aimed));
+        // Rays by each profile.
+        let mut samples = Vec::new();
+        let mut works = Vec::new();
+        for index in 0..profiles.len() {
+            let (rays, work) = self.trace(&profiles[index].choice, index, &mut halves, direct);
+            samples.push(rays);
+            works.push(work);
+        }
+        // Work that fills cells belongs to the render.
+        direct.iter().flatten().for_each(|cache| cache.cells().clear());
+        let weights = strategy::weights(&samples);
+        if weights.iter().all(|weight| *weight == 0.0) {
+            return None;
+        }
+        let rays = samples[0].len() as f64;
+        let shot = halves[0].work;
+        let measured = |index: usize| {
+            let Profile { choice, scale, crossings } = &profiles[index];
+            Measured {
+                strategies: choice.media.iter().map(|m| m.strategy).collect(),
+                errors: strategy::errors(&samples[index], &weights, *scale),
+                ray_cost: strategy::cost(&works[index], self.gathering()) / (6.0 * rays),
+                photon_cost: represents * self.photon_cost(&shot, choice)
+                    + strategy::cost_of_crossings(*crossings),
+                pixels: self.pixels(),
+                rays: f64::from(self.settings.rays),
+            }
+        };
+        let mut all: Vec<Measured> = (0..profiles.len()).map(measured).collect();
+        all.extend(self.shared(&all));
+        let best = all.iter().min_by(|a, b| a.product().total_cmp(&b.product()))?;
+        let strategies = best.strategies.clone();
+        let reason = "in a pilot it has the least squared error times cost".into();
+        Some(Wish { strategies, reason, measured: all })
+    }
+
+    /// Profiles that differ, with their cells for a pilot whose paths each represent so many.
+    fn profiles(&self, represents: f64) -> Vec<(Profile, Vec<MediumCells>)> {
+        let conditions = self.settings.conditions();
+        // Variance is as 1 / (photons width), squared bias as width⁴: both grow alike.
+        let widening = WIDENING * represents.powf(0.2);
+        let evidence = Evidence { widening, ..self.evidence };
+        let mut profiles: Vec<(Profile, Vec<MediumCells>)> = Vec::new();
+        for strategies in strategy::profiles(self.scene, &conditions) {
+            let wish = Wish { strategies, ..Wish::default() };
+            let (choice, cells) = strategy::choose(self.scene, &conditions, &evidence, Some(&wish));
+            let of = |choice: &Choice| choice.media.iter().map(|m| m.strategy).collect::<Vec<_>>();
+            if profiles.iter().all(|(profile, _)| of(&profile.choice) != of(&choice)) {
+                profiles.push((self.profile(choice, represents), cells));
+            }
+        }
+        profiles
+    }
+
+    /// A profile with its factors from the pilot's cells and photons to the render's.
+    fn profile(&self, choice: Choice, represents: f64) -> Profile {
+        let conditions = self.settings.conditions();
+        let (mut narrower, mut crossings) = (0.0_f64, 0.0);
+        for (index, medium) in choice.media.iter().enumerate() {
+            let width = strategy::cell_width(
+                self.scene,
+                &conditions,
+                &self.evidence,
+                index,
+                medium.strategy,
+            );
+            if let (Some(width), Some(pilot)) = (width, medium.cell_width) {
+                narrower = narrower.max(width / pilot);
+                let values = match medium.strategy {
+                    Strategy::FluenceTowardEye => 1.0,
+                    _ => choice.termination.values(index) as f64,
+                };
+                crossings += 1.5 * values * self.evidence.flight_length / width;
+            }
+        }
+        let narrower = if narrower > 0.0 { narrower } else { 1.0 };
+        let toward_eye = choice.media.iter().any(|m| m.strategy == Strategy::FluenceTowardEye);
+        // A ray's light comes from a place or a line, through cells of the width w: its variance is as
+        // 1 / w² or 1 / w. Gathers of a pixel end everywhere, whatever the cells.
+        let scale = PhotonScale {
+            shared: 1.0 / represents / if toward_eye { narrower } else { 1.0 },
+            of_ray: 1.0 / represents / narrower.powi(2),
+            bias: narrower.powi(4),
+        };
+        Profile { choice, scale, crossings }
+    }
+
+    /// Shoots the photons of one half, with what all profiles need.
+    fn shoot<S: Spectrum, H: PhotonDirection>(
+        &self,
+        aimed: &mut AimedPhotons<'a>,
+        profiles: &[Profile],
+        cells: &[Vec<MediumCells>],
+        part: &Part,
+    ) -> Half<S, H> {
+        let (origin, unit) = (aimed.origin(), aimed.flight_unit() * part.represents);
+        let mut builders: Vec<Vec<Option<FluenceBuilder<'_, S>>>> = Vec::new();
+        for (profile, cells) in profiles.iter().zip(cells) {
+            let mut own = Vec::new();
+            for (medium, cells) in cells.iter().enumerate() {
+                let contents = contents(self.scene, &profile.choice, medium);
+                let cells = cells.fluence.clone();
+                own.push(cells.map(|cells| FluenceBuilder::new(cells, origin, contents)));
+            }
+            builders.push(own);
+        }
+        let bounds = builders.iter().flatten().flatten().map(FluenceBuilder::bounds);
+        let phases: Vec<_> = profiles[0].choice.splits.iter().map(|split| split.phase).collect();
+        let recording = Recording {
+            volume_photons: profiles.iter().any(|profile| profile.choice.stores_photons),
+            flight_bounds: bounds.reduce(Aabb::union),
+            flights: &mut |segments: &[&[FlightSegment<S>]]| {
+                builders.iter_mut().flatten().flatten().for_each(|builder| builder.add(segments));
+            },
+        };
+        let (maps, work) = aimed.shoot_part::<S, H>(recording, &phases, part, &|_| ());
+        let finish = |builder: FluenceBuilder<'_, S>| builder.finish(part.levels, unit);
+        let fluence = builders
+            .into_iter()
+            .map(|own| own.into_iter().map(|builder| builder.map(finish)).collect())
+            .collect();
+        Half { maps, fluence, work }
+    }
+
+    /// Samples of all rays by one profile, and the work of all six of each.
+    fn trace<S: Spectrum, H: PhotonDirection>(
+        &self,
+        choice: &Choice,
+        index: usize,
+        halves: &mut [Half<S, H>; 2],
+        direct: &mut Vec<Option<DirectLightCache<S>>>,
+    ) -> (Vec<RaySamples>, Work) {
+        let mut work = Work::default();
+        let mut rays = vec![RaySamples::default(); self.side() * self.side()];
+        for (number, half) in halves.iter_mut().enumerate() {
+            let mut caches = Caches { direct: mem::take(direct), ..Caches::default() };
+            caches.fluence = mem::take(&mut half.fluence[index]);
+            let needs = self.settings.photons.needs;
+            let integrator = Integrator::from_parts(self.scene, &half.maps, &caches, choice, needs);
+            let ray = |ray: usize| {
+                let mut workspace = self.workspace();
+                let mut sample =
+                    |radius, set| self.luminance(&integrator, ray, radius, set, &mut workspace);
+                let samples = [0, 1].map(|set| sample(half.maps.volume_radius, set));
+                let wide = sample(2.0 * half.maps.volume_radius, 0);
+                (samples, wide, workspace.ctx.work)
+            };
+            let all: Vec<_> = (0..rays.len()).into_par_iter().map(ray).collect();
+            for (ray, (samples, wide, done)) in rays.iter_mut().zip(all) {
+                (ray.samples[number], ray.wide[number]) = (samples, wide);
+                work += done;
+            }
+            *direct = mem::take(&mut caches.direct);
+            half.fluence[index] = caches.fluence;
+        }
+        (rays, work)
+    }
+
+    fn workspace<S: Spectrum>(&self) -> Workspace<S> {
+        let stream = Stream::new(self.settings.photons.seed, Stage::Strategy, 0, 0);
+        Workspace::new(PathContext::new(stream, self.settings.photons.needs))
+    }
+
+    /// Luminance along one ray of the grid over the film, with this set of random numbers.
+    fn luminance<S: Spectrum, H: PhotonDirection>(
+        &self,
+        integrator: &Integrator<'_, S, H>,
+        ray: usize,
+        radius: f64,
+        set: u64,
+        workspace: &mut Workspace<S>,
+    ) -> f64 {
+        let (seed, side) = (self.settings.photons.seed, self.side());
+        let mut place = Stream::new(seed, Stage::Strategy, ray as u64, u64::MAX);
+        let scale = self.scene.film.size.map(|pixels| f64::from(pixels) / side as f64);
+        let x = ((ray % side) as f64 + place.uniform()) * scale[0];
+        let y = ((ray / side) as f64 + place.uniform()) * scale[1];
+        let camera_ray = CameraRay {
+            ray: self.scene.camera.ray(x, y, place.uniform2()),
+            budget: &PixelBudget::fixed(self.settings.rays, radius, self.step),
+            indirect_weight: 1.0,
+            pass: SamplePass { index: 0, rays: self.settings.rays },
+        };
+        workspace.ctx.rng = Stream::new(seed, Stage::Strategy, ray as u64, set);
+        workspace.ctx.stratified = StratifiedSample::default();
+        workspace.ctx.work.rays += 1;
+        let radiance = integrator.radiance(&camera_ray, workspace).radiance;
+        if radiance.is_finite() { luminance(Rgb::from(radiance)) } else { 0.0 }
+    }
+
+    /// Rays along each side of the film.
+    fn side(&self) -> usize {
+        let rays = self.pixels() * f64::from(self.settings.rays) / RAYS_PER_RAY;
+        let blocks = (rays.sqrt() / BLOCK as f64) as usize;
+        BLOCK * blocks.clamp(MIN_BLOCKS, MAX_BLOCKS)
+    }
+
+    /// Pixels of the picture.
+    fn pixels(&self) -> f64 {
+        let [width, height] = self.scene.film.size.map(f64::from);
+        width * height / self.settings.film_pixels.powi(2)
+    }
+
+    /// Share of the rays of a pixel that gather photons.
+    fn gathering(&self) -> f64 {
+        let budget = PixelBudget::fixed(self.settings.rays, 0.0, 0.0);
+        f64::from(budget.gathers.min(budget.rays)) / f64::from(budget.rays.max(1))
+    }
+
+    /// Cost of the photons of a half by a profile; none where it does without them.
+    fn photon_cost(&self, shot: &Work, choice: &Choice) -> f64 {
+        let reads_flights = choice.media.iter().any(|medium| medium.cell_width.is_some());
+        let surfaces = self.settings.photons.needs.surface_photons;
+        if !choice.stores_photons && !reads_flights && !surfaces {
+            return 0.0;
+        }
+        let stored = if choice.stores_photons { shot.volume_photons as f64 } else { 0.0 };
+        strategy::cost(shot, 1.0) + strategy::cost_of_storing(stored)
+    }
+
+    /// What shared gathers would bring, by what was measured of moments.
+    fn shared(&self, measured: &[Measured]) -> Option<Measured> {
+        let conditions = self.settings.conditions();
+        let is_moments = |m: &&Measured| m.strategies.contains(&Strategy::Moments);
+        let moments = measured.iter().find(is_moments)?;
+        let strategies: Vec<Strategy> = moments
+            .strategies
+            .iter()
+            .map(|s| if *s == Strategy::Moments { Strategy::SharedGathers } else { *s })
+            .collect();
+        let footprint = strategy::shared_footprint(self.scene, &conditions, &self.evidence)?;
+        let least = |f: fn(&Measured) -> f64| measured.iter().map(f).fold(f64::INFINITY, f64::min);
+        let common = least(|m| m.errors.ray_variance);
+        let common_cost = least(|m| m.ray_cost);
+        let gathers = SHARED_GATHERS * footprint;
+        Some(Measured {
+            strategies,
+            errors: Errors {
+                ray_variance: common + (moments.errors.ray_variance - common) / gathers,
+                ..moments.errors
+            },
+            ray_cost: common_cost + SHARED_GATHERS * (moments.ray_cost - common_cost),
+            ..moments.clone()
+        })
+    }
+}
