@@ -1,5 +1,7 @@
-//! Points and rays in their spaces, transforms, colours, warps with their densities, random streams.
+//! Points and rays in their spaces, transforms, colours, warps with their densities, discrete
+//! distributions, random streams.
 
+mod cdf;
 mod color;
 mod equiangular;
 mod frame;
@@ -9,6 +11,7 @@ mod spectrum;
 mod transform;
 pub mod warp;
 
+pub use cdf::Cdf;
 pub use color::{Rgb, are_grey, is_grey, luminance};
 pub use equiangular::Equiangular;
 pub use frame::Frame;
