@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::PhotonDirection;
 use super::path::{Deposits, PhotonTracer};
-use crate::math::Spectrum;
+use crate::math::{Spectrum, WeightedValues};
 use crate::transport::FlightSegment;
 
 /// Most paths of the pilot.
@@ -112,20 +112,14 @@ impl PathPilot {
         let share = traced as f64 / count.max(1) as f64;
         let flight_length = length / share.max(f64::MIN_POSITIVE);
         let events = events as f64 / traced.max(1) as f64;
-        Self { keep, flight_length, median_power: median_power(&mut segments), events }
+        Self { keep, flight_length, median_power: median_power(&segments), events }
     }
 }
 
 /// The power, summed over channels, below which half of the length is flown; `None` where there are no
 /// flights.
-fn median_power<S: Spectrum>(segments: &mut [FlightSegment<S>]) -> Option<f64> {
+fn median_power<S: Spectrum>(segments: &[FlightSegment<S>]) -> Option<f64> {
     let power = |segment: &FlightSegment<S>| S::to_f64(segment.power()).element_sum();
-    segments.sort_by(|a, b| power(a).total_cmp(&power(b)));
-    let total: f64 = segments.iter().map(FlightSegment::length).sum();
-    let mut length = 0.0;
-    let middle = segments.iter().find(|segment| {
-        length += segment.length();
-        length >= 0.5 * total
-    });
-    middle.map(power).filter(|power| *power > 0.0)
+    let by_length = segments.iter().map(|segment| (power(segment), segment.length()));
+    WeightedValues::new(by_length).quantile(0.5).filter(|power| *power > 0.0)
 }
