@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 fn report(file: &VdbFile) -> Report {
-    let contents = Contents::of(file);
+    let contents = Contents::find(file);
     let chosen = file.default_density().ok();
     let grids: Vec<_> = (0..file.grids().len())
         .map(|i| grid_report(file, i, taken_for(i, contents.as_ref().ok(), chosen)))

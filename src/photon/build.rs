@@ -48,7 +48,7 @@ pub(super) fn on_surfaces<S: Spectrum>(
     let radii = match extents.radius {
         Some(radius) => vec![radius as f32; photons.len()],
         None => {
-            let most = MAX_SURFACE_RADIUS * extents.of_surfaces();
+            let most = MAX_SURFACE_RADIUS * extents.full_size();
             radius::on_surfaces(extents.origin, photons, most)
         }
     };

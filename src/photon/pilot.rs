@@ -46,8 +46,8 @@ const MAX_RAISES: u32 = 8;
 /// Estimates for all paths of a render.
 #[derive(Debug)]
 pub(super) struct PathPilot {
-    /// Share of the volume photons to store.
-    pub keep: f64,
+    /// Probability of storing a volume photon.
+    pub store_probability: f64,
     /// Length in metres of all flights through media. A path counts at most the diagonal of the media:
     /// a longer one crosses the same places again, which lowers noise little.
     pub flight_length: f64,
@@ -85,7 +85,7 @@ impl PathPilot {
     /// Traces the first of `count` paths.
     fn trace<S: Spectrum, H: PhotonDirection>(paths: &PhotonTracer<'_>, count: u64) -> Self {
         let (mut traced, mut stored, mut segments, mut events) = (0, 0, Vec::new(), 0);
-        let diagonal = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
+        let diagonal = paths.flight_bounds.map_or(0.0, |bounds| bounds.size().length());
         let mut length = 0.0;
         let most = MAX_PATHS.min(count);
         let few = (count / PHOTONS_PER_PATH).max(MIN_PATHS).min(most);
@@ -108,11 +108,11 @@ impl PathPilot {
             }
             traced = until;
         }
-        let keep = (wanted / expected(stored, traced).max(1.0)).min(1.0);
+        let store_probability = (wanted / expected(stored, traced).max(1.0)).min(1.0);
         let share = traced as f64 / count.max(1) as f64;
         let flight_length = length / share.max(f64::MIN_POSITIVE);
         let events = events as f64 / traced.max(1) as f64;
-        Self { keep, flight_length, median_power: median_power(&segments), events }
+        Self { store_probability, flight_length, median_power: median_power(&segments), events }
     }
 }
 

@@ -68,7 +68,7 @@ impl Radii {
             let within = (MAX_PHOTONS_IN_SPHERE * volume * 3.0 / (4.0 * PI)).cbrt();
             along.min(within)
         };
-        let spacing = Spacing::of(origin, independent, photons.len(), most, radius);
+        let spacing = Spacing::measured(origin, independent, photons.len(), most, radius);
         let each = photons.par_iter().map(|p| spacing.widened(p, weight(p))).collect();
         let stride = (visible.len() / VISIBLE_PLACES).max(1);
         let seen = visible.iter().step_by(stride).map(|p| spacing.at(*p).0.min(most)).collect();
@@ -84,7 +84,7 @@ pub(super) fn on_surfaces<S: Spectrum>(
     most: f64,
 ) -> Vec<f32> {
     let radius = |near: f64, crowd: f64| near * (PHOTONS_ON_SURFACE / crowd).sqrt();
-    let spacing = Spacing::of(origin, photons, photons.len(), most, radius);
+    let spacing = Spacing::measured(origin, photons, photons.len(), most, radius);
     photons.par_iter().map(|p| spacing.widened(p, 1.0)).collect()
 }
 
@@ -101,7 +101,7 @@ struct Spacing<S: Spectrum, H> {
 impl<S: Spectrum, H: PhotonDirection> Spacing<S, H> {
     /// Measured at some of `probes` for `count` photons of the same distribution; `radius` is a radius
     /// by the distance within which a number of those lie.
-    fn of(
+    fn measured(
         origin: WorldPoint,
         probes: &[PhotonAt<S, H>],
         count: usize,

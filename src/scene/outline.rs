@@ -36,7 +36,9 @@ pub(super) fn sequences(path: &Path, text: &str) -> Named {
     for (key, value) in &parsed(text) {
         visit(value, &mut |name| {
             let file = folder.join(name);
-            let Some(pattern) = Pattern::of(&file).filter(|_| !file.is_file()) else { return };
+            let Some(pattern) = Pattern::from_path(&file).filter(|_| !file.is_file()) else {
+                return;
+            };
             named.by_static_scene |= STILL.contains(&key.as_str());
             if !named.patterns.contains(&pattern) {
                 named.patterns.push(pattern);

@@ -80,7 +80,7 @@ impl Subject {
         if dense_box(&grid).is_none() {
             return Err(empty());
         }
-        let contents = Contents::around(file, index, &grid)?;
+        let contents = Contents::with_density(file, index, &grid)?;
         let mut notes = contents.notes.clone();
         if let Some(background) = grid.background_inside() {
             notes.push(format!(

@@ -178,7 +178,7 @@ fn is_only_seen(file: &SceneFile, surfaces: &Surfaces) -> bool {
 
 /// The sequence of bare VDB files that `path` stands for, if it does.
 pub(super) fn volumes(path: &Path) -> Option<Pattern> {
-    Pattern::of(path).filter(|_| ends_in_vdb(path) && !path.exists())
+    Pattern::from_path(path).filter(|_| ends_in_vdb(path) && !path.exists())
 }
 
 fn ends_in_vdb(path: &Path) -> bool {

@@ -31,7 +31,7 @@ impl<'t> Section<'t> {
     }
 
     /// The table that `value` is; `right` says what it should be.
-    pub(in crate::scene) fn of_value(value: &Value<'t>, right: &str) -> Result<Self> {
+    pub(in crate::scene) fn from_value(value: &Value<'t>, right: &str) -> Result<Self> {
         let table = value.table(right)?;
         let (source, key, offset) = (value.source(), value.key().to_owned(), value.offset());
         Ok(Self { source, key, table, offset })
@@ -78,7 +78,7 @@ impl<'t> Section<'t> {
 
     /// The table of this name, if it is there; `right` says what it should be.
     pub(in crate::scene) fn table(&self, name: &str, right: &str) -> Result<Option<Self>> {
-        self.named(name).map(|value| Self::of_value(&value, right)).transpose()
+        self.named(name).map(|value| Self::from_value(&value, right)).transpose()
     }
 
     /// The error that `key` is missing.
@@ -209,7 +209,7 @@ impl<'t> Section<'t> {
         if items.len() > max {
             return Err(value.error(format!("{} of them; at most {max} are allowed", items.len())));
         }
-        value.items(items).map(|item| Self::of_value(&item, &right)).collect()
+        value.items(items).map(|item| Self::from_value(&item, &right)).collect()
     }
 
     fn path_of(&self, key: &str) -> String {

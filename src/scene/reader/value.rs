@@ -284,7 +284,7 @@ impl<'t> Value<'t> {
         let folder = self.source.path.parent().unwrap_or(Path::new(""));
         let path = folder.join(name);
         if !path.is_file() {
-            if let Some(pattern) = Pattern::of(&path) {
+            if let Some(pattern) = Pattern::from_path(&path) {
                 let path = self.source.frame.map(|frame| pattern.existing(frame));
                 let path = path.ok_or_else(|| self.error(without_frame(name, &pattern)))?;
                 return Ok(FileReference { path, at: self.place() });
