@@ -10,8 +10,9 @@ const PER_CROSSING: f64 = 4.0;
 const CAMERA_CUBES: i32 = 8;
 
 /// Boxes in which photons are stored at a constant rate per length: a Poisson process along flights,
-/// which samples their fluence as tentative collisions do (point-wise samples of photon beams, Jarosz et
-/// al. 2011). Boxes round the media, wider by the gather radius, cover the outside of a medium's edge,
+/// which samples their fluence as tentative collisions do (point-wise samples of the photon beams
+/// of Jarosz et al. 2011, "A Comprehensive Theory of Volumetric Radiance Estimation using Photon Points and
+/// Beams"). Boxes round the media, wider by the gather radius, cover the outside of a medium's edge,
 /// where gathers reach but no tentative collision happens. Cubes round a camera inside a medium give
 /// near photons less weight: a photon's share of the picture is as one over its squared distance, so
 /// that few near ones would dominate it.

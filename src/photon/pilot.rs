@@ -61,7 +61,8 @@ pub(super) struct PathPilot {
 impl PathPilot {
     /// Sets the weight window of `paths` to the median power of flights in media, raised where splitting
     /// would make paths too expensive, and traces the pilot of `count` paths with it (weight windows of
-    /// Vorba and Křivánek 2016, "Adjoint-Driven Russian Roulette and Splitting").
+    /// Vorba and Křivánek 2016, "Adjoint-Driven Russian Roulette and Splitting in Light Transport
+    /// Simulation").
     pub fn with_weight_window<S: Spectrum, H: PhotonDirection>(
         paths: &mut PhotonTracer<'_>,
         count: u64,

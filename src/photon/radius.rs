@@ -29,8 +29,9 @@ const PROBES: usize = 50_000;
 /// Places that the camera sees, about, of which the typical radius is the median.
 const VISIBLE_PLACES: usize = 512;
 
-/// The radius of each volume photon, in metres: wide where photons are sparse (Jarosz, Zwicker and
-/// Jensen 2008, section 5).
+/// The radius of each volume photon, in metres: wide where photons are sparse (the
+/// adaptive kernels of Jarosz, Zwicker and Jensen 2008, "The Beam Radiance Estimate for Volumetric Photon
+/// Mapping").
 #[derive(Debug)]
 pub(super) struct Radii {
     /// One a photon, or the same for all.

@@ -1,6 +1,6 @@
 //! Splitting and Russian roulette of photons by a weight window (Vorba and Křivánek 2016, "Adjoint-Driven
-//! Russian Roulette and Splitting"): of heavy photons most would miss what the camera sees, and the few
-//! others would show as bright spots.
+//! Russian Roulette and Splitting in Light Transport Simulation"): of heavy photons most would miss what
+//! the camera sees, and the few others would show as bright spots.
 
 use crate::light::aim_from;
 use crate::math::{Ray, Spectrum, Stream, WorldPoint};
