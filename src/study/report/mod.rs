@@ -15,7 +15,7 @@ use super::contrast::Outcome;
 use super::convergence::Convergence;
 use super::headline::Contrast;
 use super::html::{json, write_page};
-use super::measured::{Answer, PointResult};
+use super::measured::{Estimate, PointResult};
 use super::request::Metric;
 use super::results::Results;
 use super::verdict::{figure, interval};
@@ -166,10 +166,10 @@ impl Cell {
         Self { text: value.map_or_else(|| "–".into(), figure), sort: value }
     }
 
-    fn answer(answer: &Answer) -> Self {
+    fn answer(answer: &Estimate) -> Self {
         match answer {
-            Answer::Found(found) => Self { text: interval(found), sort: Some(found.estimate) },
-            Answer::None(why) => Self { text: why.clone(), sort: None },
+            Estimate::Found(found) => Self { text: interval(found), sort: Some(found.estimate) },
+            Estimate::None(why) => Self { text: why.clone(), sort: None },
         }
     }
 
@@ -245,7 +245,7 @@ fn target_rows(results: &Results) -> Vec<Vec<String>> {
 
 /// Name, slope and times to reach the errors asked for, of each candidate.
 fn curve_rows(results: &Results) -> Vec<Vec<String>> {
-    let answer = |answer: &Answer| Cell::answer(answer).text;
+    let answer = |answer: &Estimate| Cell::answer(answer).text;
     results
         .curves
         .iter()
