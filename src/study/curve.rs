@@ -43,7 +43,7 @@ impl Curve {
 
     /// The error at `time`, as [`error_at`](Self::error_at); beyond the measurements in favour of the
     /// curve: as 1/time after the last one, as independent samples fall at best, and that of the
-    /// first one before it. Nothing where nothing was measured.
+    /// first one before it. `None` without measurements.
     pub fn favoured_error_at(&self, time: f64) -> Option<f64> {
         let (first, last) = (self.points.first()?, self.points.last()?);
         match self.error_at(time) {

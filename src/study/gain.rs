@@ -135,9 +135,9 @@ pub(super) fn over_rounds(rounds: &[Crossing]) -> Estimate {
     let never = rounds.len() - found.len() - below;
     if below + never > 0 {
         let parts = [(below, "before the curve begins"), (never, "never reached")];
-        let told = parts.iter().filter(|(n, _)| *n > 0);
-        let told = told.map(|(n, what)| format!("{what} in {n} of {} seeds", rounds.len()));
-        return Estimate::None(told.collect::<Vec<_>>().join(", "));
+        let reasons = parts.iter().filter(|(n, _)| *n > 0);
+        let reasons = reasons.map(|(n, what)| format!("{what} in {n} of {} seeds", rounds.len()));
+        return Estimate::None(reasons.collect::<Vec<_>>().join(", "));
     }
     Interval::from_values(&found).map_or(Estimate::None("not measured".into()), Estimate::Found)
 }
@@ -201,9 +201,9 @@ mod tests {
 
     #[test]
     fn a_round_beyond_the_curve_leaves_no_estimate() {
-        let told =
+        let estimate =
             over_rounds(&[Crossing::At(2.0), Crossing::Never, Crossing::Below, Crossing::Never]);
-        let Estimate::None(why) = told else { panic!("{told:?}") };
+        let Estimate::None(why) = estimate else { panic!("{estimate:?}") };
         assert!(why.contains("never reached in 2 of 4"), "{why}");
         assert!(why.contains("begins in 1 of 4"), "{why}");
         let Estimate::Found(found) = over_rounds(&[Crossing::At(2.0), Crossing::At(8.0)]) else {

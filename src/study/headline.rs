@@ -39,7 +39,7 @@ pub struct Headline {
     pub settling: Option<SeedsToSettle>,
 }
 
-/// A ratio over rounds, and whether it is told from 1.
+/// A ratio over rounds, with the outcome of its interval.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contrast {
     /// The ratio, paired by round; `None` where it was not measured.

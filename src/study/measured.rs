@@ -42,7 +42,7 @@ pub struct PointResult {
     pub relative_mse_split: Option<ErrorSplit>,
 }
 
-/// An error with what it may be said of.
+/// An error, and whether the target is exact enough for a verdict on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The error over seeds.
@@ -76,7 +76,7 @@ pub enum Estimate {
 pub struct CurveResult {
     /// Its name.
     pub candidate: String,
-    /// Seconds to reach each of the errors asked for.
+    /// Seconds to reach each of the requested errors.
     pub time_to: Vec<(f64, Estimate)>,
     /// Slope of log MSE over log rays shot; -1 is that of independent samples.
     pub slope: Option<f64>,
