@@ -85,7 +85,7 @@ pub struct Pattern {
 
 impl Pattern {
     /// The pattern that `path` is, if it is one.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_path(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?;
         let (start, end, width) = hashes(name).max(printf(name))?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
@@ -193,11 +193,11 @@ mod tests {
             ("c#/100%d_%02d.vdb", 7, "c#/100%d_07.vdb"),
         ];
         for (name, frame, file) in rows {
-            let pattern = Pattern::of(Path::new(name)).unwrap();
+            let pattern = Pattern::from_path(Path::new(name)).unwrap();
             assert_eq!(pattern.at(frame), Path::new(file), "{name}");
         }
         for name in ["smoke.vdb", "c#/smoke.vdb", "100%.vdb", "%4d.vdb", "%x.vdb", ""] {
-            assert_eq!(Pattern::of(Path::new(name)), None, "{name}");
+            assert_eq!(Pattern::from_path(Path::new(name)), None, "{name}");
         }
     }
 
@@ -208,7 +208,7 @@ mod tests {
         for name in files.iter().chain(&["s_12345.vdb", "s_3.vdb", "s_+004.vdb", "t_0001.vdb"]) {
             std::fs::write(folder.path().join(name), "").unwrap();
         }
-        let pattern = Pattern::of(&folder.path().join("s_####.vdb")).unwrap();
+        let pattern = Pattern::from_path(&folder.path().join("s_####.vdb")).unwrap();
         assert_eq!(pattern.numbers(), [-2, -1, 9, 10, 12345]);
         assert_eq!(pattern.existing(-2), folder.path().join("s_-0002.vdb"));
         assert_eq!(pattern.existing(-1), folder.path().join("s_-001.vdb"));

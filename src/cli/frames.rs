@@ -12,10 +12,10 @@ use crate::error::{Error, Result};
 use crate::scene::{Scene, Sequence};
 use crate::sequence::Frames;
 
-/// Runs of missing frames that are listed at most.
-const LISTED: usize = 10;
+/// Most runs of missing frames that a message lists.
+const MAX_LISTED_RUNS: usize = 10;
 
-/// Which frames, and what to do without some.
+/// Frames to render, and the policy for missing and empty ones.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Sequences")]
 pub(super) struct FrameArgs {
@@ -26,57 +26,60 @@ pub(super) struct FrameArgs {
     /// What to do of a frame whose file is missing, broken or empty: stop, render the one before it
     /// again, or make no picture; `fail` by default.
     #[arg(long, value_name = "WHAT", requires = "frames", value_parser = policy())]
-    missing: Option<Missing>,
+    missing: Option<MissingPolicy>,
     /// Render frames whose volume is empty as they are, without it.
     #[arg(long, requires = "frames")]
     empty: bool,
 }
 
-/// What is done of a frame that cannot be used.
+/// What is done about a frame whose files are missing, broken or empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Missing {
+enum MissingPolicy {
+    /// The run stops.
     Fail,
+    /// The frame before it is rendered again.
     Hold,
+    /// It gets no picture.
     Skip,
 }
 
-fn policy() -> impl TypedValueParser<Value = Missing> {
+fn policy() -> impl TypedValueParser<Value = MissingPolicy> {
     PossibleValuesParser::new(["fail", "hold", "skip"]).map(|word| match word.as_str() {
-        "hold" => Missing::Hold,
-        "skip" => Missing::Skip,
-        _ => Missing::Fail,
+        "hold" => MissingPolicy::Hold,
+        "skip" => MissingPolicy::Skip,
+        _ => MissingPolicy::Fail,
     })
 }
 
-/// A frame as it was read.
+/// A frame that was read.
 #[derive(Debug)]
 pub(super) struct Frame {
     pub(super) number: i64,
-    /// What is rendered, if anything.
+    /// Its scene; `None` where it is skipped.
     pub(super) scene: Option<Box<Scene>>,
-    /// The frame whose files those are, where they are not its own.
+    /// The earlier frame whose files stand in for its own, if any.
     pub(super) held: Option<i64>,
-    /// Why its own files are not used.
+    /// Why its own files cannot be used, if so.
     pub(super) problem: Option<String>,
-    /// What reading took.
+    /// Time spent on reading.
     pub(super) loading: Duration,
 }
 
-/// Reads frames as the policy for missing ones says.
+/// Reads frames under a policy for missing ones.
 #[derive(Debug)]
 pub(super) struct Reader<'a> {
     sequence: &'a Sequence,
-    missing: Missing,
+    missing: MissingPolicy,
     empty: bool,
 }
 
 impl<'a> Reader<'a> {
-    /// For frames of `sequence`.
+    /// A reader of the frames of `sequence`.
     pub(super) fn new(sequence: &'a Sequence, args: &FrameArgs) -> Self {
-        Self { sequence, missing: args.missing.unwrap_or(Missing::Fail), empty: args.empty }
+        Self { sequence, missing: args.missing.unwrap_or(MissingPolicy::Fail), empty: args.empty }
     }
 
-    /// Looks whether the files of `frames` are there; says which are not.
+    /// Checks that the files of `frames` exist. Returns a message that lists those that are missing.
     ///
     /// # Errors
     /// Where the first frame without files can be neither left out nor replaced.
@@ -86,14 +89,14 @@ impl<'a> Reader<'a> {
         let Some(&first) = absent.first() else { return Ok(None) };
         let count = format!("{} of {} frames have no file", absent.len(), frames.len());
         let list = listed(&absent);
-        let fate = match self.missing {
-            Missing::Fail => {
+        let action = match self.missing {
+            MissingPolicy::Fail => {
                 let file = self.sequence.missing(first).unwrap_or_default();
                 let problem = format!("{}: no such file; {count}: {list}", file.display());
-                return Err(failed(first, &problem));
+                return Err(frame_error(first, &problem));
             }
-            Missing::Skip => "no picture for them",
-            Missing::Hold => {
+            MissingPolicy::Skip => "no picture for them",
+            MissingPolicy::Hold => {
                 let lowest = absent.iter().copied().min().unwrap_or(first);
                 if self.earlier(lowest).is_empty() {
                     return Err(self.nothing_to_hold(lowest));
@@ -101,7 +104,7 @@ impl<'a> Reader<'a> {
                 "the one before is rendered again"
             }
         };
-        Ok(Some(format!("{count}: {list}; {fate}")))
+        Ok(Some(format!("{count}: {list}; {action}")))
     }
 
     /// Reads `frames` in their order on a thread of its own, the next one while the one before is in
@@ -114,7 +117,7 @@ impl<'a> Reader<'a> {
     where
         'a: 'scope,
     {
-        // A pool of its own, so that reading does not wait for the rays of the picture.
+        // A separate pool, so that reading does not wait for the rays of the picture.
         let pool = load::thread_pool(Some(1))?;
         let (sender, receiver) = sync_channel(0);
         scope.spawn(move || {
@@ -138,24 +141,27 @@ impl<'a> Reader<'a> {
             problem,
             loading: start.elapsed(),
         };
-        let problem = match self.usable(number) {
+        let problem = match self.load(number) {
             Ok(scene) => return Ok(frame(Some(scene), None, None)),
             Err(problem) => problem.to_string(),
         };
         match self.missing {
-            Missing::Fail => Err(failed(number, &problem)),
-            Missing::Skip => Ok(frame(None, None, Some(problem))),
-            Missing::Hold => {
+            MissingPolicy::Fail => Err(frame_error(number, &problem)),
+            MissingPolicy::Skip => Ok(frame(None, None, Some(problem))),
+            MissingPolicy::Hold => {
                 let earlier = self.earlier(number).into_iter().rev();
-                let mut earlier = earlier.filter_map(|n| Some((n, self.usable(n).ok()?)));
+                let mut earlier = earlier.filter_map(|n| Some((n, self.load(n).ok()?)));
                 let (held, scene) = earlier.next().ok_or_else(|| self.nothing_to_hold(number))?;
                 Ok(frame(Some(scene), Some(held), Some(problem)))
             }
         }
     }
 
-    /// The scene of a frame whose files can be used.
-    fn usable(&self, number: i64) -> Result<Scene> {
+    /// Loads the scene of a frame.
+    ///
+    /// # Errors
+    /// Where its file is missing or broken, or its volume empty and `--empty` was not given.
+    fn load(&self, number: i64) -> Result<Scene> {
         if let Some(path) = self.sequence.missing(number) {
             return Err(Error::file(path, "no such file"));
         }
@@ -169,8 +175,8 @@ impl<'a> Reader<'a> {
         Ok(scene)
     }
 
-    /// The frames before `number` whose files are there, asked for or not: what is held does not
-    /// depend on the list of frames.
+    /// The frames before `number` whose files exist, in `--frames` or not, so that the frame that is held
+    /// does not depend on the list.
     fn earlier(&self, number: i64) -> Vec<i64> {
         self.sequence.numbers().into_iter().take_while(|earlier| *earlier < number).collect()
     }
@@ -186,12 +192,12 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn failed(frame: i64, problem: &str) -> Error {
+fn frame_error(frame: i64, problem: &str) -> Error {
     let problem = format!("{problem}; --missing hold or --missing skip goes on without");
     Error::Frame { frame, problem }
 }
 
-/// `frames` as `1, 4, 7 to 9`, the first of them where there are many.
+/// `frames` as `1, 4, 7 to 9`; of many only the first runs.
 fn listed(frames: &[i64]) -> String {
     let mut runs: Vec<(i64, i64)> = Vec::new();
     for &frame in frames {
@@ -201,8 +207,8 @@ fn listed(frames: &[i64]) -> String {
         }
     }
     let word = |(a, b): &(i64, i64)| if a == b { a.to_string() } else { format!("{a} to {b}") };
-    let more = (runs.len() > LISTED).then(|| "and more".to_owned());
-    runs.iter().take(LISTED).map(word).chain(more).collect::<Vec<_>>().join(", ")
+    let more = (runs.len() > MAX_LISTED_RUNS).then(|| "and more".to_owned());
+    runs.iter().take(MAX_LISTED_RUNS).map(word).chain(more).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -230,7 +236,7 @@ mod tests {
     }
 
     fn reader(sequence: &Sequence) -> Reader<'_> {
-        Reader { sequence, missing: Missing::Fail, empty: false }
+        Reader { sequence, missing: MissingPolicy::Fail, empty: false }
     }
 
     #[test]
@@ -249,7 +255,7 @@ mod tests {
         });
     }
 
-    /// A frame that vanishes while the one before is in use has been read by then, given time.
+    /// A frame whose file is deleted while the one before is in use has been read by then, given time.
     #[test]
     fn the_next_frame_is_read_meanwhile() {
         let folder = tempfile::tempdir().unwrap();

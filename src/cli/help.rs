@@ -5,10 +5,10 @@ use clap::Parser;
 use super::{Cli, console};
 use crate::scene::{Key, TABLES, Without};
 
-/// The topic that is no command.
+/// The topic that lists the keys of a scene file.
 const SCENE: &str = "scene";
 
-/// Columns of text.
+/// Columns of a line.
 const WIDTH: usize = 80;
 
 /// Arguments of `fogbow help`.
@@ -23,14 +23,14 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) {
     match args.topic.as_deref() {
         Some(SCENE) => console::result(&scene()),
-        // What a command tells of itself, and what is said where there is no such command.
+        // clap prints the help of the command, or that there is no such command.
         topic => {
             Cli::parse_from(["fogbow"].into_iter().chain(topic).chain(["--help"]));
         }
     }
 }
 
-/// Every key of a scene file, table by table, to be read in a terminal.
+/// Every key of a scene file, table by table, in lines for a terminal.
 fn scene() -> String {
     let mut lines = vec![
         "A scene file is TOML. These are its tables with their keys; the flag in brackets"
@@ -86,15 +86,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_key_is_told_within_the_width() {
+    fn every_key_is_listed_within_the_width() {
         let text = scene();
         for (name, _, table) in TABLES {
             assert!(text.contains(name), "{name}");
             for key in table.keys {
-                let told = text.lines().any(|line| {
+                let is_listed = text.lines().any(|line| {
                     line.split_whitespace().next() == Some(key.name) && line.starts_with("    ")
                 });
-                assert!(told, "{name} {}", key.name);
+                assert!(is_listed, "{name} {}", key.name);
             }
         }
         let long = text.lines().find(|line| line.chars().count() > WIDTH + 10);

@@ -34,11 +34,11 @@ struct Report {
     grids: Vec<GridReport>,
     /// The grid taken for density where none is named.
     density: Option<String>,
-    /// Why there is none.
+    /// Why no density is taken.
     problem: Option<String>,
-    /// What is told of the file as a whole, one line each.
+    /// Notes on the file as a whole, one line each.
     notes: Vec<String>,
-    /// What a bare render takes the grids for; nothing where it refuses the file.
+    /// The roles of the grids in a bare render; `None` where it refuses the file.
     contents: Option<Contents>,
 }
 
@@ -57,9 +57,9 @@ struct GridReport {
     /// Outer corners of the active voxels' samples in the world, in metres.
     world_bounds: Option<[[f64; 3]; 2]>,
     memory_bytes: Option<usize>,
-    /// Why it cannot be read; nothing where it can.
+    /// Why it cannot be read; `None` where it can.
     problem: Option<String>,
-    /// What fogbow does with it.
+    /// What a bare render does with it, or why it refuses it.
     verdict: String,
 }
 
@@ -85,10 +85,10 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 fn report(file: &VdbFile) -> Report {
-    let contents = Contents::of(file);
+    let contents = Contents::find(file);
     let chosen = file.default_density().ok();
     let grids: Vec<_> = (0..file.grids().len())
-        .map(|i| grid_report(file, i, taken_for(i, contents.as_ref().ok(), chosen)))
+        .map(|i| grid_report(file, i, role(i, contents.as_ref().ok(), chosen)))
         .collect();
     let usable = chosen.map(|i| &grids[i]);
     let usable = usable.filter(|grid| grid.problem.is_none() && !grid.info.is_level_set());
@@ -107,9 +107,9 @@ fn report(file: &VdbFile) -> Report {
     }
 }
 
-/// What grid number `index` is taken for: as the contents say, else, where there are none, as the
-/// density that was `chosen`.
-fn taken_for(index: usize, contents: Option<&Contents>, chosen: Option<usize>) -> Option<Role> {
+/// The role of the grid number `index`: by the contents of the file or, where these are unknown, density
+/// for the grid that was `chosen`.
+fn role(index: usize, contents: Option<&Contents>, chosen: Option<usize>) -> Option<Role> {
     match contents {
         Some(contents) => contents.role(index),
         None => (chosen == Some(index)).then_some(Role::Density),
@@ -143,7 +143,7 @@ fn grid_report(file: &VdbFile, index: usize, role: Option<Role>) -> GridReport {
 }
 
 impl GridReport {
-    /// Reads the grid and fills in what only its voxels tell.
+    /// Reads the grid and fills in what depends on its voxels.
     fn read(&mut self, file: &VdbFile, index: usize) -> Result<()> {
         if self.info.is_vector() {
             let grid = file.read_vector(index)?;

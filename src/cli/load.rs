@@ -1,4 +1,4 @@
-//! Scenes for commands: loaded, with what they have to say printed.
+//! Loads scenes for commands and prints their notes and warnings.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::render;
 use crate::scene::{LoadOptions, Scene};
 
-/// What stands over a scene, or beside a VDB file alone.
+/// The settings that override a scene's, and the look of a bare VDB file.
 pub(super) fn options(settings: &SettingArgs, look: &LookArgs) -> LoadOptions {
     LoadOptions {
         settings: settings.settings.clone(),
@@ -23,16 +23,16 @@ pub(super) fn options(settings: &SettingArgs, look: &LookArgs) -> LoadOptions {
     }
 }
 
-/// Time before a picture is rendered.
+/// Times spent before a picture is rendered.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Preparation {
     /// Reading files.
     pub(super) loading: Duration,
-    /// Metering the exposure, where the scene leaves it open.
+    /// Metering the exposure, where the scene sets none.
     pub(super) metering: Option<Duration>,
 }
 
-/// Loads `path`, in a pool of as many threads as asked for; also the time that it took.
+/// Loads `path` in a pool of the requested number of threads; also the pool and the time taken.
 pub(super) fn scene(
     path: &Path,
     mut options: LoadOptions,
@@ -50,7 +50,7 @@ pub(super) fn scene(
     Ok((scene, pool, Preparation { loading, metering: None }))
 }
 
-/// As [`scene`], for pictures that are shown: with the exposure metered where the scene leaves it open.
+/// As [`scene`], with the exposure metered where the scene sets none.
 pub(super) fn scene_to_show(
     path: &Path,
     options: LoadOptions,
@@ -65,10 +65,10 @@ pub(super) fn scene_to_show(
     Ok((scene, pool, preparation))
 }
 
-/// As many threads as asked for, by default one a core.
+/// A pool of `threads`, by default one a core.
 ///
 /// # Errors
-/// Where the system has not so many.
+/// Where the system cannot start so many.
 pub(super) fn thread_pool(threads: Option<u16>) -> Result<ThreadPool> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from)) // 0 is one a core

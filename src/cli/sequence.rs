@@ -97,7 +97,9 @@ fn target(path: &Path) -> Pattern {
         let ending = path.extension().map(|e| format!(".{}", e.to_string_lossy()));
         path.with_file_name(format!("{stem}.####{}", ending.unwrap_or_default()))
     };
-    Pattern::of(path).or_else(|| Pattern::of(&numbered(path))).expect("#### is a pattern")
+    Pattern::from_path(path)
+        .or_else(|| Pattern::from_path(&numbered(path)))
+        .expect("#### is a pattern")
 }
 
 /// The state of a sequence between two frames.

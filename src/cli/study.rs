@@ -15,7 +15,9 @@ use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{Clock, Progress, Silent};
 use crate::scene::{LoadOptions, MAX_RAYS};
-use crate::study::{Answer, CANDIDATES, Effect, MOST_SEEDS, Metric, Request, Study, write_report};
+use crate::study::{
+    CANDIDATES, Effect, Estimate, MOST_SEEDS, Metric, Request, Study, write_report,
+};
 
 /// Arguments of `fogbow study`.
 #[derive(Debug, clap::Args)]
@@ -127,11 +129,11 @@ fn table(effects: &[Effect]) -> String {
     for effect in effects {
         let Effect { part, with, without, error_gain, .. } = effect;
         let gain = match error_gain {
-            Answer::Found(gain) => match gain.range {
+            Estimate::Found(gain) => match gain.range {
                 Some([low, high]) => format!("{:.3} ({low:.3} to {high:.3})", gain.estimate),
                 None => format!("{:.3}", gain.estimate),
             },
-            Answer::None(why) => why.clone(),
+            Estimate::None(why) => why.clone(),
         };
         let outcome = effect.outcome();
         let _ = write!(out, "\n{part:<28}  {with:<18}  {without:<18}  {outcome}: {gain}");

@@ -18,11 +18,11 @@ use crate::study::forced_choice::{
     PAGE, Pair, Server, Tally, check_scenes, read_answers, tally, write_trial,
 };
 
-/// Chances below which an outcome is taken for more than guessing.
+/// Significance level of the chi-square test.
 const SIGNIFICANCE: f64 = 0.05;
 
-/// Answers from which both cells of the chi-square test have the five that it wants.
-const ENOUGH: u64 = 10;
+/// Fewest answers for the chi-square test: it needs five expected in each of its two cells.
+const MIN_ANSWERS: u64 = 10;
 
 /// Arguments of `fogbow trial`.
 #[derive(Debug, clap::Args)]
@@ -81,7 +81,7 @@ fn make(args: &Args, folder: &Path) -> Result<()> {
     let console = Console::new(Clock::start());
     let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
     let mut loaded = Vec::new();
-    // All are read before the first is rendered, which may take long.
+    // All are loaded before the first is rendered, so that a bad file is found at once.
     for path in &args.scenes {
         let options =
             LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
@@ -111,8 +111,8 @@ fn make(args: &Args, folder: &Path) -> Result<()> {
 fn serve(args: &Args, folder: &Path, port: u16) -> Result<()> {
     let server = Server::bind(folder, port)?;
     if args.run.json {
-        let told = json!({ "url": server.url(), "answers": server.answers() });
-        console::result(&told.to_string());
+        let report = json!({ "url": server.url(), "answers": server.answers() });
+        console::result(&report.to_string());
     } else {
         console::result(&server.url());
     }
@@ -130,14 +130,14 @@ fn analyse(paths: &[PathBuf], as_json: bool) -> Result<()> {
     }
     let tallies = tally(&answers);
     if as_json {
-        let told = json!({
+        let report = json!({
             "files": paths,
             "answers": answers.len(),
             "test": "chi-square against half right and half wrong, one degree of freedom, \
                 no correction for continuity",
             "tallies": tallies,
         });
-        console::result(&told.to_string());
+        console::result(&report.to_string());
     } else {
         console::result(&table(&tallies));
     }
@@ -158,7 +158,7 @@ fn table(tallies: &[Tally]) -> String {
             out,
             "\n{scene:<longest$}  {condition:<10}  {answers:>7}  {right:>5}  {wrong:>5}  \
              {chi_square:>10.2}  {p:>9}  {}",
-            meaning(t)
+            conclusion(t)
         );
     }
     let _ = write!(
@@ -166,14 +166,14 @@ fn table(tallies: &[Tally]) -> String {
         "\n\nRight is who took the gold standard for it. Chi-square against half right and half \
          wrong, one degree of freedom, no correction for continuity."
     );
-    if tallies.iter().any(|t| t.answers < ENOUGH) {
-        let _ = write!(out, " Below {ENOUGH} answers it is rough.");
+    if tallies.iter().any(|t| t.answers < MIN_ANSWERS) {
+        let _ = write!(out, " Below {MIN_ANSWERS} answers it is rough.");
     }
     out
 }
 
-/// What the numbers say.
-fn meaning(tally: &Tally) -> &'static str {
+/// The conclusion from a tally.
+fn conclusion(tally: &Tally) -> &'static str {
     match (tally.p < SIGNIFICANCE, tally.right > tally.wrong) {
         (false, _) => "may be guessing",
         (true, true) => "the difference is seen",

@@ -1,6 +1,5 @@
-//! Times and sizes on the command line: one rule for all flags, told in the help of each.
-//!
-//! A number without a unit is in seconds, or in bytes. Times that are left are told briefly.
+//! Times and sizes on the command line, parsed alike for all flags: a number without a unit is in seconds,
+//! or in bytes. Times are printed in two units.
 
 use std::time::Duration;
 
@@ -10,7 +9,7 @@ use bytesize::ByteSize;
 /// `1h 30m`.
 ///
 /// # Errors
-/// Where it is none: what to give.
+/// Says what to give where it is of another form.
 pub(super) fn time(text: &str) -> Result<Duration, String> {
     let time = seconds(text).or_else(|| humantime::parse_duration(text.trim()).ok());
     time.filter(|time| !time.is_zero())
@@ -28,7 +27,7 @@ fn seconds(text: &str) -> Option<Duration> {
 /// Bytes above 0: a number of them, or one with a unit, as 4G (10^9 bytes each), 4GiB or 512M.
 ///
 /// # Errors
-/// Where it is none: what to give.
+/// Says what to give where it is of another form.
 pub(super) fn bytes(text: &str) -> Result<u64, String> {
     let parsed = text.parse::<ByteSize>().ok().map(|size| size.as_u64()).filter(|n| *n > 0);
     parsed.ok_or_else(|| {
@@ -86,7 +85,7 @@ mod tests {
 
     #[test]
     fn times_are_short() {
-        for (seconds, told) in [
+        for (seconds, text) in [
             (0.4, "0s"),
             (43.2, "43s"),
             (59.6, "1m 0s"),
@@ -95,7 +94,7 @@ mod tests {
             (359_999.0, "99h 59m"),
             (900_000.0, "10d 10h"),
         ] {
-            assert_eq!(brief(Duration::from_secs_f64(seconds)), told);
+            assert_eq!(brief(Duration::from_secs_f64(seconds)), text);
         }
     }
 }

@@ -38,10 +38,10 @@ pub struct Args {
 /// Where no case has the name, the page cannot be written, or a case fails.
 pub fn run(args: &Args) -> Result<()> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
-    let chosen = chosen(cases(effort), args.case.as_deref())?;
+    let selected = select(cases(effort), args.case.as_deref())?;
     let parts = Parts::fogbow();
-    let (ended, total) = (AtomicUsize::new(0), chosen.len());
-    let outcomes = verify::run(&chosen, &parts, |outcome| {
+    let (ended, total) = (AtomicUsize::new(0), selected.len());
+    let outcomes = verify::run(&selected, &parts, |outcome| {
         let number = ended.fetch_add(1, Ordering::Relaxed) + 1;
         if !args.quiet {
             let verdict = if outcome.holds() { "" } else { " FAILS" };
@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
-fn chosen(mut cases: Vec<Case>, name: Option<&str>) -> Result<Vec<Case>> {
+fn select(mut cases: Vec<Case>, name: Option<&str>) -> Result<Vec<Case>> {
     let Some(name) = name else { return Ok(cases) };
     if let Some(exact) = cases.iter().position(|case| case.name == name) {
         return Ok(vec![cases.swap_remove(exact)]);
@@ -99,13 +99,13 @@ fn table(outcomes: &[Outcome], quick: bool) -> String {
     let width = outcomes.iter().map(|o| o.name.len()).max().unwrap_or(0);
     // Writing to a string cannot fail.
     for group in Group::ALL {
-        let of_group: Vec<_> = outcomes.iter().filter(|o| o.group == group).collect();
-        if of_group.is_empty() {
+        let in_group: Vec<_> = outcomes.iter().filter(|o| o.group == group).collect();
+        if in_group.is_empty() {
             continue;
         }
-        let seconds: f64 = of_group.iter().map(|o| o.seconds).sum();
-        let _ = writeln!(out, "{} ({} cases, {seconds:.1} s)", group.title(), of_group.len());
-        for outcome in of_group {
+        let seconds: f64 = in_group.iter().map(|o| o.seconds).sum();
+        let _ = writeln!(out, "{} ({} cases, {seconds:.1} s)", group.title(), in_group.len());
+        for outcome in in_group {
             let verdict = if outcome.holds() { "holds" } else { "FAILS" };
             let strain = outcome.strain();
             let _ = writeln!(
@@ -133,13 +133,13 @@ mod tests {
     use crate::verify::Check;
 
     #[test]
-    fn a_failure_is_told_with_the_command_that_makes_it_again() {
+    fn a_failed_case_is_listed_with_its_command() {
         let words = ["nothing", "nothing"];
         let wrong = |_: &Parts| Ok(vec![Check::at_most("number", 2.0, 1.0)]);
         let cases = [Case::new(Group::Matrix, "matrix/wrong", words, wrong)];
-        let told = table(&verify::run(&cases, &Parts::fogbow(), |_| ()), true);
-        assert!(told.contains("FAILS   2.000  matrix/wrong  number: 2.0"), "{told}");
-        assert!(told.contains("again: fogbow verify --quick --case 'matrix/wrong'"), "{told}");
-        assert!(told.contains("1 cases, 1 failed"), "{told}");
+        let text = table(&verify::run(&cases, &Parts::fogbow(), |_| ()), true);
+        assert!(text.contains("FAILS   2.000  matrix/wrong  number: 2.0"), "{text}");
+        assert!(text.contains("again: fogbow verify --quick --case 'matrix/wrong'"), "{text}");
+        assert!(text.contains("1 cases, 1 failed"), "{text}");
     }
 }

@@ -74,6 +74,6 @@ impl CachedSnapshot {
 /// Hash of all that a snapshot depends on.
 fn key(scene: &Scene, settings: &RenderSettings) -> String {
     let (size, seed) = (settings.directing.map_size(scene.film.size), settings.seed);
-    let all = format!("{} {size:?} {seed}", scene.still);
+    let all = format!("{} {size:?} {seed}", scene.static_hash);
     blake3::hash(all.as_bytes()).to_hex().to_string()
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::snapshot::{Snapshot, middle};
 use crate::image::{Film, Image, srgb_encode};
-use crate::math::{Ray, Rgb, Span, World, luminance};
+use crate::math::{Ray, Rgb, Span, World, luminance, nth_smallest};
 use crate::scene::plan::Needs;
 use crate::scene::{Operator, Scene};
 use crate::work::Work;
@@ -124,11 +124,12 @@ pub fn xs_map(x: &[f32], s: &[f32], weights: [f64; 2], operator: Operator) -> Ve
     (0..x.len().max(s.len())).map(one).collect()
 }
 
-/// The quantile of the `values` above 0 at `share`, 0 to 1; `None` where there are none.
+/// The `share` quantile, 0 to 1, of the n `values` above 0: that of the rank floor((n - 1) `share`),
+/// counted from 0. `None` where there are none.
 fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
-    let mut values: Vec<f64> = values.filter(|v| *v > 0.0).collect();
+    let values: Vec<f64> = values.filter(|v| *v > 0.0).collect();
     let rank = (values.len().checked_sub(1)? as f64 * share) as usize;
-    Some(*values.select_nth_unstable_by(rank, f64::total_cmp).1)
+    nth_smallest(values, rank)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Exposure from a picture, as a light meter gives it.
 
 use super::agx;
+use crate::math::WeightedValues;
 
 /// Share of a pixel that the medium must cover for the pixel to count.
 const COVERED: f64 = 0.02;
@@ -68,61 +69,36 @@ pub fn meter(luminance: &[f32], alpha: &[f32], glow: bool) -> Option<f64> {
 
 fn meter_lit(pixels: &[[f64; 2]]) -> Option<f64> {
     let covered = pixels.iter().copied().filter(|[_, alpha]| *alpha > COVERED);
-    let covered = Weighted::new(covered.map(|[luminance, alpha]| (luminance, alpha.min(1.0))));
+    let covered =
+        WeightedValues::new(covered.map(|[luminance, alpha]| (luminance, alpha.min(1.0))));
     if covered.total() < MIN_PIXELS {
         return None;
     }
-    let stops = covered.stops_to(&LIT)?;
+    let stops = stops_to(&covered, &LIT)?;
     Some(stops.clamp(-MAX_DARKER, LIT_MAX_BRIGHTER))
 }
 
 fn meter_glow(pixels: &[[f64; 2]]) -> Option<f64> {
     let uncovered = pixels.iter().filter(|[_, alpha]| *alpha <= COVERED);
-    let backdrop = Weighted::new(uncovered.map(|[luminance, _]| (*luminance, 1.0)));
-    let dark = GLOW_OVER_BACKDROP * backdrop.percentile(BACKDROP).unwrap_or(0.0);
+    let backdrop = WeightedValues::new(uncovered.map(|[luminance, _]| (*luminance, 1.0)));
+    let dark = GLOW_OVER_BACKDROP * backdrop.quantile(BACKDROP).unwrap_or(0.0);
     let glows = |[luminance, alpha]: &&[f64; 2]| *alpha > COVERED || *luminance > dark;
     let glow: Vec<f64> = pixels.iter().filter(glows).map(|[luminance, _]| *luminance).collect();
     if (glow.len() as f64) < MIN_PIXELS {
         return None;
     }
-    let glow = Weighted::new(glow.into_iter().map(|luminance| (luminance, luminance)));
-    let (body, core) = (glow.stops_to(&BODY)?, glow.stops_to(&CORE)?);
+    let glow = WeightedValues::new(glow.into_iter().map(|luminance| (luminance, luminance)));
+    let (body, core) = (stops_to(&glow, &BODY)?, stops_to(&glow, &CORE)?);
     let stops = core.clamp(body - CORE_MAX_DARKER, body).clamp(-MAX_DARKER, GLOW_MAX_BRIGHTER);
     let surroundings = Anchor { percentile: BACKDROP, level: SURROUNDINGS };
-    let brightest = backdrop.stops_to(&surroundings).unwrap_or(GLOW_MAX_BRIGHTER);
+    let brightest = stops_to(&backdrop, &surroundings).unwrap_or(GLOW_MAX_BRIGHTER);
     Some(stops.min(brightest.max(0.0)))
 }
 
-/// Values with their weights, by value.
-struct Weighted(Vec<(f64, f64)>);
-
-impl Weighted {
-    fn new(values: impl Iterator<Item = (f64, f64)>) -> Self {
-        let mut values: Vec<_> = values.collect();
-        values.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Self(values)
-    }
-
-    fn total(&self) -> f64 {
-        self.0.iter().map(|(_, weight)| weight).sum()
-    }
-
-    /// The least value up to which `share` of the weight lies; nothing where there is no weight.
-    fn percentile(&self, share: f64) -> Option<f64> {
-        let needed = share * self.total();
-        let mut sum = 0.0;
-        let reached = self.0.iter().find(|(_, weight)| {
-            sum += weight;
-            sum > 0.0 && sum >= needed
-        });
-        reached.map(|(value, _)| *value)
-    }
-
-    /// Stops that put a percentile on its level; nothing where that is black.
-    fn stops_to(&self, anchor: &Anchor) -> Option<f64> {
-        let value = self.percentile(anchor.percentile).filter(|value| *value > 0.0)?;
-        Some((agx::scene_grey(anchor.level) / value).log2())
-    }
+/// Stops that put a percentile of `luminance` on its level; `None` where that is black.
+fn stops_to(luminance: &WeightedValues, anchor: &Anchor) -> Option<f64> {
+    let value = luminance.quantile(anchor.percentile).filter(|value| *value > 0.0)?;
+    Some((agx::scene_grey(anchor.level) / value).log2())
 }
 
 #[cfg(test)]

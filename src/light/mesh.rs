@@ -4,10 +4,9 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::cdf::Cdf;
 use super::surface::{SurfacePoint, area_pdf, power_toward};
 use super::{EmissionTarget, EmitterHit, LightSample, PhotonStart, checked_color};
-use crate::math::{Aabb, Rgb, WorldPoint, luminance, warp};
+use crate::math::{Aabb, Cdf, Rgb, WorldPoint, luminance, warp};
 
 /// A mesh of constant radiance on the side from which its triangles run counter-clockwise.
 #[derive(Debug, Clone)]
@@ -50,14 +49,14 @@ impl MeshLight {
     }
 
     /// Area in m².
-    pub const fn area(&self) -> f64 {
+    pub fn area(&self) -> f64 {
         self.by_area.total()
     }
 
     fn point(&self, u: [f64; 2]) -> SurfacePoint {
-        let (index, _, left) = self.by_area.sample(u[0]);
+        let (index, first) = self.by_area.sample(u[0]);
         let triangle = &self.triangles[index];
-        let [a, b, c] = warp::uniform_triangle([left, u[1]]);
+        let [a, b, c] = warp::uniform_triangle([first, u[1]]);
         SurfacePoint {
             position: WorldPoint::from_xyz(triangle[0] * a + triangle[1] * b + triangle[2] * c),
             normal: cross(triangle).normalize(),

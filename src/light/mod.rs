@@ -6,7 +6,6 @@
 //! the caller's.
 
 mod aim;
-mod cdf;
 mod emission_target;
 mod environment;
 mod ground;

@@ -1,17 +1,22 @@
-//! Points and rays in their spaces, transforms, colours, warps with their densities, random streams.
+//! Points and rays in their spaces, transforms, colours, warps with their densities, discrete
+//! distributions, quantiles, random streams.
 
+mod cdf;
 mod color;
 mod equiangular;
 mod frame;
+mod quantile;
 mod random;
 mod space;
 mod spectrum;
 mod transform;
 pub mod warp;
 
+pub use cdf::Cdf;
 pub use color::{Rgb, are_grey, is_grey, luminance};
 pub use equiangular::Equiangular;
 pub use frame::Frame;
+pub use quantile::{WeightedValues, nth_smallest, quantile};
 pub use random::{Stage, Stream};
 pub use space::{Aabb, Index, IndexPoint, Point, Ray, Span, World, WorldPoint};
 pub use spectrum::Spectrum;

@@ -1,11 +1,14 @@
 //! Places in an emissive medium from which photons leave.
 
+use std::f64::consts::PI;
+
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::math::{
-    Aabb, Index, IndexPoint, Ray, Rgb, Stage, Stream, Transform, World, WorldPoint, luminance, warp,
+    Aabb, Cdf, Index, IndexPoint, Ray, Rgb, Stage, Stream, Transform, World, WorldPoint, luminance,
+    warp,
 };
 use crate::shape::Region;
 use crate::vdb::Grid;
@@ -53,8 +56,8 @@ pub struct EmissionSampler {
 
 #[derive(Debug)]
 enum Places {
-    Voxels { transform: Transform<Index>, voxels: Vec<IVec3>, cdf: Vec<f64> },
-    Cells { transform: Transform<Index>, cells: Vec<IVec3>, cdf: Vec<f64> },
+    Voxels { transform: Transform<Index>, voxels: Vec<IVec3>, cdf: Cdf },
+    Cells { transform: Transform<Index>, cells: Vec<IVec3>, cdf: Cdf },
     Region { region: Region, volume: f64 },
 }
 
@@ -71,17 +74,13 @@ impl EmissionSampler {
             (Some(_), None, _) => return Ok(None),
         };
         let places = match proportional(medium) {
-            Some(grid) => voxels(medium, grid),
-            None => cells(medium, grid),
+            Some(grid) => voxels(medium, grid)?,
+            None => cells(medium, grid)?,
         };
-        let places = places.ok_or_else(|| {
-            Error::Usage(format!(
-                "an emissive grid has over {MOST_VOXELS} voxels that may glow; resample it"
-            ))
-        })?;
-        let sum = places.sum();
-        let power = 4.0 * std::f64::consts::PI * sum * grid.transform().volume_scale();
-        Ok((power > 0.0).then_some(Self { places, power }))
+        Ok(places.and_then(|places| {
+            let power = 4.0 * PI * places.sum() * grid.transform().volume_scale();
+            (power > 0.0).then_some(Self { places, power })
+        }))
     }
 
     /// Emitted power by luminance, W.
@@ -102,20 +101,19 @@ impl EmissionSampler {
         Some(match &self.places {
             Places::Region { region, volume } => (region.sample(rng)?, 1.0 / volume),
             Places::Cells { transform, cells, cdf } => {
-                let index = choose(cdf, rng.uniform());
+                let (index, _) = cdf.sample(rng.uniform());
                 let u = DVec3::from(std::array::from_fn(|_| rng.uniform()));
                 let p = IndexPoint::from_xyz(cells[index].as_dvec3() + u);
-                let below = if index == 0 { 0.0 } else { cdf[index - 1] };
-                let share = (cdf[index] - below) / self.places.sum();
-                (transform.point_to_world(p), share / transform.volume_scale())
+                let pdf = cdf.probability(index) / transform.volume_scale();
+                (transform.point_to_world(p), pdf)
             }
             Places::Voxels { transform, voxels, cdf } => {
-                let index = choose(cdf, rng.uniform());
+                let (index, _) = cdf.sample(rng.uniform());
                 let hat = DVec3::from(std::array::from_fn(|_| rng.uniform() + rng.uniform() - 1.0));
                 let p = IndexPoint::from_xyz(voxels[index].as_dvec3() + hat);
                 let grid = proportional(medium)?;
                 let weight = trilinear(p, |voxel| voxel_glow(medium, grid, voxel));
-                let total = self.places.sum() * transform.volume_scale();
+                let total = cdf.total() * transform.volume_scale();
                 (transform.point_to_world(p), weight / total)
             }
         })
@@ -126,9 +124,7 @@ impl Places {
     /// Sum of the emission of all voxels or cells.
     fn sum(&self) -> f64 {
         match self {
-            Self::Voxels { cdf, .. } | Self::Cells { cdf, .. } => {
-                cdf.last().map_or(0.0, |sum| *sum)
-            }
+            Self::Voxels { cdf, .. } | Self::Cells { cdf, .. } => cdf.total(),
             Self::Region { volume, .. } => *volume,
         }
     }
@@ -153,40 +149,54 @@ fn everywhere(medium: &Medium, region: &Region) -> Result<Option<EmissionSampler
             (0..PROBES).map(probe).sum::<f64>() / f64::from(PROBES)
         }
     };
-    let power = 4.0 * std::f64::consts::PI * mean * volume;
+    let power = 4.0 * PI * mean * volume;
     let places = Places::Region { region: region.clone(), volume };
     Ok((power > 0.0).then_some(EmissionSampler { places, power }))
 }
 
-/// The voxels of `grid` that glow; nothing where there are too many.
-fn voxels(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
+fn too_many() -> Error {
+    Error::Usage(format!(
+        "an emissive grid has over {MOST_VOXELS} voxels that may glow; resample it"
+    ))
+}
+
+/// The voxels of `grid` that glow; `None` where none does.
+///
+/// # Errors
+/// Where there are too many.
+fn voxels(medium: &Medium, grid: &Grid<f32>) -> Result<Option<Places>> {
     let transform = *grid.transform();
-    let (mut voxels, mut cdf, mut sum) = (Vec::new(), Vec::new(), 0.0);
-    let mut too_many = false;
+    let (mut voxels, mut weights) = (Vec::new(), Vec::new());
+    let mut are_many = false;
     grid.for_each_nonzero(|block| {
         let size = (block.max - block.min).as_u64vec3() + 1;
-        too_many |= voxels.len() as u64 + size.element_product() > MOST_VOXELS;
-        if too_many {
+        are_many |= voxels.len() as u64 + size.element_product() > MOST_VOXELS;
+        if are_many {
             return;
         }
         for ijk in within(block.min, block.max) {
             let emission = voxel_glow(medium, grid, ijk);
             if emission > 0.0 {
-                sum += emission;
                 voxels.push(ijk);
-                cdf.push(sum);
+                weights.push(emission);
             }
         }
     });
-    (!too_many).then_some(Places::Voxels { transform, voxels, cdf })
+    if are_many {
+        return Err(too_many());
+    }
+    Ok(Cdf::new(weights).map(|cdf| Places::Voxels { transform, voxels, cdf }))
 }
 
 /// The cells of `grid` that glow anywhere, by their means over the places of a two-point
-/// Gauss-Legendre rule; nothing where there are too many. Where any place inside a cell glows, those
-/// do: all eight corners count at each. Under a ramp they need not, and a cell has a share of what
-/// it may glow with at most.
-fn cells(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
-    let blocks = occupied(medium, grid)?;
+/// Gauss-Legendre rule; `None` where none does. Where any place inside a cell glows, those do: all
+/// eight corners count at each. Under a ramp they need not, and a cell has a share of what it may
+/// glow with at most.
+///
+/// # Errors
+/// Where there are too many.
+fn cells(medium: &Medium, grid: &Grid<f32>) -> Result<Option<Places>> {
+    let blocks = occupied(medium, grid).ok_or_else(too_many)?;
     let transform = *grid.transform();
     let has_ramp = medium.has_ramp();
     let mean = |cell: IVec3| {
@@ -201,14 +211,9 @@ fn cells(medium: &Medium, grid: &Grid<f32>) -> Option<Places> {
         let cells = within(min, end - 1).map(|cell| (cell, mean(cell)));
         cells.filter(|(_, emission)| *emission > 0.0).collect::<Vec<_>>()
     };
-    let (mut cells, mut cdf, mut sum) = (Vec::new(), Vec::new(), 0.0);
-    for (cell, emission) in blocks.par_iter().map(glowing).collect::<Vec<_>>().into_iter().flatten()
-    {
-        sum += emission;
-        cells.push(cell);
-        cdf.push(sum);
-    }
-    Some(Places::Cells { transform, cells, cdf })
+    let blocks: Vec<Vec<(IVec3, f64)>> = blocks.par_iter().map(glowing).collect();
+    let (cells, weights): (Vec<_>, Vec<_>) = blocks.into_iter().flatten().unzip();
+    Ok(Cdf::new(weights).map(|cdf| Places::Cells { transform, cells, cdf }))
 }
 
 /// The blocks of cells of `grid` that may glow, by their first and the one after their last; nothing
@@ -280,12 +285,6 @@ fn range_round(grid: &Grid<f32>, corners: &[WorldPoint; 8]) -> [f64; 2] {
         let value = grid.value(IndexPoint::from_xyz(voxel.as_dvec3()));
         [low.min(value), high.max(value)]
     })
-}
-
-/// The entry of a running sum that `u` in [0, 1) falls on.
-fn choose(cdf: &[f64], u: f64) -> usize {
-    let last = cdf.len() - 1;
-    cdf.partition_point(|&sum| sum <= u * cdf[last]).min(last)
 }
 
 /// The voxels from `min` to `max`, both inside.

@@ -48,8 +48,8 @@ pub struct SharedVoxels {
 }
 
 impl SharedVoxels {
-    /// Those of `grid`.
-    fn of<V: Voxel>(grid: &Grid<V>) -> Self {
+    /// The voxels of `grid`.
+    fn from_grid<V: Voxel>(grid: &Grid<V>) -> Self {
         Self { identity: grid.identity(), bytes: grid.memory_bytes() }
     }
 }
@@ -84,19 +84,19 @@ impl Medium {
 
     /// The voxels of each of its grids: density, albedo and emission. Media may share them.
     pub fn grids(&self) -> impl Iterator<Item = SharedVoxels> {
-        let density = self.density.grid().map(SharedVoxels::of);
+        let density = self.density.grid().map(SharedVoxels::from_grid);
         let albedo = match &self.albedo {
             Albedo::Constant(_) => None,
-            Albedo::Color { grid, .. } => Some(SharedVoxels::of(grid)),
-            Albedo::Scalar { grid, .. } => Some(SharedVoxels::of(grid)),
-            Albedo::Ramped(ramped) => Some(SharedVoxels::of(ramped.grid())),
+            Albedo::Color { grid, .. } => Some(SharedVoxels::from_grid(grid)),
+            Albedo::Scalar { grid, .. } => Some(SharedVoxels::from_grid(grid)),
+            Albedo::Ramped(ramped) => Some(SharedVoxels::from_grid(ramped.grid())),
         };
         let emission = match &self.emission {
             None | Some(Emission::Density(_)) => None,
             Some(Emission::Grid { grid, .. } | Emission::Blackbody { grid, .. }) => {
-                Some(SharedVoxels::of(grid))
+                Some(SharedVoxels::from_grid(grid))
             }
-            Some(Emission::Ramped(ramped)) => Some(SharedVoxels::of(ramped.grid())),
+            Some(Emission::Ramped(ramped)) => Some(SharedVoxels::from_grid(ramped.grid())),
         };
         [density, albedo, emission].into_iter().flatten()
     }

@@ -57,7 +57,7 @@ impl Building<'_> {
         let radii = match radius {
             Some(radius) => vec![radius as f32; photons.len()],
             None => {
-                let most = MAX_SURFACE_RADIUS * self.extents.of_surfaces();
+                let most = MAX_SURFACE_RADIUS * self.extents.full_size();
                 let probes = Probes { photons, count: photons.len() as f64 * self.represents };
                 radius::on_surfaces(origin, photons, &probes, most)
             }

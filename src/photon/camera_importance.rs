@@ -2,7 +2,7 @@
 //! points in media and on surfaces that it sees, where photons are worth most.
 
 use crate::light::TargetSphere;
-use crate::math::{Aabb, Ray, Rgb, Span, Stage, Stream, World, WorldPoint};
+use crate::math::{Aabb, Ray, Rgb, Span, Stage, Stream, World, WorldPoint, quantile};
 use crate::medium::Profile;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
@@ -116,9 +116,8 @@ impl CameraImportance {
     /// Median of the mean free path at the points in media, in metres: how deep media are seen.
     pub fn depth(&self, scene: &Scene) -> f64 {
         let free_path = |p: &WorldPoint| 1.0 / scene.media.sigma_t_at(*p).max_element();
-        let mut paths: Vec<f64> = self.media.iter().map(free_path).collect();
-        paths.sort_unstable_by(f64::total_cmp);
-        paths.get(paths.len() / 2).copied().unwrap_or(f64::INFINITY)
+        let free_paths = self.media.iter().map(free_path).collect();
+        quantile(free_paths, 0.5).unwrap_or(f64::INFINITY)
     }
 }
 
@@ -128,9 +127,8 @@ fn sphere(places: &[WorldPoint]) -> Option<(WorldPoint, f64)> {
     let first = *places.first()?;
     let sum: glam::DVec3 = places.iter().map(|p| *p - first).sum();
     let center = first + sum / places.len() as f64;
-    let mut distances: Vec<f64> = places.iter().map(|p| (*p - center).length()).collect();
-    distances.sort_unstable_by(f64::total_cmp);
-    Some((center, 1.5 * distances[distances.len() * 95 / 100]))
+    let distances = places.iter().map(|p| (*p - center).length()).collect();
+    Some((center, 1.5 * quantile(distances, 0.95)?))
 }
 
 /// Spheres round groups of `places`, each weighed by their number: the group that is widest and

@@ -10,8 +10,9 @@ const PER_CROSSING: f64 = 4.0;
 const CAMERA_CUBES: i32 = 8;
 
 /// Boxes in which photons are stored at a constant rate per length: a Poisson process along flights,
-/// which samples their fluence as tentative collisions do (point-wise samples of photon beams, Jarosz et
-/// al. 2011). Boxes round the media, wider by the gather radius, cover the outside of a medium's edge,
+/// which samples their fluence as tentative collisions do (point-wise samples of the photon beams
+/// of Jarosz et al. 2011, "A Comprehensive Theory of Volumetric Radiance Estimation using Photon Points and
+/// Beams"). Boxes round the media, wider by the gather radius, cover the outside of a medium's edge,
 /// where gathers reach but no tentative collision happens. Cubes round a camera inside a medium give
 /// near photons less weight: a photon's share of the picture is as one over its squared distance, so
 /// that few near ones would dominate it.
@@ -29,17 +30,17 @@ impl DepositRegions {
     /// The boxes round all bounded media, each face moved outward by `margin` metres.
     pub fn around(media: &Media, margin: f64) -> Self {
         let boxes = media.iter().filter_map(|m| m.density.bounds()).filter(|b| !b.is_empty());
-        Self::of(boxes.map(|bounds| bounds.grown(margin)))
+        Self::from_boxes(boxes.map(|bounds| bounds.grown(margin)))
     }
 
     /// The same with cubes round a camera that sees about `depth` metres of the media.
     #[must_use]
     pub fn with_camera(self, camera: WorldPoint, depth: f64) -> Self {
         let cube = |halvings| Aabb::new(camera, camera).grown(0.5 * depth * 0.5_f64.powi(halvings));
-        Self(self.0.into_iter().chain(Self::of((0..CAMERA_CUBES).map(cube)).0).collect())
+        Self(self.0.into_iter().chain(Self::from_boxes((0..CAMERA_CUBES).map(cube)).0).collect())
     }
 
-    fn of(boxes: impl Iterator<Item = Aabb<World>>) -> Self {
+    fn from_boxes(boxes: impl Iterator<Item = Aabb<World>>) -> Self {
         let region = |bounds: Aabb<World>| DepositRegion {
             bounds,
             rate: PER_CROSSING / bounds.size().length(),
@@ -48,7 +49,7 @@ impl DepositRegions {
     }
 
     /// Whether `ray` crosses any.
-    pub fn meet(&self, ray: &Ray<World>) -> bool {
+    pub fn intersect(&self, ray: &Ray<World>) -> bool {
         let ahead =
             |region: &DepositRegion| !region.bounds.clip(ray).intersect(Span::AHEAD).is_empty();
         self.0.iter().any(ahead)
@@ -61,7 +62,7 @@ impl DepositRegions {
 
     /// Calls `f` with the distances along `ray` within `span` at which a photon is stored, front to
     /// back within each region.
-    pub fn events(
+    pub fn sample_deposits(
         &self,
         ray: &Ray<World>,
         span: Span,
@@ -112,7 +113,7 @@ mod tests {
         let mut rng = Stream::new(3, Stage::Test, 0, 0);
         let mut stored = 0;
         for _ in 0..rounds {
-            regions.events(&ray, Span::AHEAD, &mut rng, |_, _| stored += 1);
+            regions.sample_deposits(&ray, Span::AHEAD, &mut rng, |_, _| stored += 1);
         }
         let mean = f64::from(stored) / f64::from(rounds);
         let error = (expected / f64::from(rounds)).sqrt();

@@ -35,8 +35,8 @@ pub(super) fn choose_emitters<S: Spectrum, H: PhotonDirection>(
     }
     let visible = Visible::new(importance, paths.origin);
     // Flights alone measure light in media with less noise than photons do.
-    let keep = std::mem::replace(&mut paths.keep, 0.0);
-    let photons = paths.shooting.photons;
+    let store_probability = std::mem::replace(&mut paths.store_probability, 0.0);
+    let photons = paths.settings.photons;
     let pilot = MAX_PATHS.min(photons / PHOTONS_PER_PATH);
     let each = (pilot / count as u64).max(MIN_PATHS).min(photons);
     let arriving: Vec<[f64; 2]> = (0..count)
@@ -45,7 +45,7 @@ pub(super) fn choose_emitters<S: Spectrum, H: PhotonDirection>(
             arriving::<S, H>(paths, each, &visible)
         })
         .collect();
-    paths.keep = keep;
+    paths.store_probability = store_probability;
     let total = |of: usize| arriving.iter().map(|light| light[of]).sum::<f64>();
     let totals = [total(0), total(1)].map(|sum| if sum > 0.0 { sum } else { f64::INFINITY });
     let arriving_share =

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::light::EmissionTarget;
-use crate::math::{Ray, Rgb, Span, Stream, World, luminance};
+use crate::math::{Cdf, Ray, Rgb, Span, Stream, World, luminance};
 use crate::medium::EmissionSampler;
 use crate::scene::Scene;
 
@@ -19,8 +19,8 @@ pub struct Emitters<'a> {
     emitters: Vec<Emitter>,
     /// About the power of each, W.
     powers: Vec<f64>,
-    /// Running sum of the weights by which they are chosen, not normalized.
-    cdf: Vec<f64>,
+    /// By which they are chosen; `None` where none has a weight.
+    cdf: Option<Cdf>,
 }
 
 #[derive(Debug)]
@@ -64,14 +64,14 @@ impl<'a> Emitters<'a> {
                 emitters.push(Emitter::Medium(index, sampler));
             }
         }
-        let cdf = running_sum(powers.iter().copied());
+        let cdf = Cdf::new(powers.iter().copied());
         let infinite = scene.surfaces.infinite_feet(target.center()).count();
         Ok(Self { scene, target, records_sky, infinite, emitters, powers, cdf })
     }
 
     /// Chooses emitters in proportion to what `weight` gives for their numbers from now on.
     pub fn choose_by(&mut self, weight: impl Fn(usize) -> f64) {
-        self.cdf = running_sum((0..self.emitters.len()).map(weight));
+        self.cdf = Cdf::new((0..self.emitters.len()).map(weight));
     }
 
     /// About the power of each, W.
@@ -98,11 +98,8 @@ impl<'a> Emitters<'a> {
     /// how it emits.
     pub fn emit(&self, u: [f64; 5], rng: &mut Stream) -> Option<PathStart> {
         let [choice, u @ ..] = u;
-        let total = *self.cdf.last()?;
-        let at = choice * total;
-        let index = self.cdf.partition_point(|&sum| sum <= at).min(self.cdf.len() - 1);
-        let below = if index == 0 { 0.0 } else { self.cdf[index - 1] };
-        let probability = (self.cdf[index] - below) / total;
+        let cdf = self.cdf.as_ref()?;
+        let (index, _) = cdf.sample(choice);
         let (ray, power, direct, sampled) = match &self.emitters[index] {
             Emitter::Light(light) => {
                 let light = &self.scene.lights.lights[*light];
@@ -118,7 +115,7 @@ impl<'a> Emitters<'a> {
         };
         (power.is_finite() && power.max_element() > 0.0).then(|| PathStart {
             ray,
-            power: power / probability,
+            power: power / cdf.probability(index),
             direct,
             sampled,
         })
@@ -135,15 +132,6 @@ impl<'a> Emitters<'a> {
         }
         Ray::new(back.origin, ray.direction)
     }
-}
-
-fn running_sum(weights: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut sum = 0.0;
-    let add = |weight| {
-        sum += weight;
-        sum
-    };
-    weights.map(add).collect()
 }
 
 #[cfg(test)]

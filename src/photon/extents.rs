@@ -31,8 +31,8 @@ pub(super) struct Extents {
 }
 
 impl Extents {
-    /// Those of `scene` with this gather radius in metres, if any.
-    pub fn of(scene: &Scene, visible: &CameraImportance, radius: Option<f64>) -> Self {
+    /// The extents of `scene` with this gather radius in metres, if any.
+    pub fn new(scene: &Scene, visible: &CameraImportance, radius: Option<f64>) -> Self {
         let media = scene.media.bounds();
         let everything = media.union(scene.surfaces.bounds());
         // Of an unbounded medium what the camera sees.
@@ -52,7 +52,7 @@ impl Extents {
     }
 
     /// Diagonal of surfaces and media together, in metres.
-    pub fn of_surfaces(&self) -> f64 {
+    pub fn full_size(&self) -> f64 {
         extent(self.everything, self.media)
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 /// Epanechnikov's kernel on a disk, 1/m²: integrates to 1 over it (Silverman 1986, "Density
-/// Estimation", section 4.2).
+/// Estimation for Statistics and Data Analysis", section 4.2).
 #[derive(Debug, Clone, Copy)]
 pub struct DiskKernel {
     scale: f64,

@@ -52,9 +52,9 @@ impl<S: Spectrum, H: PhotonDirection> PhotonMaps<S, H> {
     }
 
     /// The photons' light scattered along `ray` (unit direction) to its origin, W/(m² sr): the sum
-    /// over the photons near the ray of power · phase · sigma_s · transmittance · kernel (Jarosz,
-    /// Zwicker and Jensen 2008, equation 12, with photons that carry fluence in place of
-    /// collisions). Each photon has its own radius, of which `radius` metres take the share that
+    /// over the photons near the ray of power · phase · sigma_s · transmittance · kernel (the beam
+    /// radiance estimate of Jarosz, Zwicker and Jensen 2008, with photons that carry fluence in place
+    /// of collisions). Each photon has its own radius, of which `radius` metres take the share that
     /// they are of [`volume_radius`](Self::volume_radius), at most all, in the level whose radii
     /// are nearest. `respond` is called with the distance along the ray
     /// and returns, for each phase function there, sigma_s times transmittance. `gathered` counts

@@ -28,17 +28,17 @@ const ROUNDING: f64 = 1e-12;
 pub(super) struct PhotonTracer<'a> {
     pub scene: &'a Scene,
     pub emitters: Emitters<'a>,
+    pub settings: PhotonSettings,
     /// What photons that a surface reflects are aimed at.
-    pub reach: EmissionTarget,
-    pub zones: DepositRegions,
-    pub shooting: PhotonSettings,
+    pub reflection_target: EmissionTarget,
+    pub deposit_regions: DepositRegions,
     /// Origin of stored positions.
     pub origin: WorldPoint,
     /// Probability of storing a volume photon; the stored ones carry the power of the others. 0 where
     /// no beam map is needed.
-    pub keep: f64,
+    pub store_probability: f64,
     /// Box in which flight segments are recorded, for fluence grids; `None` where there are none.
-    pub tracked: Option<Aabb<World>>,
+    pub flight_bounds: Option<Aabb<World>>,
     /// Power, summed over channels, that photons should have: heavier ones are split where a
     /// surface reflects them, lighter ones play Russian roulette; much heavier ones are split in media.
     pub window: Option<f64>,
@@ -115,8 +115,8 @@ impl PhotonTracer<'_> {
     /// Traces the paths of these indices.
     pub fn trace<S: Spectrum, H: PhotonDirection>(&self, paths: Range<u64>) -> Deposits<S, H> {
         let mut out = Deposits::none();
-        let rng = |index: u64| Stream::new(self.shooting.seed, Stage::Photons, index, 0);
-        let mut ctx = PathContext::new(rng(paths.start), self.shooting.needs);
+        let rng = |index: u64| Stream::new(self.settings.seed, Stage::Photons, index, 0);
+        let mut ctx = PathContext::new(rng(paths.start), self.settings.needs);
         for index in paths {
             ctx.rng = rng(index);
             let Some(photon) = self.emit(index, &mut ctx) else { continue };
@@ -148,7 +148,7 @@ impl PhotonTracer<'_> {
             return None;
         };
         if !self.reaches(&start.ray) {
-            if !self.shooting.needs.void {
+            if !self.settings.needs.void {
                 ctx.work.starts_rejected += 1;
                 return None;
             }
@@ -160,7 +160,7 @@ impl PhotonTracer<'_> {
         ctx.work.light_choices += u64::from(self.emitters.len() > 1);
         Some(PhotonState {
             ray: start.ray,
-            power: S::from_rgb(start.power) / self.shooting.photons as f64,
+            power: S::from_rgb(start.power) / self.settings.photons as f64,
             scattered: 0,
             direct: start.direct,
             sampled: start.sampled,
@@ -170,8 +170,9 @@ impl PhotonTracer<'_> {
 
     /// Whether a photon along `ray` can leave anything behind.
     fn reaches(&self, ray: &Ray<World>) -> bool {
-        let needs = &self.shooting.needs;
-        (needs.volume_photons && (self.scene.media.is_endless() || self.zones.meet(ray)))
+        let needs = &self.settings.needs;
+        (needs.volume_photons
+            && (self.scene.media.is_endless() || self.deposit_regions.intersect(ray)))
             || (needs.surfaces && self.scene.surfaces.occluded(ray, Span::AHEAD))
     }
 
@@ -180,7 +181,7 @@ impl PhotonTracer<'_> {
     fn pattern(&self, path: u64) -> [f64; 5] {
         // The sequence is good for 2^16 points; further paths start another one.
         let (block, index) = (path >> 16, (path & 0xffff) as u32);
-        let mut key = Stream::new(self.shooting.seed, Stage::Photons, block, 1);
+        let mut key = Stream::new(self.settings.seed, Stage::Photons, block, 1);
         let scramble = key.scramble();
         let [a, b, c, d] = sobol_burley::sample_4d(index, 0, scramble).map(f64::from);
         [a, b, c, d, f64::from(sobol_burley::sample(index, 4, scramble))]
@@ -197,7 +198,7 @@ impl PhotonTracer<'_> {
     ) -> bool {
         let hit = direct_light::first_surface(self.scene, &photon.ray, ctx);
         let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
-        if photon.solids.is_none() && self.shooting.needs.media {
+        if photon.solids.is_none() && self.settings.needs.media {
             match self.fly(photon, end, ctx, out) {
                 FlightEnd::Through => (),
                 FlightEnd::Scattered { t, medium } => {
@@ -218,19 +219,19 @@ impl PhotonTracer<'_> {
         out: &mut Deposits<S, H>,
     ) -> FlightEnd {
         // A photon stored here is scattered once more toward the camera.
-        let counts = self.shooting.needs.volume_photons
-            && self.shooting.max_scatter.is_none_or(|max| photon.scattered < max);
-        let deposits = counts && !photon.direct && self.keep > 0.0;
-        let tracked = self.tracked.filter(|_| counts && !photon.sampled);
+        let counts = self.settings.needs.volume_photons
+            && self.settings.max_scatter.is_none_or(|max| photon.scattered < max);
+        let deposits = counts && !photon.direct && self.store_probability > 0.0;
+        let flight_bounds = self.flight_bounds.filter(|_| counts && !photon.sampled);
         let (ray, power) = (&photon.ray, &mut photon.power);
         // The start of what has been flown with one power.
         let (mut since, mut flown_with) = (0.0, *power);
         let visit = |step: &FlightStep<S>, ctx: &mut PathContext| {
-            let changed = tracked.is_some()
+            let changed = flight_bounds.is_some()
                 && (step.throughput - flown_with).map(f64::abs).max_element()
                     > ROUNDING * step.throughput.max_element();
             if changed {
-                self.record_segment(tracked, ray, since..step.span.start, flown_with, out);
+                self.record_segment(flight_bounds, ray, since..step.span.start, flown_with, out);
                 since = step.span.start;
             }
             flown_with = step.throughput;
@@ -244,7 +245,7 @@ impl PhotonTracer<'_> {
             FlightEnd::Through => end,
             FlightEnd::Scattered { t, .. } | FlightEnd::Absorbed(t) => t,
         };
-        self.record_segment(tracked, ray, since..until, flown_with, out);
+        self.record_segment(flight_bounds, ray, since..until, flown_with, out);
         flown
     }
 
@@ -277,7 +278,7 @@ impl PhotonTracer<'_> {
         out: &mut Deposits<S, H>,
     ) {
         let power = step.throughput;
-        self.zones.events(ray, step.span, rng, |t, rng| {
+        self.deposit_regions.sample_deposits(ray, step.span, rng, |t, rng| {
             self.store(ray.at(t), ray.direction, power, None, rng, out);
         });
         if let Some(c) = &step.collision {
@@ -295,7 +296,7 @@ impl PhotonTracer<'_> {
         more: &mut Vec<PhotonState<S>>,
     ) -> bool {
         photon.scattered += 1;
-        if self.shooting.max_scatter.is_some_and(|max| photon.scattered > max) {
+        if self.settings.max_scatter.is_some_and(|max| photon.scattered > max) {
             return false;
         }
         let (p, phase) = (photon.ray.at(t), &self.scene.media.get(medium).phase);
@@ -316,7 +317,7 @@ impl PhotonTracer<'_> {
         out: &mut Deposits<S, H>,
     ) -> bool {
         let incoming = photon.ray.direction;
-        if self.shooting.needs.surface_photons && !hit.material.is_specular() && !photon.direct {
+        if self.settings.needs.surface_photons && !hit.material.is_specular() && !photon.direct {
             let power = photon.power / self.units.surface;
             out.surface.push(self.deposit(hit.point, incoming, power));
         }
@@ -340,7 +341,7 @@ impl PhotonTracer<'_> {
         true
     }
 
-    /// Keeps a volume photon with the probability [`keep`](Self::keep), its power divided by the rate
+    /// Keeps a volume photon with the probability [`store_probability`](Self::store_probability), its power divided by the rate
     /// of deposits at `p`. Where finer majorants lower that rate, those of bricks and regions weigh
     /// each kind of deposit: any weights do that add up to 1 at a point (Veach 1997, section 9.2).
     fn store<S: Spectrum, H: PhotonDirection>(
@@ -352,7 +353,7 @@ impl PhotonTracer<'_> {
         rng: &mut Stream,
         out: &mut Deposits<S, H>,
     ) {
-        if rng.uniform() >= self.keep {
+        if rng.uniform() >= self.store_probability {
             return;
         }
         let collisions = match collision {
@@ -363,7 +364,7 @@ impl PhotonTracer<'_> {
             }
         };
         let share = collision.map_or(1.0, |c| c.region_majorant / c.majorant);
-        let rate = (collisions + self.zones.rate_at(p)) * self.keep;
+        let rate = (collisions + self.deposit_regions.rate_at(p)) * self.store_probability;
         if rate > 0.0 {
             let power = power * (share / rate / self.units.volume);
             out.volume.push(self.deposit(p, direction, power));

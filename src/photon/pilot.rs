@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::PhotonDirection;
 use super::path::{Deposits, PhotonTracer};
-use crate::math::Spectrum;
+use crate::math::{Spectrum, WeightedValues};
 use crate::transport::FlightSegment;
 
 /// Most paths of the pilot.
@@ -46,8 +46,8 @@ const MAX_RAISES: u32 = 8;
 /// Estimates for all paths of a render.
 #[derive(Debug)]
 pub(super) struct PathPilot {
-    /// Share of the volume photons to store.
-    pub keep: f64,
+    /// Probability of storing a volume photon.
+    pub store_probability: f64,
     /// Length in metres of all flights through media. A path counts at most the diagonal of the media:
     /// a longer one crosses the same places again, which lowers noise little.
     pub flight_length: f64,
@@ -61,7 +61,8 @@ pub(super) struct PathPilot {
 impl PathPilot {
     /// Sets the weight window of `paths` to the median power of flights in media, raised where splitting
     /// would make paths too expensive, and traces the pilot of `count` paths with it (weight windows of
-    /// Vorba and Křivánek 2016, "Adjoint-Driven Russian Roulette and Splitting").
+    /// Vorba and Křivánek 2016, "Adjoint-Driven Russian Roulette and Splitting in Light Transport
+    /// Simulation").
     pub fn with_weight_window<S: Spectrum, H: PhotonDirection>(
         paths: &mut PhotonTracer<'_>,
         count: u64,
@@ -85,7 +86,7 @@ impl PathPilot {
     /// Traces the first of `count` paths.
     fn trace<S: Spectrum, H: PhotonDirection>(paths: &PhotonTracer<'_>, count: u64) -> Self {
         let (mut traced, mut stored, mut segments, mut events) = (0, 0, Vec::new(), 0);
-        let diagonal = paths.tracked.map_or(0.0, |bounds| bounds.size().length());
+        let diagonal = paths.flight_bounds.map_or(0.0, |bounds| bounds.size().length());
         let mut length = 0.0;
         let most = MAX_PATHS.min(count);
         let few = (count / PHOTONS_PER_PATH).max(MIN_PATHS).min(most);
@@ -108,24 +109,18 @@ impl PathPilot {
             }
             traced = until;
         }
-        let keep = (wanted / expected(stored, traced).max(1.0)).min(1.0);
+        let store_probability = (wanted / expected(stored, traced).max(1.0)).min(1.0);
         let share = traced as f64 / count.max(1) as f64;
         let flight_length = length / share.max(f64::MIN_POSITIVE);
         let events = events as f64 / traced.max(1) as f64;
-        Self { keep, flight_length, median_power: median_power(&mut segments), events }
+        Self { store_probability, flight_length, median_power: median_power(&segments), events }
     }
 }
 
 /// The power, summed over channels, below which half of the length is flown; `None` where there are no
 /// flights.
-fn median_power<S: Spectrum>(segments: &mut [FlightSegment<S>]) -> Option<f64> {
+fn median_power<S: Spectrum>(segments: &[FlightSegment<S>]) -> Option<f64> {
     let power = |segment: &FlightSegment<S>| S::to_f64(segment.power()).element_sum();
-    segments.sort_by(|a, b| power(a).total_cmp(&power(b)));
-    let total: f64 = segments.iter().map(FlightSegment::length).sum();
-    let mut length = 0.0;
-    let middle = segments.iter().find(|segment| {
-        length += segment.length();
-        length >= 0.5 * total
-    });
-    middle.map(power).filter(|power| *power > 0.0)
+    let by_length = segments.iter().map(|segment| (power(segment), segment.length()));
+    WeightedValues::new(by_length).quantile(0.5).filter(|power| *power > 0.0)
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use crate::math::{Spectrum, WorldPoint};
+use crate::math::{Spectrum, WorldPoint, quantile};
 
 use super::{Octahedral, PhotonAt, PhotonDirection, PhotonMap};
 
@@ -34,8 +34,8 @@ pub(super) struct Probes<'a, S: Spectrum, H> {
     pub count: f64,
 }
 
-/// The radius of each volume photon, in metres: wide where photons are sparse (Jarosz, Zwicker and
-/// Jensen 2008, section 5).
+/// The radius of each volume photon, in metres: wide where photons are sparse (the adaptive kernels of
+/// Jarosz, Zwicker and Jensen 2008, "The Beam Radiance Estimate for Volumetric Photon Mapping").
 #[derive(Debug)]
 pub(super) struct Radii {
     /// One a photon, or the same for all.
@@ -77,7 +77,7 @@ impl Radii {
         let each = photons.par_iter().map(|p| spacing.widened(p, weight(p))).collect();
         let stride = (visible.len() / VISIBLE_PLACES).max(1);
         let seen = visible.iter().step_by(stride).map(|p| spacing.at(*p).0.min(most)).collect();
-        Self { each, typical: median(seen).unwrap_or(most) }
+        Self { each, typical: quantile(seen, 0.5).unwrap_or(most) }
     }
 }
 
@@ -141,9 +141,4 @@ impl<S: Spectrum, H: PhotonDirection> Spacing<S, H> {
         let radius = radius * contribution.sqrt().clamp(1.0, MAX_WIDENING);
         radius.min(self.most).max(f64::from(f32::MIN_POSITIVE)) as f32
     }
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }

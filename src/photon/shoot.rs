@@ -57,7 +57,7 @@ impl<'a> AimedPhotons<'a> {
         importance: &'a CameraImportance,
         records_sky: bool,
     ) -> Result<Self> {
-        let extents = Extents::of(scene, importance, settings.radius);
+        let extents = Extents::new(scene, importance, settings.radius);
         let mut tracer = tracer(scene, settings, importance, &extents, records_sky)?;
         let count = if tracer.emitters.is_empty() { 0 } else { settings.photons };
         emitter_importance::choose_emitters::<S, H>(&mut tracer, importance);
@@ -88,12 +88,12 @@ impl<'a> AimedPhotons<'a> {
         phases: &[Phase],
         advance: &(dyn Fn(u64) + Sync),
     ) -> (PhotonMaps<S, H>, Work) {
-        let traced = self.tracer.shooting.traced;
+        let traced = self.tracer.settings.traced;
         let volume = recording.volume_photons || recording.flight_bounds.is_some();
-        let needed = volume || self.tracer.shooting.needs.surface_photons;
+        let needed = volume || self.tracer.settings.needs.surface_photons;
         let count = if needed { self.count } else { 0 };
         let paths = 0..traced.map_or(count, |traced| traced.min(count));
-        let levels = self.tracer.shooting.levels;
+        let levels = self.tracer.settings.levels;
         let part = Part { paths, represents: 1.0, levels };
         self.shoot_part(recording, phases, &part, advance)
     }
@@ -108,8 +108,9 @@ impl<'a> AimedPhotons<'a> {
     ) -> (PhotonMaps<S, H>, Work) {
         // What paths leave behind.
         let Recording { volume_photons, flight_bounds, flights } = recording;
-        self.tracer.keep = if volume_photons { self.pilot.keep } else { 0.0 };
-        self.tracer.tracked = flight_bounds;
+        self.tracer.store_probability =
+            if volume_photons { self.pilot.store_probability } else { 0.0 };
+        self.tracer.flight_bounds = flight_bounds;
         // Trace them.
         let Part { paths, represents, levels } = part;
         let deposits = trace::<S, H>(&self.tracer, paths.clone(), flights, advance);
@@ -157,7 +158,7 @@ fn tracer<'a>(
     records_sky: bool,
 ) -> Result<PhotonTracer<'a>> {
     let target = emission_target::emission_target(scene, importance, extents)?;
-    let above_ground = target.above_ground();
+    let reflection_target = target.above_ground();
     let emitters = Emitters::new(scene, target, records_sky)?;
     let regions = DepositRegions::around(&scene.media, extents.margin);
     let inside = scene.media.iter().any(|medium| !is_camera_outside(scene, medium));
@@ -166,16 +167,16 @@ fn tracer<'a>(
         scene,
         units: Units::around(emitters.power() / settings.photons.max(1) as f64, extents.size),
         emitters,
-        reach: above_ground,
-        zones: if inside {
+        settings: *settings,
+        reflection_target,
+        deposit_regions: if inside {
             regions.with_camera(camera_position(scene), extents.depth)
         } else {
             regions
         },
-        shooting: *settings,
         origin: extents.origin,
-        keep: 1.0,
-        tracked: settings.needs.volume_photons.then_some(flight_bounds),
+        store_probability: 1.0,
+        flight_bounds: settings.needs.volume_photons.then_some(flight_bounds),
         window: None,
     })
 }

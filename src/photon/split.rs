@@ -1,6 +1,6 @@
 //! Splitting and Russian roulette of photons by a weight window (Vorba and Křivánek 2016, "Adjoint-Driven
-//! Russian Roulette and Splitting"): of heavy photons most would miss what the camera sees, and the few
-//! others would show as bright spots.
+//! Russian Roulette and Splitting in Light Transport Simulation"): of heavy photons most would miss what
+//! the camera sees, and the few others would show as bright spots.
 
 use crate::light::aim_from;
 use crate::math::{Ray, Spectrum, Stream, WorldPoint};
@@ -32,7 +32,7 @@ impl PhotonTracer<'_> {
         let side = if incoming.dot(hit.shading_normal) > 0.0 { -1.0 } else { 1.0 };
         let normal = hit.shading_normal * side;
         let draw = |u: [f64; 2]| {
-            let (direction, pdf) = aim_from(hit.point, normal, &self.reach, u)?;
+            let (direction, pdf) = aim_from(hit.point, normal, &self.reflection_target, u)?;
             let f = hit.material.eval(incoming, direction, hit, TransportMode::Importance);
             let power = photon.power * S::from_rgb(f) * (direction.dot(normal) / pdf);
             (power.element_sum() > 0.0).then_some((direction, power))

@@ -29,7 +29,7 @@ use crate::medium::Media;
 use crate::surface::Surfaces;
 
 pub use advice::advice;
-pub use bare::{Ground, Look, LookOptions, Made, UpAxis, summary};
+pub use bare::{BareScene, Ground, Look, LookOptions, UpAxis, summary};
 pub use camera::Camera;
 pub use directing::{
     Directed, Directing, Director, Importance, MAX_COARSENING, Operator, RESOLUTIONS,
@@ -64,7 +64,7 @@ pub struct Scene {
     pub hash: String,
     /// Hash, in hexadecimal, of what is seen without media: camera, film size, surfaces and lights
     /// with the content of their files.
-    pub still: String,
+    pub static_hash: String,
     /// Voxels out of the camera's sight, where nothing else asks for voxels.
     pub unseen: Option<Unseen>,
     /// What was mended or is likely not meant, one line each.
@@ -72,7 +72,7 @@ pub struct Scene {
     /// What was chosen where the file says nothing, one line each.
     pub notes: Vec<String>,
     /// The scene that was made, where a VDB file was given alone.
-    pub made: Option<Arc<Made>>,
+    pub made: Option<Arc<BareScene>>,
 }
 
 impl Scene {

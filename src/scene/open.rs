@@ -15,7 +15,7 @@ impl Scene {
         if let Some(frame) = options.frame {
             return Sequence::open(path, options)?.load(frame);
         }
-        if let Some(pattern) = load::volumes(path) {
+        if let Some(pattern) = load::bare_sequence(path) {
             let name = path.display().to_string();
             return Err(Error::Usage(outline::without_frame(&name, &pattern)));
         }

@@ -55,9 +55,9 @@ impl LoadOptions {
     }
 
     /// Those of them that change what is seen of surfaces and lights.
-    pub(super) fn hashed_still(&self) -> String {
-        let still = |setting: &&Setting| outline::STILL.contains(&setting.table());
-        let settings = self.settings.iter().filter(still);
+    pub(super) fn hashed_static(&self) -> String {
+        let is_static = |setting: &&Setting| outline::STATIC.contains(&setting.table());
+        let settings = self.settings.iter().filter(is_static);
         settings.map(|setting| format!("{:?}\n", setting.parts())).collect()
     }
 }

@@ -7,16 +7,16 @@ use toml::{Table, Value};
 use crate::sequence::Pattern;
 
 /// Tables of what is seen where there are no media, beside the camera.
-pub(super) const STILL: [&str; 2] = ["surface", "light"];
+pub(super) const STATIC: [&str; 2] = ["surface", "light"];
 
 /// Keys that name files.
 const FILES: [&str; 3] = ["file", "texture", "mesh"];
 
 /// What `text` says of surfaces and lights, however it is laid out. A text that is no TOML says
 /// nothing.
-pub(super) fn still_tables(text: &str) -> String {
+pub(super) fn static_tables(text: &str) -> String {
     let mut table = parsed(text);
-    table.retain(|key, _| STILL.contains(&key));
+    table.retain(|key, _| STATIC.contains(&key));
     table.to_string()
 }
 
@@ -36,8 +36,10 @@ pub(super) fn sequences(path: &Path, text: &str) -> Named {
     for (key, value) in &parsed(text) {
         visit(value, &mut |name| {
             let file = folder.join(name);
-            let Some(pattern) = Pattern::of(&file).filter(|_| !file.is_file()) else { return };
-            named.by_static_scene |= STILL.contains(&key.as_str());
+            let Some(pattern) = Pattern::from_path(&file).filter(|_| !file.is_file()) else {
+                return;
+            };
+            named.by_static_scene |= STATIC.contains(&key.as_str());
             if !named.patterns.contains(&pattern) {
                 named.patterns.push(pattern);
             }

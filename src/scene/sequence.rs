@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::bare::{self, Made};
+use super::bare::{self, BareScene};
 use super::load::{self, Grids, StaticScene, Text};
 use super::outline::{self, Named};
 use super::{LoadOptions, Scene};
@@ -35,10 +35,10 @@ impl Sequence {
     /// Where the file cannot be read or used, a key is wrong, or nothing in it is a sequence.
     pub fn open(path: &Path, options: &LoadOptions) -> Result<Self> {
         let options = options.clone();
-        let (text, metered) = match load::volumes(path) {
+        let (text, metered) = match load::bare_sequence(path) {
             Some(pattern) => {
                 let (made, frame) = largest(path, &pattern, &options)?;
-                (Text::Made(Arc::new(made)), Some(frame))
+                (Text::Bare(Arc::new(made)), Some(frame))
             }
             None if load::is_vdb(path)? => return Err(nothing_numbered(path)),
             None => (Text::open(path, &options, &mut Grids::default())?, None),
@@ -88,7 +88,7 @@ impl Sequence {
     pub fn load(&self, frame: i64) -> Result<Scene> {
         let mut grids = Grids::within(self.options.memory);
         let mut file = self.text.read(&self.path, &self.options, Some(frame))?;
-        if matches!(self.text, Text::Made(_)) {
+        if matches!(self.text, Text::Bare(_)) {
             bare::leave_out_missing(&mut file, &mut grids)?;
         }
         let static_scene = match &self.static_scene {
@@ -131,7 +131,7 @@ fn nothing_numbered(path: &Path) -> Error {
 
 /// The scene for a sequence of bare VDB files, as suits the largest that can be used, and the number of
 /// that.
-fn largest(path: &Path, pattern: &Pattern, options: &LoadOptions) -> Result<(Made, i64)> {
+fn largest(path: &Path, pattern: &Pattern, options: &LoadOptions) -> Result<(BareScene, i64)> {
     let size = |file: &Path| std::fs::metadata(file).map_or(0, |file| file.len());
     let numbers = pattern.numbers().into_iter();
     let mut files: Vec<_> = numbers.map(|n| (n, pattern.existing(n))).collect();

@@ -1,6 +1,6 @@
 //! How wide the cells of a cache are: as flights of photons, the medium and the pixels allow.
 
-use crate::math::WorldPoint;
+use crate::math::{WorldPoint, quantile};
 use crate::medium::{Medium, Phase, SparseCells};
 use crate::scene::Scene;
 use crate::transport::PixelFootprint;
@@ -60,7 +60,7 @@ const GATHER_EXPONENT: f64 = -1.0 / 3.0;
 /// Width of the cells, in metres, that suits a medium of this volume in m³ in which all flights
 /// together are `flight_length` metres long and `phase` weighs each. A pixel's variance is as
 /// 1 / (flights width), its squared bias as width⁴; the sum is least for flights^(-1/5) (as in
-/// Silverman 1986, "Density Estimation", section 3.3.2).
+/// Silverman 1986, "Density Estimation for Statistics and Data Analysis", section 3.3.2).
 pub fn width_for_flights(volume: f64, flight_length: f64, phase: &Phase) -> f64 {
     let side = volume.cbrt();
     // The mean chord of a cube is 2/3 of its edge, so that 1.5 times as many flights cross a cell.
@@ -160,11 +160,6 @@ pub(super) fn pixel_width(footprint: &PixelFootprint, visible: &[WorldPoint]) ->
 fn thickest(medium: &Medium, visible: &[WorldPoint]) -> Option<f64> {
     let sigma_t = visible.iter().map(|p| medium.sigma_t_at(*p).max_element());
     quantile(sigma_t.filter(|sigma_t| *sigma_t > 0.0).collect(), 0.9)
-}
-
-fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get((values.len() as f64 * share) as usize).copied()
 }
 
 #[cfg(test)]

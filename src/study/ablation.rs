@@ -1,10 +1,10 @@
-//! What each part of the director brings: one way of rendering with it, one without.
+//! The gain of each part of the director: a candidate with it against one without.
 
 use serde::{Deserialize, Serialize};
 
-use super::answer::{Question, UNIFORM, has_round, over_rounds, scaled, too_inexact};
-use super::curve::{Curve, Reach};
-use super::measured::{Answer, PointResult, RunResult};
+use super::curve::{Crossing, Curve};
+use super::gain::{ErrorMeasure, UNIFORM, has_round, over_rounds, scaled, too_inexact};
+use super::measured::{Estimate, PointResult, RunResult};
 
 /// Parts, each with the candidate that has it and the one that has not.
 const PARTS: [(&str, &str, &str); 12] = [
@@ -22,7 +22,7 @@ const PARTS: [(&str, &str, &str); 12] = [
     ("all as in the paper", "xs-paper", UNIFORM),
 ];
 
-/// What a part brings over doing without it.
+/// The gain of a part over doing without it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
     /// The part.
@@ -33,34 +33,34 @@ pub struct Effect {
     pub without: String,
     /// Error without it over error with it in the same run time, the geometric mean over all
     /// budgets at which the one without was measured: above 1 it wins.
-    pub error_gain: Answer,
+    pub error_gain: Estimate,
     /// Run time without it over run time with it at the same error, likewise.
-    pub time_gain: Answer,
+    pub time_gain: Estimate,
 }
 
 impl Effect {
-    /// Whether the part wins at equal time, loses, or leaves it open, as far as the interval tells.
+    /// Whether the part wins or loses at equal time, by the interval.
     pub fn outcome(&self) -> &'static str {
         match &self.error_gain {
-            Answer::Found(gain) => match gain.range {
+            Estimate::Found(gain) => match gain.range {
                 Some([low, _]) if low > 1.0 => "wins",
                 Some([_, high]) if high < 1.0 => "loses",
                 _ => "open",
             },
-            Answer::None(_) => "not told",
+            Estimate::None(_) => "not told",
         }
     }
 }
 
-/// What is told by the candidates that were measured.
-pub(super) fn ablation(points: &[PointResult], question: Question<'_>) -> Vec<Effect> {
+/// The effects of the parts whose two candidates were measured.
+pub(super) fn ablation(points: &[PointResult], measure: ErrorMeasure<'_>) -> Vec<Effect> {
     let is_there = |name: &str| points.iter().any(|point| point.candidate == name);
     PARTS
         .iter()
         .filter(|(_, with, without)| is_there(with) && is_there(without))
         .map(|&(part, with, without)| {
             let gain =
-                |of: fn(&Curve, f64, f64) -> Reach| gain(points, question, (with, without), of);
+                |of: fn(&Curve, f64, f64) -> Crossing| gain(points, measure, (with, without), of);
             Effect {
                 part: part.into(),
                 with: with.into(),
@@ -72,43 +72,44 @@ pub(super) fn ablation(points: &[PointResult], question: Question<'_>) -> Vec<Ef
         .collect()
 }
 
-/// What `of` makes of the curve without the part, and seconds and error of the points with it.
+/// The interval over rounds of `of`, a function of the curve without the part and of seconds and error of the
+/// points with it.
 fn gain(
     points: &[PointResult],
-    question: Question<'_>,
+    measure: ErrorMeasure<'_>,
     (with, without): (&str, &str),
-    of: impl Fn(&Curve, f64, f64) -> Reach,
-) -> Answer {
-    let trusted = |p: &&PointResult| p.candidate == with && question.is_trusted(p);
+    of: impl Fn(&Curve, f64, f64) -> Crossing,
+) -> Estimate {
+    let trusted = |p: &&PointResult| p.candidate == with && measure.is_trusted(p);
     let points_with: Vec<&PointResult> = points.iter().filter(trusted).collect();
     if points_with.is_empty() {
-        return Answer::None(too_inexact(question.target));
+        return Estimate::None(too_inexact(measure.target));
     }
     let results: Vec<&RunResult> = points_with.iter().flat_map(|point| &point.runs).collect();
     let mut rounds: Vec<u32> = results.iter().map(|result| result.run.round).collect();
     rounds.sort_unstable();
     rounds.dedup();
     rounds.retain(|round| has_round(points, without, *round));
-    let reach = |round: &u32| {
-        let curve = question.curve(points, without, *round);
+    let crossing = |round: &u32| {
+        let curve = measure.curve(points, without, *round);
         let of_round = results.iter().filter(|result| result.run.round == *round);
-        let reaches = of_round.map(|result| {
-            let error = question.error(result).unwrap_or(f64::NAN);
+        let crossings = of_round.map(|result| {
+            let error = measure.error(result).unwrap_or(f64::NAN);
             of(&curve, result.run.seconds, error)
         });
-        over_budgets(&reaches.collect::<Vec<_>>())
+        over_budgets(&crossings.collect::<Vec<_>>())
     };
-    over_rounds(&rounds.iter().map(reach).collect::<Vec<_>>())
+    over_rounds(&rounds.iter().map(crossing).collect::<Vec<_>>())
 }
 
-/// The geometric mean of what was found; what the first says where nothing was.
-fn over_budgets(reaches: &[Reach]) -> Reach {
-    let found = |r: &Reach| if let Reach::At(value) = r { Some(value.ln()) } else { None };
-    let found: Vec<f64> = reaches.iter().filter_map(found).collect();
+/// The geometric mean of the values found; the first crossing where there are none.
+fn over_budgets(crossings: &[Crossing]) -> Crossing {
+    let found = |r: &Crossing| if let Crossing::At(value) = r { Some(value.ln()) } else { None };
+    let found: Vec<f64> = crossings.iter().filter_map(found).collect();
     if found.is_empty() {
-        return reaches.first().copied().unwrap_or(Reach::Never);
+        return crossings.first().copied().unwrap_or(Crossing::Never);
     }
-    Reach::At((found.iter().sum::<f64>() / found.len() as f64).exp())
+    Crossing::At((found.iter().sum::<f64>() / found.len() as f64).exp())
 }
 
 #[cfg(test)]
@@ -127,11 +128,13 @@ mod tests {
 
     #[test]
     fn budgets_beyond_the_curve_are_left_out() {
-        let Reach::At(mean) = over_budgets(&[Reach::At(2.0), Reach::Never, Reach::At(8.0)]) else {
+        let Crossing::At(mean) =
+            over_budgets(&[Crossing::At(2.0), Crossing::Never, Crossing::At(8.0)])
+        else {
             panic!("two budgets are on the curve")
         };
         assert!((mean - 4.0).abs() < 1e-12);
-        assert_eq!(over_budgets(&[Reach::Below, Reach::Never]), Reach::Below);
-        assert_eq!(over_budgets(&[]), Reach::Never);
+        assert_eq!(over_budgets(&[Crossing::Below, Crossing::Never]), Crossing::Below);
+        assert_eq!(over_budgets(&[]), Crossing::Never);
     }
 }

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use super::ablation::ablation;
-use super::answer::{Question, answer_curves, answer_points};
 use super::candidate::{Candidate, GOLD, Settings, at_finest_step};
 use super::convergence::convergence;
+use super::gain::{ErrorMeasure, curve_results, fill_gains};
 use super::headline::headline;
 use super::job::{Basis, REFERENCE, Run};
-use super::measured::{Answer, Measured, PointResult, RunResult};
+use super::measured::{Estimate, Measured, PointResult, RunResult};
 use super::metric::{Options, compare, default_epsilon};
 use super::plan::Plan;
 use super::request::Metric;
@@ -68,12 +68,12 @@ impl Study<'_> {
         progress.finish();
         let targets: Vec<Target> = targets.into_iter().map(|(target, _)| target).collect();
         let target = &targets[targets.len() - 1];
-        let question = Question { target, metric: self.request.metric };
-        answer_points(&mut points, question);
-        let curves = answer_curves(&points, question, &self.request.errors);
-        let ablation = ablation(&points, question);
-        let convergence = convergence(&points, question);
-        let headline = headline(&points, question);
+        let measure = ErrorMeasure { target, metric: self.request.metric };
+        fill_gains(&mut points, measure);
+        let curves = curve_results(&points, measure, &self.request.errors);
+        let ablation = ablation(&points, measure);
+        let convergence = convergence(&points, measure);
+        let headline = headline(&points, measure);
         let header = &self.store.header;
         let mut results = Results {
             schema: header.schema,
@@ -208,8 +208,8 @@ impl Study<'_> {
             seconds: Interval::from_values(&seconds).ok_or_else(lost)?,
             errors: measured.collect(),
             speed_up: None,
-            gain_at_equal_error: Answer::None(String::new()),
-            gain_at_equal_time: Answer::None(String::new()),
+            gain_at_equal_error: Estimate::None(String::new()),
+            gain_at_equal_time: Estimate::None(String::new()),
             mse_split: split(Metric::Mse),
             relative_mse_split: split(Metric::RelativeMse),
             runs: results,

@@ -1,9 +1,8 @@
 //! Whether a ratio is told from 1, and how many seeds would tell.
 
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::statistics::{CONFIDENCE, Interval};
+use super::statistics::{Interval, students_t};
 
 /// How far from 1 a ratio may be and still count as equal.
 pub const EQUAL: f64 = 0.1;
@@ -49,10 +48,11 @@ pub fn seeds_to_settle(ratio: &Interval) -> Option<u32> {
     let now = u32::try_from(ratio.samples).ok()?;
     let mean = ratio.estimate.ln();
     let half = 0.5 * (high / low).ln();
-    let deviation = half * f64::from(now).sqrt() / quantile(now)?;
+    let t = |n: u32| students_t(f64::from(n) - 1.0);
+    let deviation = half * f64::from(now).sqrt() / t(now)?;
     let to_the_bounds = ((1.0 + EQUAL).ln() - mean).min(mean - (1.0 - EQUAL).ln());
     let margin = mean.abs().max(to_the_bounds);
-    let tells = |n: u32| quantile(n).is_some_and(|t| t * deviation / f64::from(n).sqrt() < margin);
+    let tells = |n: u32| t(n).is_some_and(|t| t * deviation / f64::from(n).sqrt() < margin);
     // The half width falls with every seed.
     let (mut open, mut settled) = (now, MOST_SEEDS);
     if !deviation.is_finite() || now >= MOST_SEEDS || !tells(settled) {
@@ -63,12 +63,6 @@ pub fn seeds_to_settle(ratio: &Interval) -> Option<u32> {
         *(if tells(middle) { &mut settled } else { &mut open }) = middle;
     }
     Some(settled)
-}
-
-/// Student's t of the interval of `n` values.
-fn quantile(n: u32) -> Option<f64> {
-    let student = StudentsT::new(0.0, 1.0, f64::from(n) - 1.0).ok()?;
-    Some(student.inverse_cdf(0.5 + CONFIDENCE / 2.0))
 }
 
 #[cfg(test)]
@@ -116,7 +110,7 @@ mod tests {
 
     /// The interval of `n` values with this mean and deviation of logarithms, by its formula.
     fn widened(mean: f64, deviation: f64, n: u32) -> Interval {
-        let half = quantile(n).unwrap() * deviation / f64::from(n).sqrt();
+        let half = students_t(f64::from(n) - 1.0).unwrap() * deviation / f64::from(n).sqrt();
         let range = Some([(mean - half).exp(), (mean + half).exp()]);
         Interval { estimate: mean.exp(), range, median: mean.exp(), samples: n as usize }
     }

@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::answer::Question;
 use super::candidate::{GOLD, PHOTONS};
+use super::gain::ErrorMeasure;
 use super::job::REFERENCE;
 use super::measured::{PointResult, RunResult};
 use super::request::Metric;
-use super::split::Split;
+use super::split::ErrorSplit;
 use super::statistics::slope;
 use crate::strategy::Strategy;
 
@@ -131,19 +131,22 @@ pub struct Convergence {
 }
 
 /// What the candidate with fewer photons shows; nothing where it was not measured.
-pub(super) fn convergence(points: &[PointResult], question: Question<'_>) -> Option<Convergence> {
-    let question = Question { metric: Metric::Mse, ..question };
+pub(super) fn convergence(
+    points: &[PointResult],
+    measure: ErrorMeasure<'_>,
+) -> Option<Convergence> {
+    let measure = ErrorMeasure { metric: Metric::Mse, ..measure };
     // Gold is the end of the curve, unless it is what errors are measured against.
-    let with_gold = question.target.name == REFERENCE;
+    let with_gold = measure.target.name == REFERENCE;
     let of = |p: &&PointResult| p.candidate == PHOTONS || (with_gold && p.candidate == GOLD);
     if !points.iter().any(|p| p.candidate == PHOTONS) {
         return None;
     }
     let mut told = Vec::new();
     for point in points.iter().filter(of) {
-        let errors: Vec<f64> = point.runs.iter().filter_map(|t| question.error(t)).collect();
+        let errors: Vec<f64> = point.runs.iter().filter_map(|t| measure.error(t)).collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
-        if super::Target::is_trusted(question.own(), mean) {
+        if super::Target::is_trusted(measure.own(), mean) {
             told.push((point, mean));
         }
     }
@@ -158,7 +161,8 @@ pub(super) fn convergence(points: &[PointResult], question: Question<'_>) -> Opt
         };
         slope(&told.iter().map(pair).collect::<Option<Vec<_>>>()?)
     };
-    let part = |of: fn(Split) -> f64| move |point: &PointResult, _: f64| point.mse_split.map(of);
+    let part =
+        |of: fn(ErrorSplit) -> f64| move |point: &PointResult, _: f64| point.mse_split.map(of);
     let radius = slope_of(&|point, _| point.runs.first()?.run.radius);
     Some(Convergence {
         estimator,

@@ -1,4 +1,4 @@
-//! Error against run time, as measured, and what lies between two measurements.
+//! Error against run time, interpolated between measurements.
 
 /// Measured pairs of run time in seconds and error.
 #[derive(Clone, Debug, PartialEq)]
@@ -7,14 +7,14 @@ pub struct Curve {
     points: Vec<(f64, f64)>,
 }
 
-/// What a curve says of a value.
+/// Where a measured curve reaches a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reach {
-    /// It is there, between two measurements or on one.
+pub enum Crossing {
+    /// There, between two measurements or on one.
     At(f64),
-    /// Already the quickest measurement is at or beyond it: what less would do was not measured.
+    /// At or before the quickest measurement.
     Below,
-    /// No measurement gets there.
+    /// Nowhere in the measurements.
     Never,
 }
 
@@ -29,41 +29,41 @@ impl Curve {
     }
 
     /// The error at `time`, interpolated between the logarithms of both.
-    pub fn error_at(&self, time: f64) -> Reach {
+    pub fn error_at(&self, time: f64) -> Crossing {
         match (self.points.first(), self.points.last()) {
             (Some(first), Some(last)) if time >= first.0 && time <= last.0 => {}
-            (Some(first), _) if time < first.0 => return Reach::Below,
-            _ => return Reach::Never,
+            (Some(first), _) if time < first.0 => return Crossing::Below,
+            _ => return Crossing::Never,
         }
         let after = self.points.partition_point(|(t, _)| *t < time);
         let b = self.points[after];
         let a = self.points[after.saturating_sub(1)];
-        Reach::At(between(a, b, time))
+        Crossing::At(between(a, b, time))
     }
 
     /// The error at `time`, as [`error_at`](Self::error_at); beyond the measurements in favour of the
     /// curve: as 1/time after the last one, as independent samples fall at best, and that of the
-    /// first one before it. Nothing where nothing was measured.
+    /// first one before it. `None` without measurements.
     pub fn favoured_error_at(&self, time: f64) -> Option<f64> {
         let (first, last) = (self.points.first()?, self.points.last()?);
         match self.error_at(time) {
-            Reach::At(error) => Some(error),
-            Reach::Below => Some(first.1),
-            Reach::Never => Some(last.1 * last.0 / time),
+            Crossing::At(error) => Some(error),
+            Crossing::Below => Some(first.1),
+            Crossing::Never => Some(last.1 * last.0 / time),
         }
     }
 
     /// The shortest time from which the curve is at or under `error`, interpolated likewise.
-    pub fn time_to(&self, error: f64) -> Reach {
+    pub fn time_to(&self, error: f64) -> Crossing {
         match self.points.first() {
-            Some(first) if first.1 == error => return Reach::At(first.0),
-            Some(first) if first.1 < error => return Reach::Below,
+            Some(first) if first.1 == error => return Crossing::At(first.0),
+            Some(first) if first.1 < error => return Crossing::Below,
             _ => {}
         }
         let steps = self.points.windows(2).map(|pair| (pair[0], pair[1]));
         let crossing = steps.into_iter().find(|(_, b)| b.1 <= error);
         let swap = |(time, error): (f64, f64)| (error, time);
-        crossing.map_or(Reach::Never, |(a, b)| Reach::At(between(swap(a), swap(b), error)))
+        crossing.map_or(Crossing::Never, |(a, b)| Crossing::At(between(swap(a), swap(b), error)))
     }
 }
 
@@ -85,8 +85,8 @@ mod tests {
         Curve::new([(16.0, 1.0 / 16.0), (1.0, 1.0), (4.0, 0.25)])
     }
 
-    fn is_at(reach: Reach, value: f64) -> bool {
-        matches!(reach, Reach::At(v) if (v - value).abs() < 1e-9 * value)
+    fn is_at(reach: Crossing, value: f64) -> bool {
+        matches!(reach, Crossing::At(v) if (v - value).abs() < 1e-9 * value)
     }
 
     #[test]
@@ -97,12 +97,12 @@ mod tests {
 
     #[test]
     fn nothing_is_extrapolated() {
-        assert_eq!(inverse().error_at(0.9), Reach::Below);
-        assert_eq!(inverse().error_at(16.1), Reach::Never);
-        assert_eq!(inverse().time_to(1.1), Reach::Below);
-        assert_eq!(inverse().time_to(0.06), Reach::Never);
-        assert_eq!(Curve::new([]).error_at(1.0), Reach::Never);
-        assert_eq!(Curve::new([(1.0, 0.0), (f64::NAN, 1.0)]).time_to(1.0), Reach::Never);
+        assert_eq!(inverse().error_at(0.9), Crossing::Below);
+        assert_eq!(inverse().error_at(16.1), Crossing::Never);
+        assert_eq!(inverse().time_to(1.1), Crossing::Below);
+        assert_eq!(inverse().time_to(0.06), Crossing::Never);
+        assert_eq!(Curve::new([]).error_at(1.0), Crossing::Never);
+        assert_eq!(Curve::new([(1.0, 0.0), (f64::NAN, 1.0)]).time_to(1.0), Crossing::Never);
     }
 
     #[test]
@@ -126,12 +126,12 @@ mod tests {
         ) {
             let curve = Curve::new(points.clone());
             let slack = 1.0 + 1e-9;
-            if let Reach::At(time) = curve.time_to(at) {
+            if let Crossing::At(time) = curve.time_to(at) {
                 let times = points.iter().map(|p| p.0);
                 prop_assert!(time >= times.clone().fold(f64::INFINITY, f64::min) / slack);
                 prop_assert!(time <= times.fold(0.0, f64::max) * slack);
             }
-            if let Reach::At(error) = curve.error_at(at) {
+            if let Crossing::At(error) = curve.error_at(at) {
                 let errors = points.iter().map(|p| p.1);
                 prop_assert!(error >= errors.clone().fold(f64::INFINITY, f64::min) / slack);
                 prop_assert!(error <= errors.fold(0.0, f64::max) * slack);

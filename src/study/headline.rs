@@ -1,19 +1,19 @@
-//! The answer of a study: gold against the directed candidate against uniform sampling.
+//! The headline of a study: the directed candidate against gold and against uniform sampling.
 
 use serde::{Deserialize, Serialize};
 
-use super::answer::{Question, UNIFORM};
 use super::candidate::{GOLD, subject};
 use super::contrast::{MOST_SEEDS, Outcome, seeds_to_settle};
 use super::curve::Curve;
+use super::gain::{ErrorMeasure, UNIFORM};
 use super::measured::{PointResult, RunResult};
 use super::statistics::Interval;
 use super::target::Target;
 
-/// What more seeds take beside their renders, as a factor: comparing and writing.
+/// Time for more seeds over the time of their renders: pictures are compared and written too.
 const OVERHEAD: f64 = 1.2;
 
-/// The directed candidate at the largest budget, beside gold and uniform sampling.
+/// The directed candidate at its largest budget against gold and uniform sampling.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Headline {
     /// The candidate's name.
@@ -28,31 +28,32 @@ pub struct Headline {
     pub error: Option<Interval>,
     /// Gold's run time over its own.
     pub time_saved: Contrast,
-    /// The error of uniform sampling in its run time over its own, each less the target's own error
-    /// where it is a squared one. Where it is slower than gold or quicker than the fewest rays, in
-    /// favour of uniform sampling ([`Curve::favoured_error_at`]).
+    /// The error of uniform sampling in the candidate's run time over the candidate's error; the target's
+    /// own error is subtracted from squared errors. Beyond the measured curve the error of uniform
+    /// sampling is extrapolated in its favour ([`Curve::favoured_error_at`]).
     pub error_gain: Contrast,
-    /// Its error over that of one gold standard, likewise.
+    /// The candidate's error over that of one render of gold; the target's own error is subtracted from
+    /// squared errors.
     pub error_cost: Contrast,
-    /// What would settle what is open; nothing where nothing is.
-    pub settling: Option<Settling>,
+    /// Seeds that would decide the contrasts; `None` where all are decided.
+    pub settling: Option<SeedsToSettle>,
 }
 
-/// A ratio over rounds, and what it says.
+/// A ratio over rounds, with the outcome of its interval.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contrast {
-    /// The ratio, paired by round; nothing where it was not measured.
+    /// The ratio, paired by round; `None` where it was not measured.
     pub ratio: Option<Interval>,
-    /// What its interval says.
+    /// The outcome of its interval.
     pub outcome: Outcome,
 }
 
-/// What would settle what is open.
+/// Seeds and time that would decide all contrasts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Settling {
-    /// Seeds in all; nothing where [`MOST_SEEDS`] would not do.
+pub struct SeedsToSettle {
+    /// Seeds in all; `None` where even [`MOST_SEEDS`] would not decide.
     pub seeds: Option<u32>,
-    /// Seconds for those that are not there yet.
+    /// Seconds for the seeds that have not been rendered.
     pub seconds: Option<f64>,
 }
 
@@ -63,15 +64,15 @@ impl Contrast {
         Self { ratio, outcome }
     }
 
-    /// Seeds that would tell, where it is open and was measured at all.
-    fn wanted(&self) -> Option<Option<u32>> {
+    /// Seeds that would decide it, where it is undecided: `Some(None)` where [`MOST_SEEDS`] would not.
+    fn seeds_wanted(&self) -> Option<Option<u32>> {
         let ratio = self.ratio.as_ref().filter(|_| self.outcome == Outcome::Open)?;
         Some(seeds_to_settle(ratio))
     }
 }
 
-/// The headline of `points`, nothing where no candidate is directed.
-pub(super) fn headline(points: &[PointResult], question: Question<'_>) -> Option<Headline> {
+/// The headline of `points`; `None` where no candidate is directed.
+pub(super) fn headline(points: &[PointResult], measure: ErrorMeasure<'_>) -> Option<Headline> {
     let names: Vec<String> = points.iter().map(|point| point.candidate.clone()).collect();
     let directed = names.into_iter().filter(|name| name != GOLD).collect::<Vec<_>>();
     let name = subject(&directed)?;
@@ -84,13 +85,12 @@ pub(super) fn headline(points: &[PointResult], question: Question<'_>) -> Option
         |result: &RunResult| gold.runs.iter().find(|other| other.run.round == result.run.round);
     let time_saved = over(&|result| Some(same_round(result)?.run.seconds / result.run.seconds));
     let error_gain = over(&|result| {
-        let uniform = uniform_curve(points, question, result.run.round)?;
-        Some(uniform.favoured_error_at(result.run.seconds)? / question.corrected(result)?)
+        let uniform = uniform_curve(points, measure, result.run.round)?;
+        Some(uniform.favoured_error_at(result.run.seconds)? / measure.corrected(result)?)
     });
-    let error_cost = over(&|result| {
-        Some(question.corrected(result)? / question.corrected(same_round(result)?)?)
-    });
-    let error = point.errors.get(&question.target.name).map(|measured| measured.error.clone());
+    let error_cost =
+        over(&|result| Some(measure.corrected(result)? / measure.corrected(same_round(result)?)?));
+    let error = point.errors.get(&measure.target.name).map(|measured| measured.error.clone());
     let mut headline = Headline {
         candidate: name.into(),
         label: point.label.clone(),
@@ -102,36 +102,37 @@ pub(super) fn headline(points: &[PointResult], question: Question<'_>) -> Option
         error_cost,
         settling: None,
     };
-    headline.settling = settling(&headline, points, question);
+    headline.settling = settling(&headline, points, measure);
     Some(headline)
 }
 
-/// Uniform sampling in one round, gold at its end; nothing where it was not measured.
-fn uniform_curve(points: &[PointResult], question: Question<'_>, round: u32) -> Option<Curve> {
+/// The curve of uniform sampling in one round, with gold as its last point; `None` where it was not
+/// measured.
+fn uniform_curve(points: &[PointResult], measure: ErrorMeasure<'_>, round: u32) -> Option<Curve> {
     let of = |name: &'static str| {
         let results = points.iter().filter(move |p| p.candidate == name).flat_map(|p| &p.runs);
         results.filter(move |result| result.run.round == round)
     };
     of(UNIFORM).next()?;
     let both = of(UNIFORM).chain(of(GOLD));
-    Some(Curve::new(both.filter_map(|r| Some((r.run.seconds, question.corrected(r)?)))))
+    Some(Curve::new(both.filter_map(|r| Some((r.run.seconds, measure.corrected(r)?)))))
 }
 
-/// What would settle the time saved, the gain over uniform sampling and, against the gold standard,
-/// how far its error can be trusted.
+/// Seeds that would decide the time saved and the gain over uniform sampling, and make the target's own
+/// error small enough where gold is the target.
 fn settling(
     headline: &Headline,
     points: &[PointResult],
-    question: Question<'_>,
-) -> Option<Settling> {
+    measure: ErrorMeasure<'_>,
+) -> Option<SeedsToSettle> {
     let now = u32::try_from(headline.seconds.samples).unwrap_or(MOST_SEEDS);
-    let own = headline.error.as_ref().map(|error| (question.own(), error.estimate));
-    let blurred = own.filter(|(own, error)| !Target::is_trusted(*own, *error));
-    let for_trust = blurred.filter(|_| question.target.name == GOLD).map(|(own, error)| {
+    let own = headline.error.as_ref().map(|error| (measure.own(), error.estimate));
+    let untrusted = own.filter(|(own, error)| !Target::is_trusted(*own, *error));
+    let for_trust = untrusted.filter(|_| measure.target.name == GOLD).map(|(own, error)| {
         let seeds = (f64::from(now) * Target::renders_wanted(own, error)).ceil();
         (seeds <= f64::from(MOST_SEEDS)).then_some((seeds as u32).max(now + 1))
     });
-    let open = [headline.time_saved.wanted(), headline.error_gain.wanted(), for_trust];
+    let open = [headline.time_saved.seeds_wanted(), headline.error_gain.seeds_wanted(), for_trust];
     let wanted: Vec<Option<u32>> = open.into_iter().flatten().collect();
     if wanted.is_empty() {
         return None;
@@ -143,7 +144,7 @@ fn settling(
     };
     let round: f64 = points.iter().filter(core).map(|point| point.seconds.estimate).sum();
     let seconds = seeds.map(|seeds| OVERHEAD * round * f64::from(seeds.saturating_sub(now)));
-    Some(Settling { seeds, seconds })
+    Some(SeedsToSettle { seeds, seconds })
 }
 
 #[cfg(test)]
@@ -152,7 +153,7 @@ mod tests {
 
     use super::super::candidate::Settings;
     use super::super::job::{REFERENCE, Run};
-    use super::super::measured::{Answer, Measured};
+    use super::super::measured::{Estimate, Measured};
     use super::super::metric::{Errors, Options, compare};
     use super::super::request::Metric;
     use super::*;
@@ -197,14 +198,14 @@ mod tests {
             seconds: of(|round| round.0),
             errors: BTreeMap::from([(REFERENCE.into(), measured)]),
             speed_up: None,
-            gain_at_equal_error: Answer::None(String::new()),
-            gain_at_equal_time: Answer::None(String::new()),
+            gain_at_equal_error: Estimate::None(String::new()),
+            gain_at_equal_time: Estimate::None(String::new()),
             mse_split: None,
             relative_mse_split: None,
         }
     }
 
-    fn told(directed: &[(f64, f64)]) -> Headline {
+    fn made_headline(directed: &[(f64, f64)]) -> Headline {
         let target = Target {
             name: REFERENCE.into(),
             renders: 2,
@@ -213,19 +214,19 @@ mod tests {
             own: errors(0.0),
             exr: String::new(),
         };
-        let question = Question { target: &target, metric: Metric::RelativeMse };
+        let measure = ErrorMeasure { target: &target, metric: Metric::RelativeMse };
         // Errors as 0.4 over time.
         let points = [
             point(GOLD, &[(4.0, 0.1), (4.1, 0.098), (3.9, 0.102)]),
             point(UNIFORM, &[(1.0, 0.4), (1.02, 0.39), (0.98, 0.41)]),
             point("xs-scattering", directed),
         ];
-        headline(&points, question).unwrap()
+        headline(&points, measure).unwrap()
     }
 
     #[test]
-    fn a_made_study_is_answered() {
-        let headline = told(&[(2.0, 0.1), (2.04, 0.098), (1.96, 0.102)]);
+    fn ratios_of_a_made_study() {
+        let headline = made_headline(&[(2.0, 0.1), (2.04, 0.098), (1.96, 0.102)]);
         assert_eq!(headline.time_saved.outcome, Outcome::Above);
         assert_eq!(headline.error_gain.outcome, Outcome::Above);
         assert_eq!(headline.error_cost.outcome, Outcome::Equal);
@@ -236,8 +237,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_open_says_what_would_settle_it() {
-        let headline = told(&[(2.0, 0.1), (2.04, 0.3), (1.96, 0.2)]);
+    fn undecided_contrasts_name_the_seeds_that_decide_them() {
+        let headline = made_headline(&[(2.0, 0.1), (2.04, 0.3), (1.96, 0.2)]);
         assert_eq!(headline.error_gain.outcome, Outcome::Open);
         let settling = headline.settling.unwrap();
         let seeds = seeds_to_settle(headline.error_gain.ratio.as_ref().unwrap()).unwrap();
@@ -250,7 +251,7 @@ mod tests {
     #[test]
     fn slower_than_gold_uniform_sampling_is_favoured() {
         // At twice gold's time uniform sampling would have half its error.
-        let headline = told(&[(8.0, 0.05), (8.2, 0.049), (7.8, 0.051)]);
+        let headline = made_headline(&[(8.0, 0.05), (8.2, 0.049), (7.8, 0.051)]);
         assert_eq!(headline.time_saved.outcome, Outcome::Below);
         assert_eq!(headline.error_gain.outcome, Outcome::Equal, "{:?}", headline.error_gain);
     }

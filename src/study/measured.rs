@@ -1,4 +1,4 @@
-//! What was measured of candidates: points, runs, errors, and answers from them.
+//! Measurements of candidates: points, runs, errors, and estimates from them.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::candidate::Settings;
 use super::job::Run;
 use super::metric::Errors;
-use super::split::Split;
+use super::split::ErrorSplit;
 use super::statistics::Interval;
 
 /// A candidate at one budget.
@@ -28,21 +28,21 @@ pub struct PointResult {
     pub finest_step: Vec<Run>,
     /// Run time in seconds, without loading and writing.
     pub seconds: Interval,
-    /// The error that answers are about, by each target's name.
+    /// The error by the study's metric, by each target's name.
     pub errors: BTreeMap<String, Measured>,
     /// Gold's run time over its own, paired by round.
     pub speed_up: Option<Interval>,
     /// Run time of `fixed` at its error over its own, paired by round: above 1 it wins.
-    pub gain_at_equal_error: Answer,
+    pub gain_at_equal_error: Estimate,
     /// Error of `fixed` in its run time over its own, paired by round: above 1 it wins.
-    pub gain_at_equal_time: Answer,
-    /// Where the error comes from, by MSE; nothing for one seed.
-    pub mse_split: Option<Split>,
+    pub gain_at_equal_time: Estimate,
+    /// The parts of the error, by MSE; `None` for one seed.
+    pub mse_split: Option<ErrorSplit>,
     /// The same by relative MSE.
-    pub relative_mse_split: Option<Split>,
+    pub relative_mse_split: Option<ErrorSplit>,
 }
 
-/// An error with what it may be said of.
+/// An error, and whether the target is exact enough for a verdict on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// The error over seeds.
@@ -61,11 +61,11 @@ pub struct RunResult {
     pub errors: BTreeMap<String, Errors>,
 }
 
-/// An answer, or why there is none.
+/// An interval, or the reason why there is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Answer {
-    /// The answer.
+pub enum Estimate {
+    /// The interval.
     Found(Interval),
     /// Why there is none.
     None(String),
@@ -76,8 +76,8 @@ pub enum Answer {
 pub struct CurveResult {
     /// Its name.
     pub candidate: String,
-    /// Seconds to reach each of the errors asked for.
-    pub time_to: Vec<(f64, Answer)>,
+    /// Seconds to reach each of the requested errors.
+    pub time_to: Vec<(f64, Estimate)>,
     /// Slope of log MSE over log rays shot; -1 is that of independent samples.
     pub slope: Option<f64>,
 }

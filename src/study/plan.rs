@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::answer::UNIFORM;
 use super::candidate::{CANDIDATES, Candidate, GOLD, at_finest_step, subject};
 use super::contrast::FEWEST_SEEDS;
+use super::gain::UNIFORM;
 use super::job::{
     Basis, Costs, Job, LEAST_GOLDS, REFERENCE, Role, estimated, gold_job, reference_jobs, seeded,
 };

@@ -1,4 +1,4 @@
-//! Where a squared error comes from.
+//! Squared errors split into noise, error of the march step, and bias.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,22 +6,22 @@ use super::metric::{Options, mse, relative_map};
 use super::request::Metric;
 use crate::image::Image;
 
-/// A squared error split in three; their sum is the expected error of one render, less the
-/// target's own. All are unbiased estimates, so that what is hardly there can come out below 0.
+/// The three parts of a squared error; their sum is the expected error of one render, less the
+/// target's own. All are unbiased estimates, so that small parts can be negative.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Split {
-    /// What differs between seeds.
+pub struct ErrorSplit {
+    /// Variance between seeds.
     pub noise: f64,
-    /// What the march step does: the squared mean difference from renders of the same seeds with
-    /// the finest step, at which optical depth is exact. 0 where the step is the finest, nothing
-    /// where that was not rendered, which leaves it in the bias.
+    /// Error of the march step: the squared mean difference from renders of the same seeds with the
+    /// finest step, at which optical depth is exact. 0 where the step is the finest; `None` where the
+    /// finest was not rendered, and then the bias contains it.
     pub step: Option<f64>,
-    /// All else that is left in the mean over seeds, less what noise leaves there and the target's
-    /// own error: what gathers blur, and what the target itself has wrong.
+    /// Squared bias of the mean over seeds without the error of the step: the blur of gathers, and the
+    /// bias of the target. The noise of that mean and the target's own error are subtracted.
     pub bias: f64,
 }
 
-/// Renders of one point, and what they are measured against.
+/// Renders of one point, with their target.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measurement<'a> {
     /// The target's picture.
@@ -30,15 +30,20 @@ pub(super) struct Measurement<'a> {
     pub(super) own: f64,
     /// The mean of the renders.
     pub(super) mean: &'a Image,
-    /// Of each render from a seed that was rendered with the finest step as well: how far the
-    /// target would be off by what the step changes. Nothing where steps were not measured.
+    /// The target [`displaced`] by the effect of the step, for each seed that was rendered with the
+    /// finest step as well; `None` where none was.
     pub(super) steps: Option<&'a [Image]>,
 }
 
 impl Measurement<'_> {
-    /// Splits the mean of these `errors` of the renders, nothing for one alone or another metric
-    /// than a squared one.
-    pub(super) fn split(&self, errors: &[f64], metric: Metric, options: &Options) -> Option<Split> {
+    /// Splits the mean of the `errors` of the renders; `None` for a single render or a metric that is not
+    /// squared.
+    pub(super) fn split(
+        &self,
+        errors: &[f64],
+        metric: Metric,
+        options: &Options,
+    ) -> Option<ErrorSplit> {
         let of = |image: &Image| squared(metric, self.target, image, options);
         let (noise, systematic) = noise_and_bias(errors, of(self.mean)?)?;
         let step = match self.steps {
@@ -50,18 +55,18 @@ impl Measurement<'_> {
                 Some(noise_and_bias(&each, of(&mean)?)?.1)
             }
         };
-        Some(Split { noise, step, bias: systematic - self.own - step.unwrap_or(0.0) })
+        Some(ErrorSplit { noise, step, bias: systematic - self.own - step.unwrap_or(0.0) })
     }
 }
 
-/// `target` with what differs between `coarse` and `fine` added.
+/// `target` plus the difference of `coarse` and `fine`.
 pub(super) fn displaced(target: &Image, coarse: &Image, fine: &Image) -> Image {
     let pixels = target.pixels().iter().zip(coarse.pixels()).zip(fine.pixels());
     let pixels = pixels.map(|((t, c), f)| [0, 1, 2].map(|i| t[i] + (c[i] - f[i]))).collect();
     Image::new(target.width(), target.height(), pixels)
 }
 
-/// A squared error of one picture.
+/// The squared error of a picture by `metric`; `None` for other metrics.
 fn squared(metric: Metric, reference: &Image, image: &Image, options: &Options) -> Option<f64> {
     match metric {
         Metric::Mse => Some(mse(reference, image)),
@@ -72,8 +77,8 @@ fn squared(metric: Metric, reference: &Image, image: &Image, options: &Options) 
     }
 }
 
-/// Noise and squared bias of pictures with these squared `errors`, whose mean has `of_mean`. With n
-/// pictures the mean of `errors` is bias + noise and `of_mean` bias + noise / n.
+/// Noise and squared bias of n pictures with these squared `errors`, `of_mean` being the squared error of
+/// their mean: the mean of `errors` is bias + noise, and `of_mean` is bias + noise / n.
 fn noise_and_bias(errors: &[f64], of_mean: f64) -> Option<(f64, f64)> {
     let n = errors.len() as f64;
     let all = errors.iter().sum::<f64>() / n;
@@ -98,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_error_is_told_from_pairs() {
+    fn pairs_of_renders_give_the_step_error() {
         // Renders 1 and 3 of a target 0, with the finest step 0.5 and 2.5 from the same seeds: the
         // step adds 0.5 whatever the noise, so that of the 3 of bias 0.25 are its own.
         let (target, mean) = (grey(0.0), grey(2.0));
@@ -107,7 +112,7 @@ mod tests {
         let measurement =
             Measurement { target: &target, own: 0.5, mean: &mean, steps: Some(&steps) };
         let split = measurement.split(&[1.0, 9.0], Metric::Mse, &Options::default()).unwrap();
-        assert_eq!(split, Split { noise: 2.0, step: Some(0.25), bias: 2.25 });
+        assert_eq!(split, ErrorSplit { noise: 2.0, step: Some(0.25), bias: 2.25 });
         let sum = split.noise + split.step.unwrap() + split.bias + 0.5;
         assert_eq!(sum, 5.0, "the mean of the errors");
     }

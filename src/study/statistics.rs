@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::statistics::{Data, OrderStatistics};
 
 /// The share of intervals that hold the true value.
 pub const CONFIDENCE: f64 = 0.95;
@@ -39,7 +40,12 @@ impl Interval {
             let (mean, half) = mean_and_half_width(values);
             (mean, half.map(|half| [(mean - half).max(0.0), mean + half]))
         };
-        Some(Self { estimate, range, median: median(values), samples: values.len() })
+        Some(Self {
+            estimate,
+            range,
+            median: Data::new(values.to_vec()).median(),
+            samples: values.len(),
+        })
     }
 }
 
@@ -48,22 +54,18 @@ fn mean_and_half_width(values: &[f64]) -> (f64, Option<f64>) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let freedom = n - 1.0;
-    let half = StudentsT::new(0.0, 1.0, freedom).ok().map(|student| {
+    let half = students_t(freedom).map(|t| {
         let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / freedom;
-        student.inverse_cdf(0.5 + CONFIDENCE / 2.0) * (variance / n).sqrt()
+        t * (variance / n).sqrt()
     });
     (mean, half)
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len() / 2;
-    if sorted.len() % 2 == 1 {
-        sorted[middle]
-    } else {
-        f64::midpoint(sorted[middle - 1], sorted[middle])
-    }
+/// Student's t with these degrees of freedom that bounds the two-sided interval at [`CONFIDENCE`];
+/// `None` without any degree of freedom.
+pub(super) fn students_t(freedom: f64) -> Option<f64> {
+    let student = StudentsT::new(0.0, 1.0, freedom).ok()?;
+    Some(student.inverse_cdf(0.5 + CONFIDENCE / 2.0))
 }
 
 /// The slope of the least-squares line through the logarithms of `points` above 0: -1 for the

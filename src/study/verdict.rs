@@ -2,7 +2,7 @@
 
 use super::contrast::{EQUAL, MOST_SEEDS, Outcome};
 use super::figure::significant;
-use super::headline::{Headline, Settling};
+use super::headline::{Headline, SeedsToSettle};
 use super::results::Results;
 use super::statistics::Interval;
 
@@ -50,7 +50,7 @@ fn saved(results: &Results, headline: &Headline) -> String {
 /// The error of uniform sampling in the same time.
 fn gained(results: &Results, headline: &Headline) -> String {
     let Some(ratio) = &headline.error_gain.ratio else {
-        return if results.points.iter().any(|point| point.candidate == super::answer::UNIFORM) {
+        return if results.points.iter().any(|point| point.candidate == super::gain::UNIFORM) {
             format!(
                 "What uniform sampling makes of that time cannot be told: the own error of the {} \
                  is as large as the errors measured.",
@@ -79,7 +79,7 @@ fn gained(results: &Results, headline: &Headline) -> String {
 }
 
 /// What is left to do, as a command.
-fn how_to_settle(results: &Results, settling: Settling) -> String {
+fn how_to_settle(results: &Results, settling: SeedsToSettle) -> String {
     let (Some(seeds), Some(seconds)) = (settling.seeds, settling.seconds) else {
         return format!("More than {MOST_SEEDS} seeds would be needed to settle what is open.");
     };

@@ -33,7 +33,7 @@ impl VdbFile {
         let transform = info.affine().and_then(Transform::<Index>::new).ok_or_else(|| {
             self.grid_error(info, "its transform is singular; it must map voxels to a volume")
         })?;
-        Ok(Grid::new(source, transform, Statistics::of(source), 0))
+        Ok(Grid::new(source, transform, Statistics::from_source(source), 0))
     }
 
     /// As [`read_combined`](Self::read_combined), of colours that are multiplied by grid `density`.

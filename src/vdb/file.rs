@@ -189,7 +189,7 @@ impl VdbFile {
         let voxels = self.voxels(index, fog)?;
         let mut source = Source::new(&voxels).map_err(|e| self.grid_error(info, e))?;
         drop(voxels);
-        let statistics = Statistics::of(&source);
+        let statistics = Statistics::from_source(&source);
         if density {
             source.make_density();
         }

@@ -50,7 +50,8 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    pub(super) fn of<V: Voxel>(source: &Source<V>) -> Self {
+    /// The statistics of the active voxels of `source`.
+    pub(super) fn from_source<V: Voxel>(source: &Source<V>) -> Self {
         let mut all = Tally::default();
         for ((leaf, mask), &origin) in source.leaves.iter().zip(&source.masks).zip(&source.origins)
         {

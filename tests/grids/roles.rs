@@ -41,7 +41,7 @@ fn empty(name: &str) -> GridToWrite {
 
 fn contents(grids: &[GridToWrite]) -> Contents {
     let (_folder, file) = written(grids);
-    Contents::of(&file).unwrap()
+    Contents::find(&file).unwrap()
 }
 
 /// The label and kind of what glows beside smoke.
@@ -74,7 +74,7 @@ fn densities_have_any_case_and_suffixes_and_are_never_helpers() {
     assert_eq!(contents(&[smoke("pressure"), smoke("heat")]).density.label(), "heat");
     for grids in [&[smoke("pressure")][..], &[smoke("a"), smoke("b")], &[]] {
         let (_folder, file) = written(grids);
-        let message = Contents::of(&file).unwrap_err().to_string();
+        let message = Contents::find(&file).unwrap_err().to_string();
         assert!(message.contains("it holds") && message.lines().count() == 1, "{message}");
     }
 }
@@ -83,7 +83,7 @@ fn densities_have_any_case_and_suffixes_and_are_never_helpers() {
 fn a_level_set_called_density_is_refused_by_name_and_passed_over_for_fog() {
     let level_set = GridToWrite { class: "level set".into(), ..smoke("density") };
     let (_folder, file) = written(std::slice::from_ref(&level_set));
-    let message = Contents::of(&file).unwrap_err().to_string();
+    let message = Contents::find(&file).unwrap_err().to_string();
     assert!(message.contains("is a level set"), "{message}");
     assert_eq!(contents(&[level_set, smoke("soot")]).density.label(), "soot");
 }
@@ -108,7 +108,7 @@ fn plain_smoke_of_blender_does_not_glow() {
 fn caches_of_mantaflow_are_smoke_with_colour_and_z_up() {
     for frame in 7..=10 {
         let Some(path) = shared(&format!("gas_sequence/fluid_data_{frame:04}.vdb")) else { return };
-        let contents = Contents::of(&VdbFile::open(&path).unwrap()).unwrap();
+        let contents = Contents::find(&VdbFile::open(&path).unwrap()).unwrap();
         assert_eq!(contents.density.label(), "density");
         assert_eq!(contents.fire, None, "{frame}");
         assert!(
@@ -125,7 +125,7 @@ fn caches_of_mantaflow_are_smoke_with_colour_and_z_up() {
 fn shared_volumes_are_plain_smoke() {
     for name in ["smoke/smoke_v222.vdb", "cloud/singlecloud.vdb"] {
         let Some(path) = shared(name) else { return };
-        let contents = Contents::of(&VdbFile::open(&path).unwrap()).unwrap();
+        let contents = Contents::find(&VdbFile::open(&path).unwrap()).unwrap();
         assert_eq!(contents.density.label(), "density");
         assert_eq!((contents.fire, contents.color, contents.up), (None, None, None));
     }
@@ -134,7 +134,7 @@ fn shared_volumes_are_plain_smoke() {
 #[test]
 fn shipped_fire_glows_by_its_temperature() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/fire.vdb");
-    let fire = Contents::of(&VdbFile::open(&path).unwrap()).unwrap().fire.unwrap();
+    let fire = Contents::find(&VdbFile::open(&path).unwrap()).unwrap().fire.unwrap();
     assert_eq!(fire.grid.label(), "temperature");
     assert_eq!(fire.kind, FireKind::Temperature(Unit::Normalised));
 }
@@ -238,7 +238,7 @@ fn three_scalar_grids_are_a_vector() {
             grids.push(scalar(&format!("Cd{}", ends[i]), move |_, _, _| 0.25 * (i + 1) as f32));
         }
         let (_folder, file) = written(&grids);
-        let contents = Contents::of(&file).unwrap();
+        let contents = Contents::find(&file).unwrap();
         let color = contents.color.clone().unwrap();
         assert_eq!((color.label(), color.indices()), ("Cd", &[2, 3, 1][..]), "{ends:?}");
         assert_eq!(file.find_vector("Cd", None).unwrap(), color);
@@ -287,7 +287,7 @@ fn colours_of_mantaflow_are_divided_by_the_density() {
     for (mark, divided) in [("flags", true), ("a", false)] {
         let all: Vec<_> = grids.iter().cloned().chain([smoke(mark)]).collect();
         let (_folder, file) = written(&all);
-        let color = Contents::of(&file).unwrap().color.unwrap();
+        let color = Contents::find(&file).unwrap().color.unwrap();
         let grid = file.read_color(&color).unwrap();
         let parts = [1, 2, 3].map(|i| file.read_scalar(i, ReadAs::Raw).unwrap());
         for i in 0..500 {
@@ -364,7 +364,7 @@ fn grids_without_a_role_are_not_read() {
         let end = bytes.len();
         bytes[end - 1000..].fill(0xa5); // inside the voxels of the last grid
         std::fs::write(&path, bytes).unwrap();
-        match Contents::of(&VdbFile::open(&path).unwrap()) {
+        match Contents::find(&VdbFile::open(&path).unwrap()) {
             Ok(_) => assert!(!is_read, "{name}"),
             Err(e) => assert!(is_read && e.to_string().contains("\"heat\""), "{e}"),
         }

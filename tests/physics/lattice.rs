@@ -3,9 +3,9 @@
 
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, WorldPoint, warp};
 use fogbow::photon::PhotonSettings;
-use fogbow::render::{PassSettings, PhotonPass};
+use fogbow::render::{PassSettings, PhotonPass, Request};
 use fogbow::scene::plan::Needs;
-use fogbow::scene::{FinalGather, LoadOptions, Scene};
+use fogbow::scene::{FinalGather, LoadOptions, Scene, Strategy};
 use fogbow::transport::{PathContext, direct_light};
 use glam::DVec3;
 
@@ -49,7 +49,8 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         PhotonSettings { photons, seed: 3, max_scatter, radius: None, levels, needs, traced: None };
     let settings = PassSettings {
         photons,
-        final_gather: FinalGather::Never,
+        strategy: Request::Asked(Strategy::FluenceTowardEye),
+        final_gather: FinalGather::Auto,
         denoise: false,
         rays: 4,
         film_pixels: 1.0,
@@ -72,7 +73,8 @@ fn light_of_the_sky_is_its_radiance_as_far_as_it_arrives() {
     for level in 0..3 {
         let mean =
             |f: &dyn Fn(WorldPoint) -> Rgb| places(500).into_iter().map(f).sum::<Rgb>() / 500.0;
-        let light = mean(&|p| maps.caches.fluence[0].toward_camera(p, level));
+        let grid = maps.caches.fluence[0].as_ref().unwrap();
+        let light = mean(&|p| grid.toward_camera(p, level));
         // What is left of the sky on the way to a place.
         let mut rng = Stream::new(9, Stage::Test, 0, 0);
         let mut right = Rgb::ZERO;
@@ -96,7 +98,7 @@ fn direct_light_is_that_found_at_the_place() {
     const DRAWS: u32 = 256;
     let scene = haze(SUN, FORWARD);
     let maps = kept(&scene, 1000, None, 0);
-    let [direct] = &maps.caches.direct[..] else { panic!("the sun's light is kept") };
+    let [Some(direct)] = &maps.caches.direct[..] else { panic!("the sun's light is kept") };
     assert!(direct.caches(0));
     let mut ctx = PathContext::new(Stream::new(1, Stage::Test, 0, 0), Needs::EVERYTHING);
     let mut mean = Rgb::ZERO;
@@ -124,9 +126,8 @@ fn the_same_on_any_number_of_threads() {
     let values = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let maps = pool.install(|| kept(&scene, 20_000, None, 1));
-        let value = |p| {
-            (0..2).map(|level| maps.caches.fluence[0].toward_camera(p, level).to_array()).collect()
-        };
+        let grid = maps.caches.fluence[0].as_ref().unwrap();
+        let value = |p| (0..2).map(|level| grid.toward_camera(p, level).to_array()).collect();
         places(100).into_iter().map(value).collect::<Vec<Vec<[f64; 3]>>>()
     };
     assert_eq!(values(1), values(2));

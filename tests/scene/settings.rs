@@ -47,7 +47,7 @@ fn settings_stand_over_the_scene() {
     let plain = loaded(&[]);
     assert_eq!(loaded(&[("render.rays", "3"), ("film.size", "[20, 10]")]).hash, plain.hash);
     assert_ne!(loaded(&[("medium.0.sigma_t", "2")]).hash, plain.hash);
-    assert_ne!(loaded(&[("light.0.irradiance", "2")]).still, plain.still);
+    assert_ne!(loaded(&[("light.0.irradiance", "2")]).static_hash, plain.static_hash);
 }
 
 /// Each message names the setting, what was found and what would be right.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use fogbow::render::Silent;
 use fogbow::scene::{LoadOptions, Scene};
-use fogbow::study::{Answer, Estimator, Request, Results, Study};
+use fogbow::study::{Estimate, Estimator, Request, Results, Study};
 
 const BALL: &str = "
 [camera]
@@ -97,7 +97,7 @@ fn a_coarse_step_is_told_from_noise_and_bias() {
     let parts: Vec<&str> = fine.ablation.iter().map(|effect| effect.part.as_str()).collect();
     assert_eq!(parts, ["directed rays alone", "directed step alone"]);
     for effect in &fine.ablation {
-        let is_told = matches!(effect.error_gain, Answer::Found(_));
+        let is_told = matches!(effect.error_gain, Estimate::Found(_));
         assert_eq!(is_told, effect.outcome() != "not told");
     }
 }

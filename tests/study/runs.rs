@@ -6,7 +6,7 @@ use assert_cmd::Command;
 use fogbow::image::read_layers;
 use fogbow::render::Silent;
 use fogbow::scene::{LoadOptions, Scene};
-use fogbow::study::{Answer, RUNS, Request, Results, Study, write_report};
+use fogbow::study::{Estimate, RUNS, Request, Results, Study, write_report};
 
 const SCENE: &str = "
 [camera]
@@ -142,7 +142,7 @@ fn results_and_page_have_what_they_must() {
     for point in &results.points {
         assert!(point.seconds.estimate > 0.0 && point.seconds.samples == 2);
         if point.candidate == "gold" || point.candidate == "fixed" {
-            assert!(matches!(point.gain_at_equal_error, Answer::None(_)));
+            assert!(matches!(point.gain_at_equal_error, Estimate::None(_)));
         }
         for trial in &point.runs {
             let layers = read_layers(&out.join(&trial.run.exr)).unwrap();

@@ -31,7 +31,7 @@ macro_rules! functions {
         }
 
         impl Functions {
-            fn of(library: &Library) -> Result<Self, String> {
+            fn from_library(library: &Library) -> Result<Self, String> {
                 Ok(Self {
                     $(
                         // SAFETY: the type is that of the function in oidn.h of version 2.
@@ -70,7 +70,7 @@ impl Functions {
             // One that cannot be loaded is told of by the library itself.
             let _ = load(&dependency);
         }
-        Self::of(load(path)?)
+        Self::from_library(load(path)?)
     }
 
     /// A processor as a device.

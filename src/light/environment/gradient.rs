@@ -4,9 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::super::cdf::Cdf;
 use super::super::checked_color;
-use crate::math::{Rgb, is_grey, luminance};
+use crate::math::{Cdf, Rgb, is_grey, luminance};
 
 /// Radiance linear in y, the sine of the elevation, between nodes. As equal steps of y are equal solid
 /// angles, directions are sampled by a linear density in y, whose inverse is a closed form.
@@ -96,7 +95,7 @@ impl Gradient {
     /// A direction, its density and the radiance from there; nothing where all is black.
     pub(super) fn toward(&self, u: [f64; 2]) -> Option<(DVec3, f64, Rgb)> {
         let pieces = self.pieces.as_ref()?;
-        let (piece, _, first) = pieces.sample(u[0]);
+        let (piece, first) = pieces.sample(u[0]);
         let [low, high] = [self.nodes[piece], self.nodes[piece + 1]];
         let share = linear_inverse(luminance(low.radiance), luminance(high.radiance), first);
         let y = (low.y + (high.y - low.y) * share).clamp(-1.0, 1.0);

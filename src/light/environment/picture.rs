@@ -4,9 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use super::super::cdf::Cdf;
 use super::super::checked_color;
-use crate::math::{Rgb, are_grey, is_grey, luminance};
+use crate::math::{Cdf, Rgb, are_grey, is_grey, luminance};
 
 /// A picture with what sampling it takes: texels are chosen by luminance times solid angle, then
 /// directions uniformly in the texel, so that the density is the luminance over its integral.
@@ -146,8 +145,8 @@ impl Picture {
 
     /// A direction, its density and the radiance from there; nothing where all is black.
     pub(super) fn toward(&self, u: [f64; 2]) -> Option<(DVec3, f64, Rgb)> {
-        let (row, _, down) = self.rows.as_ref()?.sample(u[0]);
-        let (column, _, right) = self.columns[row].as_ref()?.sample(u[1]);
+        let (row, down) = self.rows.as_ref()?.sample(u[0]);
+        let (column, right) = self.columns[row].as_ref()?.sample(u[1]);
         // Uniform in the cosine within the row, found from its edges without cancellation.
         let step = PI / self.height as f64;
         let upper = self.row_angle(row);

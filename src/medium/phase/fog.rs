@@ -26,7 +26,7 @@ impl Fog {
                  (mist 1 to 5, fog 5 to 20, cloud 10 to 50)"
             ));
         }
-        let fit = Fit::of(diameter);
+        let fit = Fit::new(diameter);
         Ok(Self {
             peak: HenyeyGreenstein::new(fit.g_hg)?,
             body: Draine::new(fit.g_d, fit.alpha),
@@ -73,7 +73,7 @@ struct Fit {
 
 impl Fit {
     /// The fit for the diameter `d` in micrometres.
-    fn of(d: f64) -> Self {
+    fn new(d: f64) -> Self {
         let l = d.ln();
         if d <= 0.1 {
             Self {

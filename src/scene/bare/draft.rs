@@ -7,7 +7,7 @@ use toml::Value;
 use super::super::keys::{Key, TABLES};
 use super::super::reader::Setting;
 
-/// A scene in parts: what a bare render shows.
+/// The scene of a bare render, table by table.
 #[derive(Debug, Clone, Default)]
 pub struct Draft {
     tables: Vec<Table>,
@@ -18,7 +18,7 @@ struct Table {
     name: &'static str,
     /// Whether it is one of several of its name.
     listed: bool,
-    /// What it is for: a line of its own.
+    /// The comment above it.
     title: String,
     entries: Vec<Entry>,
 }
@@ -54,7 +54,7 @@ impl Draft {
         self
     }
 
-    /// The file that the first medium is read from, as it is named in the scene.
+    /// Sets the file of the first medium, as the scene names it.
     pub fn set_file(&mut self, file: &str) {
         let medium = self.tables.iter_mut().find(|table| table.name == "medium");
         if let Some(entry) = medium.and_then(|m| m.entries.iter_mut().find(|e| e.name == "file")) {
@@ -62,7 +62,7 @@ impl Draft {
         }
     }
 
-    /// The draft with `settings` in their places, those of tables that are not there left out.
+    /// The draft with `settings` applied, except those of tables that it does not have.
     #[must_use]
     pub fn with(mut self, settings: &[Setting]) -> Self {
         for setting in settings {
@@ -157,7 +157,7 @@ impl Table {
     }
 }
 
-/// What stands behind a key: its sentence and unit.
+/// The comment of a key: its sentence and unit.
 fn comment(key: &Key) -> String {
     let doc = key.doc.trim_end_matches('.');
     if key.unit.is_empty() { doc.into() } else { format!("{doc}, {}", key.unit) }
@@ -169,7 +169,7 @@ fn known(table: &str, key: &str) -> Option<&'static Key> {
     of_table.flat_map(|(.., table)| table.keys).copied().find(|known| known.name == key)
 }
 
-/// `x` with five significant digits: more than a chosen number means.
+/// `x` with five significant digits, enough for a value that was chosen.
 pub(super) fn rounded(x: f64) -> f64 {
     significant(x, 4)
 }
@@ -178,8 +178,8 @@ fn significant(x: f64, digits: usize) -> f64 {
     format!("{x:.digits$e}").parse().unwrap_or(x)
 }
 
-/// A place, exact enough where a small thing lies far from the origin.
-pub(super) fn place(p: glam::DVec3) -> Value {
+/// A point with ten significant digits, exact enough for a small object far from the origin.
+pub(super) fn point(p: glam::DVec3) -> Value {
     Value::Array(p.to_array().map(|x| Value::Float(significant(x, 9))).to_vec())
 }
 

@@ -1,16 +1,17 @@
-//! Where the camera of a bare render stands.
+//! The camera of a bare render.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::look::{Look, LookOptions};
+use super::measure::stray_entries;
 use super::subject::Subject;
 use crate::math::{Ray, Span, WorldPoint};
 use crate::scene::camera::Pose;
 
-/// Full angle of view across the width where no focal length is asked for, in degrees.
+/// Full angle of view across the width where no focal length is given, in degrees.
 const FOV: f64 = 35.0;
-/// Width of the sensor that focal lengths are told for, in millimetres.
+/// Width of the sensor that focal lengths refer to, in millimetres.
 const SENSOR: f64 = 36.0;
 /// Share of the picture's width or height, whichever is reached first, that the medium fills.
 const FILL: f64 = 0.8;
@@ -18,17 +19,17 @@ const FILL: f64 = 0.8;
 const AZIMUTH: f64 = 28.8;
 /// Angle of the camera above the horizon, in degrees: low, so that the horizon is in the picture.
 const ELEVATION: f64 = 4.0;
-/// The same in the sky: from below.
+/// The same for the look of sky: from below.
 const ELEVATION_SKY: f64 = -12.0;
-/// The same for measurements.
+/// The same for the look of measurements.
 const ELEVATION_NONE: f64 = 14.7;
 /// Rays along each side of the raster by which the visible part is found.
 const RASTER: u32 = 96;
-/// How often the raster is laid anew over the visible part found before.
+/// Rounds of the search for the visible part, each with the raster over the part found before.
 const ROUNDS: u32 = 6;
 /// Opacity from which a place counts as visible.
 const VISIBLE: f64 = 0.02;
-/// Share of the opacity that may lie beyond each edge of the visible part: single stray voxels.
+/// Share of the opacity that may lie beyond each edge of the visible part, for stray voxels.
 const STRAY: f64 = 0.002;
 
 /// The camera of a bare render.
@@ -49,21 +50,21 @@ struct Rectangle {
 }
 
 /// A view of the visible part of `subject` in a picture of `size`.
-pub(super) fn frame(subject: &Subject, asked: &LookOptions, size: [u32; 2]) -> Frame {
-    let fov = asked.focal.map_or(FOV, |focal| 2.0 * (0.5 * SENSOR / focal).atan().to_degrees());
+pub(super) fn frame(subject: &Subject, options: &LookOptions, size: [u32; 2]) -> Frame {
+    let fov = options.focal.map_or(FOV, |focal| 2.0 * (0.5 * SENSOR / focal).atan().to_degrees());
     let usual = match subject.look {
         Look::Studio | Look::Dusk => ELEVATION,
         Look::Sky => ELEVATION_SKY,
         Look::None => ELEVATION_NONE,
     };
-    let elevation = asked.elevation.unwrap_or(usual).to_radians();
-    let azimuth = (AZIMUTH + asked.orbit).to_radians();
+    let elevation = options.elevation.unwrap_or(usual).to_radians();
+    let azimuth = (AZIMUTH + options.orbit).to_radians();
     let (sin, cos) = elevation.sin_cos();
     let toward = DVec3::new(cos * azimuth.sin(), sin, cos * azimuth.cos());
     let across = FILL * (0.5 * fov.to_radians()).tan();
     let half = [across, across * f64::from(size[1]) / f64::from(size[0])];
 
-    let mut view = View::of_box(subject, toward, half);
+    let mut view = View::around_box(subject, toward, half);
     for _ in 0..ROUNDS {
         let Some(visible) = view.visible(subject) else { break };
         view = view.centered(&visible, half);
@@ -72,7 +73,7 @@ pub(super) fn frame(subject: &Subject, asked: &LookOptions, size: [u32; 2]) -> F
     Frame { pose, fov, bottom: subject.bounds.min.xyz.y }
 }
 
-/// A camera on its way to its place.
+/// A camera during the search for its position.
 #[derive(Debug, Clone, Copy)]
 struct View {
     target: DVec3,
@@ -80,13 +81,13 @@ struct View {
     right: DVec3,
     up: DVec3,
     distance: f64,
-    /// Where the raster lies.
+    /// The part of the picture that the raster covers.
     raster: Rectangle,
 }
 
 impl View {
-    /// One from which all corners of the subject's box stay within `half` of the axis.
-    fn of_box(subject: &Subject, toward: DVec3, half: [f64; 2]) -> Self {
+    /// A view in which all corners of the subject's box stay within `half` of the axis.
+    fn around_box(subject: &Subject, toward: DVec3, half: [f64; 2]) -> Self {
         let target = subject.bounds.center().xyz;
         let right = DVec3::Y.cross(toward).normalize();
         let up = toward.cross(right);
@@ -108,7 +109,7 @@ impl View {
         Ray::new(WorldPoint::from_xyz(self.eye()), direction.normalize())
     }
 
-    /// The part of the raster in which something is seen; nothing where nothing is.
+    /// The part of the raster in which the medium is visible; `None` where it is nowhere.
     fn visible(&self, subject: &Subject) -> Option<Rectangle> {
         let at = |axis: usize, k: u32, within: f64| {
             let [min, max] = [self.raster.min[axis], self.raster.max[axis]];
@@ -134,24 +135,15 @@ impl View {
                 let place = if axis == 0 { i % RASTER as usize } else { i / RASTER as usize };
                 marginal[place] += opacity;
             }
-            let first = |marginal: &mut dyn Iterator<Item = f64>| {
-                let mut beyond = 0.0;
-                marginal
-                    .take_while(|share| {
-                        beyond += share;
-                        beyond <= STRAY * sum
-                    })
-                    .count() as u32
-            };
-            let low = first(&mut marginal.iter().copied());
-            let high = RASTER - first(&mut marginal.iter().rev().copied());
+            let low = stray_entries(marginal.iter().copied(), STRAY * sum) as u32;
+            let high = RASTER - stray_entries(marginal.iter().rev().copied(), STRAY * sum) as u32;
             [at(axis, low, 0.0), at(axis, high, 0.0)]
         };
         let ([left, right], [low, high]) = (edges(0), edges(1));
         Some(Rectangle { min: [left, low], max: [right, high] })
     }
 
-    /// The view whose middle is that of `visible`, from where it fills `half` in one direction.
+    /// The view centred on `visible`, at the distance from which that fills `half` along one axis.
     fn centered(&self, visible: &Rectangle, half: [f64; 2]) -> Self {
         let middle = [0, 1].map(|axis| 0.5 * (visible.min[axis] + visible.max[axis]));
         let extent = [0, 1].map(|axis| 0.5 * (visible.max[axis] - visible.min[axis]));

@@ -1,4 +1,4 @@
-//! How what burns glows.
+//! Emission of fire in a bare render.
 
 use toml::Value;
 
@@ -17,37 +17,37 @@ const CELSIUS: f64 = 273.15;
 /// largest; its luminance goes with the square of that.
 const FLAME: [(f64, f64); 6] =
     [(0.0, 700.0), (0.15, 1000.0), (0.35, 1250.0), (0.6, 1500.0), (0.85, 1750.0), (1.0, HOTTEST)];
-/// Radiance of a flame of its mean thickness, everywhere as strong as where it is strongest: flames are weaker
-/// nearly everywhere.
+/// Radiance along a ray through a flame's mean thickness with the largest value throughout; flames are
+/// weaker nearly everywhere.
 const FLAME_GLOW: f64 = 2.0;
-/// Radiance that a thick part of the hottest voxels has: brighter than the key makes smoke.
+/// Radiance of optically thick voxels of the largest temperature: brighter than smoke in the key light.
 const GLOW: f64 = 10.0;
 /// Kelvin where a normalised temperature is 0: too cold to glow.
 const COLD: f64 = 300.0;
 
-/// What glows.
+/// The emission of a bare render.
 #[derive(Debug)]
 pub(super) struct Glow {
     /// The grid, by its name.
     pub(super) grid: String,
-    /// Which of its name.
+    /// Its number among the grids of that name.
     occurrence: Option<usize>,
-    /// How its values are meant, in words.
+    /// The unit of its values, in words.
     pub(super) unit: &'static str,
     kind: GlowKind,
 }
 
 #[derive(Debug)]
 enum GlowKind {
-    /// As a blackbody of `kelvin_offset + kelvin_scale` x value, times `scale`.
+    /// A blackbody at `kelvin_offset + kelvin_scale` x value kelvin, times `scale`.
     Blackbody { kelvin_scale: f64, kelvin_offset: f64, scale: f64 },
-    /// As strongly as the values say, which reach this one; along a ray they add up to `length` times that
-    /// in the mean, in metres.
+    /// Emission by a ramp over the values, the largest of which is `max`; their mean integral along a ray is
+    /// `max` times `length` metres.
     Intensity { max: f64, length: f64 },
 }
 
 impl Glow {
-    /// The glow of `fire`, whose voxels are `grid`; nothing where it is too cold to be seen, which a note then says.
+    /// The emission of `fire`, whose voxels are `grid`; `None`, with a note, where it is too cold to be seen.
     pub(super) fn from_fire(
         fire: &Fire,
         grid: &Grid<f32>,
@@ -90,7 +90,7 @@ impl Glow {
         Some(Self { grid: name.into(), occurrence, unit, kind })
     }
 
-    /// The emission, as a scene says it.
+    /// The value of the key `emission`.
     pub(super) fn value(&self) -> Value {
         let mut table = toml::Table::new();
         let mut put = |key: &str, value: Value| drop(table.insert(key.into(), value));

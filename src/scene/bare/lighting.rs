@@ -6,14 +6,14 @@ use glam::DVec3;
 use toml::Value;
 
 use super::super::keys::{camera, film, light, medium, surface};
-use super::draft::{Draft, place, rounded, triple};
+use super::draft::{Draft, point, rounded, triple};
 use super::framing::Frame;
 use super::look::{Ground, Look, LookOptions};
 use super::subject::{Kind, Subject};
 use crate::light::Environment;
 use crate::math::Rgb;
 
-/// Travel of the key light for measurements, in the camera's (right, up, forward).
+/// Direction of the key light for measurements, in the camera's (right, up, forward).
 const KEY_TRAVEL: DVec3 = DVec3::new(0.7, -0.8, 0.6);
 /// Its irradiance, W/m².
 const KEY: f64 = 5.0;
@@ -24,11 +24,11 @@ const SKY: Rgb = Rgb::new(0.06, 0.08, 0.11);
 /// Largest reflectance of the ground.
 const MAX_REFLECTANCE: f64 = 0.8;
 
-/// A light from very far.
+/// A light from infinitely far.
 #[derive(Debug, Clone, Copy)]
-struct Distant {
+struct DistantLight {
     title: &'static str,
-    /// Where it stands, seen from above: degrees from the camera's side of the medium to its right.
+    /// Its azimuth seen from the medium: degrees from the camera toward the camera's right.
     azimuth: f64,
     /// Degrees above the horizon.
     elevation: f64,
@@ -38,29 +38,29 @@ struct Distant {
     diameter: f64,
 }
 
-/// What lights and surrounds the medium.
+/// Lights and backdrop.
 #[derive(Debug)]
-struct Setup {
-    lights: Vec<Distant>,
+struct LightingSetup {
+    lights: Vec<DistantLight>,
     /// Radiance of the surroundings, W/(m² sr), by elevation in degrees.
     backdrop: Vec<(f64, Rgb)>,
 }
 
-impl Setup {
-    /// That of a look; there is none for measurements.
+impl LightingSetup {
+    /// The lights and backdrop of a look; `None` for measurements.
     fn from_look(look: Look) -> Option<Self> {
         let grey = Rgb::splat;
         Some(match look {
             Look::Studio => Self {
                 lights: vec![
-                    Distant {
+                    DistantLight {
                         title: "Key: from the left and above",
                         azimuth: -80.0,
                         elevation: 40.0,
                         irradiance: Rgb::new(9.2, 8.6, 7.8),
                         diameter: 6.0,
                     },
-                    Distant {
+                    DistantLight {
                         title: "Rim: from behind on the right",
                         azimuth: 150.0,
                         elevation: 20.0,
@@ -79,7 +79,7 @@ impl Setup {
                 ],
             },
             Look::Dusk => Self {
-                lights: vec![Distant {
+                lights: vec![DistantLight {
                     title: "Rim: what is left of the sky, from behind on the right",
                     azimuth: 155.0,
                     elevation: 35.0,
@@ -94,7 +94,7 @@ impl Setup {
                 ],
             },
             Look::Sky => Self {
-                lights: vec![Distant {
+                lights: vec![DistantLight {
                     title: "Sun: from the left and above",
                     azimuth: -92.0,
                     elevation: 32.0,
@@ -124,19 +124,19 @@ impl Setup {
     }
 }
 
-/// The scene that shows `subject` from `frame`; its file is named as `path` is.
+/// The scene that shows `subject` from `frame`; it names the file of `path`.
 pub(super) fn draft(
     subject: &Subject,
     frame: &Frame,
-    asked: &LookOptions,
+    options: &LookOptions,
     size: [u32; 2],
     path: &Path,
 ) -> Draft {
     let mut draft = Draft::default();
     draft
         .table("camera", "Camera: the visible part fills 0.8 of the picture")
-        .key(&camera::POSITION, place(frame.pose.position))
-        .key(&camera::TARGET, place(frame.pose.target))
+        .key(&camera::POSITION, point(frame.pose.position))
+        .key(&camera::TARGET, point(frame.pose.target))
         .key(&camera::FOV, rounded(frame.fov));
     let exposure = if subject.look == Look::None { Value::Float(0.0) } else { "auto".into() };
     draft
@@ -145,8 +145,8 @@ pub(super) fn draft(
         .key(&film::EXPOSURE, exposure)
         .key(&film::VIEW, "agx");
     medium(&mut draft, subject, path);
-    match Setup::from_look(subject.look) {
-        Some(setup) => surroundings(&mut draft, &setup, subject, frame, asked),
+    match LightingSetup::from_look(subject.look) {
+        Some(setup) => surroundings(&mut draft, &setup, subject, frame, options),
         None => for_measurements(&mut draft, frame),
     }
     draft
@@ -181,13 +181,13 @@ fn medium(draft: &mut Draft, subject: &Subject, path: &Path) {
     }
 }
 
-/// Key, rim, backdrop and, where the medium stands on one, the ground.
+/// Adds key, rim, backdrop and, where the medium stands on one, the ground.
 fn surroundings(
     draft: &mut Draft,
-    setup: &Setup,
+    setup: &LightingSetup,
     subject: &Subject,
     frame: &Frame,
-    asked: &LookOptions,
+    options: &LookOptions,
 ) {
     let back = frame.pose.position - frame.pose.target;
     let heading = back.x.atan2(back.z);
@@ -209,7 +209,7 @@ fn surroundings(
         .listed("light", "Fill and backdrop")
         .key(&light::TYPE, "environment")
         .key(&light::GRADIENT, Value::Array(stops.collect()));
-    let stands = match asked.ground {
+    let stands = match options.ground {
         Ground::Auto => subject.kind != Kind::Cloud && subject.look != Look::Sky && subject.stands,
         Ground::On => true,
         Ground::Off => false,
@@ -222,12 +222,12 @@ fn surroundings(
         draft
             .listed("surface", "Ground, as bright as the horizon")
             .key(&surface::SHAPE, "plane")
-            .key(&surface::POINT, place(DVec3::new(0.0, frame.bottom, 0.0)))
+            .key(&surface::POINT, point(DVec3::new(0.0, frame.bottom, 0.0)))
             .key(&surface::MATERIAL, Value::Table(material));
     }
 }
 
-/// One key from the upper left in front, and an even, faint sky.
+/// Adds one key light from the upper left in front, and a faint sky of constant radiance.
 fn for_measurements(draft: &mut Draft, frame: &Frame) {
     let Some([right, up, forward]) = frame.pose.axes() else { return };
     let travel = right * KEY_TRAVEL.x + up * KEY_TRAVEL.y + forward * KEY_TRAVEL.z;

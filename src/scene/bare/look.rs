@@ -1,4 +1,4 @@
-//! How a VDB file alone is asked to be shown.
+//! Options of a bare render.
 
 use crate::error::{Error, Result};
 use crate::vdb::roles::Axis;
@@ -54,7 +54,7 @@ impl UpAxis {
     /// Each by its name.
     pub const ALL: &[(&str, Self)] = &[("x", Self::X), ("y", Self::Y), ("z", Self::Z)];
 
-    /// The axis that the grids of a file speak of.
+    /// The upward axis that was found in a file.
     pub(super) const fn from_axis(axis: Axis) -> Self {
         match axis {
             Axis::X => Self::X,
@@ -69,7 +69,7 @@ impl UpAxis {
     }
 }
 
-/// How a VDB file alone is shown; what is not given is chosen by its content.
+/// How a bare VDB file is shown; its content decides on what is not given.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LookOptions {
     /// Lights and surroundings.
@@ -95,7 +95,7 @@ pub struct LookOptions {
 }
 
 impl LookOptions {
-    /// Refuses these options where there is a scene that says all of it.
+    /// Refuses these options for a scene file, whose keys set all of them.
     pub(in crate::scene) fn refuse_in_scene(&self) -> Result<()> {
         if *self == Self::default() {
             return Ok(());

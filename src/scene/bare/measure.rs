@@ -1,4 +1,4 @@
-//! Where the density of a grid is, and how much of it.
+//! Bounds and thickness of the density of a grid.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::math::{Aabb, IndexPoint, Ray, Span, World, WorldPoint};
 use crate::vdb::Grid;
 
-/// Share of the density that may lie beyond each face of the box that is looked at.
+/// Share of the density that may lie beyond each face of the box.
 const STRAY: f64 = 1e-3;
 /// Rays along each side of a face that measure the thickness.
 const PROBES: u32 = 48;
@@ -28,7 +28,7 @@ pub(super) fn world_bounds(grid: &Grid<f32>) -> Option<Aabb<World>> {
 }
 
 /// The corners, in index space, of the blocks of eight voxels that hold all density but a share of
-/// [`STRAY`] beyond each face; nothing where there is none.
+/// [`STRAY`] beyond each face; `None` where there is no density.
 pub(super) fn dense_box(grid: &Grid<f32>) -> Option<[DVec3; 2]> {
     let mut marginals: [BTreeMap<i32, f64>; 3] = Default::default();
     let mut sum = 0.0;
@@ -45,17 +45,24 @@ pub(super) fn dense_box(grid: &Grid<f32>) -> Option<[DVec3; 2]> {
     if !(sum > 0.0 && sum.is_finite()) {
         return None;
     }
-    let first = |mut shares: Box<dyn Iterator<Item = (&i32, &f64)> + '_>| {
-        let mut beyond = 0.0;
-        let inside = shares.find(|(_, share)| {
-            beyond += **share;
-            beyond > STRAY * sum
-        });
-        inside.map_or(0, |(key, _)| *key)
-    };
-    let low = marginals.each_ref().map(|m| f64::from(first(Box::new(m.iter())) << 3));
-    let high = marginals.each_ref().map(|m| f64::from((first(Box::new(m.iter().rev())) << 3) + 7));
+    let low = marginals.each_ref().map(|marginal| {
+        let stray = stray_entries(marginal.values().copied(), STRAY * sum);
+        f64::from(marginal.keys().nth(stray).map_or(0, |block| block << 3))
+    });
+    let high = marginals.each_ref().map(|marginal| {
+        let stray = stray_entries(marginal.values().rev().copied(), STRAY * sum);
+        f64::from(marginal.keys().rev().nth(stray).map_or(7, |block| (block << 3) + 7))
+    });
     Some([DVec3::from(low), DVec3::from(high)])
+}
+
+/// The number of entries at the end of a `marginal` whose sum stays at `limit` or below.
+pub(super) fn stray_entries(marginal: impl Iterator<Item = f64>, limit: f64) -> usize {
+    let sums = marginal.scan(0.0, |sum, share| {
+        *sum += share;
+        Some(*sum)
+    });
+    sums.take_while(|sum| *sum <= limit).count()
 }
 
 /// Whether the medium stands on a ground: its lowest part lies at the height 0, or is cut off level, so

@@ -1,5 +1,5 @@
-//! A scene for a VDB file alone, or for a sequence of them: framed by what is visible, lit as its
-//! content suits, of a visible thickness, at any scale of the world.
+//! A scene for a bare VDB file, or for a sequence of them: the camera frames what is visible, the content
+//! decides on lights, and the medium gets a visible optical thickness, at any scale of the world.
 //!
 //! What is chosen is written as the text of a scene file, and that is what is rendered: a bare render
 //! and the scene that `--write-scene` leaves give the same picture.
@@ -26,12 +26,12 @@ pub use look::{Ground, Look, LookOptions, UpAxis};
 
 use subject::Subject;
 
-/// A scene that was made.
+/// The scene of a bare VDB file.
 #[derive(Debug)]
-pub struct Made {
+pub struct BareScene {
     /// The scene as TOML.
     pub(super) text: String,
-    /// The same in parts, with a sentence on each.
+    /// The same in parts, with a comment on each key.
     pub draft: Draft,
     /// What was chosen, one line each.
     pub notes: Vec<String>,
@@ -48,8 +48,8 @@ pub fn summary(path: &Path) -> Result<String> {
     Ok(subject.summary())
 }
 
-/// Leaves out what glows and what colours the media of a made scene where a frame's file has no such
-/// grid: simulations begin to write them with the first flame.
+/// Leaves out emission and colour of the media of a bare scene where a frame's file lacks their grids:
+/// simulations begin to write them with the first flame.
 ///
 /// # Errors
 /// Where a file cannot be opened.
@@ -87,7 +87,7 @@ pub(super) fn make(
     pattern: Option<&Path>,
     options: &LoadOptions,
     grids: &mut Grids,
-) -> Result<Made> {
+) -> Result<BareScene> {
     let named = pattern.unwrap_or(path);
     let of_film = options.settings.iter().filter(|setting| setting.table() == "film");
     let of_film: Vec<_> = of_film.cloned().collect();
@@ -97,5 +97,5 @@ pub(super) fn make(
     let draft = lighting::draft(&subject, &frame, &options.look, film.size, named);
     let text = draft.text();
     let notes = subject.notes();
-    Ok(Made { text, notes, summary: subject.summary(), draft })
+    Ok(BareScene { text, notes, summary: subject.summary(), draft })
 }

@@ -1,4 +1,4 @@
-//! What a VDB file shows.
+//! The medium of a bare render.
 
 use std::path::{Path, PathBuf};
 
@@ -15,9 +15,10 @@ use crate::math::{Aabb, World};
 use crate::vdb::roles::Contents;
 use crate::vdb::{Grid, ReadAs, VdbFile};
 
-/// Largest side, in metres, from which smoke without fire is taken for a cloud.
-const CLOUD: f64 = 200.0;
-/// What a file shows, by its content.
+/// Least length of the longest side, in metres, of smoke that is taken for a cloud.
+const MIN_CLOUD_SIDE: f64 = 200.0;
+
+/// The kind of a medium, by the content of its file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Smoke,
@@ -52,14 +53,14 @@ pub(super) struct Subject {
 }
 
 impl Subject {
-    /// What the file `path` shows.
+    /// The medium of the file `path`.
     ///
     /// # Errors
     /// Where it cannot be read, or there is nothing to see in it.
     pub(super) fn read(path: &Path, options: &LoadOptions, grids: &mut Grids) -> Result<Self> {
-        let asked = &options.look;
+        let look_options = &options.look;
         let file = grids.open(path)?;
-        let index = match &asked.grid {
+        let index = match &look_options.grid {
             Some(name) => file.find(name, None)?,
             None => density_index(file, options.level_set_as_fog)?,
         };
@@ -80,7 +81,7 @@ impl Subject {
         if dense_box(&grid).is_none() {
             return Err(empty());
         }
-        let contents = Contents::around(file, index, &grid)?;
+        let contents = Contents::with_density(file, index, &grid)?;
         let mut notes = contents.notes.clone();
         if let Some(background) = grid.background_inside() {
             notes.push(format!(
@@ -88,7 +89,7 @@ impl Subject {
                 path.display()
             ));
         }
-        let (up, reason) = match (asked.up, contents.up) {
+        let (up, reason) = match (look_options.up, contents.up) {
             (Some(up), _) => (up, None),
             (None, Some((axis, reason))) => (UpAxis::from_axis(axis), Some(reason)),
             (None, None) => (UpAxis::Y, None),
@@ -114,13 +115,15 @@ impl Subject {
             }
             None => None,
         };
-        let kind =
-            match (&glow, bounds.size().max_element() >= CLOUD || is_named_cloud(path, &name)) {
-                (Some(_), _) => Kind::Fire,
-                (None, true) => Kind::Cloud,
-                (None, false) => Kind::Smoke,
-            };
-        let look = asked.look.unwrap_or(match kind {
+        let kind = match (
+            &glow,
+            bounds.size().max_element() >= MIN_CLOUD_SIDE || is_named_cloud(path, &name),
+        ) {
+            (Some(_), _) => Kind::Fire,
+            (None, true) => Kind::Cloud,
+            (None, false) => Kind::Smoke,
+        };
+        let look = look_options.look.unwrap_or(match kind {
             Kind::Smoke => Look::Studio,
             Kind::Fire => Look::Dusk,
             Kind::Cloud => Look::Sky,
@@ -131,7 +134,7 @@ impl Subject {
             (_, Kind::Fire) => (4.0, 0.6, 0.2),
             (_, Kind::Cloud) => (24.0, 0.98, 0.5),
         };
-        let thickness = thickness * asked.density.unwrap_or(1.0);
+        let thickness = thickness * look_options.density.unwrap_or(1.0);
         Ok(Self {
             path: path.to_path_buf(),
             label,
@@ -144,8 +147,12 @@ impl Subject {
             bounds,
             thickness,
             sigma_t: thickness / length,
-            albedo: asked.albedo.unwrap_or(if contents.color.is_some() { 1.0 } else { albedo }),
-            g: asked.g.unwrap_or(g),
+            albedo: look_options.albedo.unwrap_or(if contents.color.is_some() {
+                1.0
+            } else {
+                albedo
+            }),
+            g: look_options.g.unwrap_or(g),
             glow,
             color: contents.color.map(|grid| grid.label().to_owned()),
             notes,
@@ -163,7 +170,7 @@ impl Subject {
         }
     }
 
-    /// The albedo, as a scene says it.
+    /// The value of the key `albedo`.
     pub(super) fn albedo_value(&self) -> Value {
         match &self.color {
             Some(grid) if self.albedo > 0.0 => {
@@ -176,12 +183,12 @@ impl Subject {
         }
     }
 
-    /// The emission, as a scene says it; nothing where nothing glows.
+    /// The value of the key `emission`; `None` without emission.
     pub(super) fn emission_value(&self) -> Option<Value> {
         self.glow.as_ref().map(Glow::value)
     }
 
-    /// What was chosen, one line each.
+    /// The choices, one line each.
     pub(super) fn notes(&self) -> Vec<String> {
         let path = self.path.display();
         let summary = format!("{path}: grid \"{}\": {}", self.label, self.summary());

@@ -192,7 +192,7 @@ fn density(section: &Section<'_>) -> Result<DensitySection> {
         grid: grid(file, section, &keys::GRID)?,
         transfer: match section.get(&keys::DENSITY) {
             Some(value) => {
-                let section = Section::of_value(&value, &keys::DENSITY.kind.right())?;
+                let section = Section::from_value(&value, &keys::DENSITY.kind.right())?;
                 section.only(&transfer_keys::TRANSFER)?;
                 transfer::read(&section, Range::NOT_NEGATIVE)?
             }
@@ -227,17 +227,17 @@ fn region(value: &Value<'_>) -> Result<RegionSection> {
     if value.is_string() {
         return value.word(&[("everywhere", ())]).map(|()| RegionSection::Everywhere);
     }
-    let section = Section::of_value(value, &right)?;
+    let section = Section::from_value(value, &right)?;
     section.only(&keys::REGION)?;
     section.at_most_one(keys::REGION.keys)?;
     if let Some(value) = section.get(&keys::BOX) {
-        let section = Section::of_value(&value, &keys::BOX.kind.right())?;
+        let section = Section::from_value(&value, &keys::BOX.kind.right())?;
         section.only(&keys::REGION_BOX)?;
         let (min, max) = super::surface::corners(&section)?;
         return Ok(RegionSection::Box { min, max });
     }
     if let Some(value) = section.get(&keys::SPHERE) {
-        let section = Section::of_value(&value, &keys::SPHERE.kind.right())?;
+        let section = Section::from_value(&value, &keys::SPHERE.kind.right())?;
         section.only(&keys::REGION_SPHERE)?;
         return Ok(RegionSection::Sphere {
             center: section.triple(&keys::CENTER)?,
@@ -252,7 +252,7 @@ fn albedo(medium: &Section<'_>, value: &Value<'_>) -> Result<AlbedoSection> {
     if !value.is_table() {
         return value.color(keys::UNIT_ALBEDO).map(AlbedoSection::Constant);
     }
-    let section = Section::of_value(value, &keys::ALBEDO.kind.right())?;
+    let section = Section::from_value(value, &keys::ALBEDO.kind.right())?;
     section.only(&keys::ALBEDO_GRID)?;
     section.require(&keys::ALBEDO_GRID_NAME)?;
     Ok(AlbedoSection::Grid {
@@ -284,7 +284,7 @@ fn phase(value: &Value<'_>) -> Result<PhaseSection> {
         return value
             .word(&[("isotropic", PhaseSection::Isotropic), ("rayleigh", PhaseSection::Rayleigh)]);
     }
-    let section = Section::of_value(value, &keys::PHASE_KEY.kind.right())?;
+    let section = Section::from_value(value, &keys::PHASE_KEY.kind.right())?;
     let kind = section.word(&keys::PHASE_TYPE, PHASES)?;
     section.only(match kind {
         PhaseKind::Isotropic | PhaseKind::Rayleigh => &keys::PHASE,
@@ -307,7 +307,7 @@ fn phase(value: &Value<'_>) -> Result<PhaseSection> {
 }
 
 fn emission(medium: &Section<'_>, value: &Value<'_>) -> Result<EmissionSection> {
-    let section = Section::of_value(value, &keys::EMISSION.kind.right())?;
+    let section = Section::from_value(value, &keys::EMISSION.kind.right())?;
     section.at_most_one(&[&keys::EMISSION_GRID_NAME, &keys::TEMPERATURE])?;
     if section.get(&keys::TEMPERATURE).is_some() {
         section.only(&keys::EMISSION_TEMPERATURE)?;

@@ -193,7 +193,7 @@ fn color_or_texture(value: &Value<'_>, range: Range) -> Result<ColorSection> {
     if !value.is_table() {
         return value.color(range).map(ColorSection::Constant);
     }
-    let section = Section::of_value(value, "a colour or { texture = \"picture.png\" }")?;
+    let section = Section::from_value(value, "a colour or { texture = \"picture.png\" }")?;
     section.only(&keys::TEXTURE)?;
     section.file(&keys::TEXTURE_FILE).map(ColorSection::Texture)
 }

@@ -184,7 +184,7 @@ const MATERIALS: &[(&str, MaterialKind)] = &[
 ];
 
 fn material(value: &Value<'_>) -> Result<MaterialSection> {
-    let section = Section::of_value(value, &keys::MATERIAL.kind.right())?;
+    let section = Section::from_value(value, &keys::MATERIAL.kind.right())?;
     match section.word(&keys::MATERIAL_TYPE, MATERIALS)? {
         MaterialKind::Diffuse => {
             section.only(&keys::DIFFUSE)?;

@@ -1,4 +1,4 @@
-//! What loading gathers on its way.
+//! State of loading a scene.
 
 use super::files::Grids;
 use crate::error::Result;
@@ -6,32 +6,33 @@ use crate::scene::camera::Frustum;
 use crate::scene::hash::Sources;
 use crate::scene::reader::Place;
 
-/// What loading gathers on its way.
+/// State of loading a scene: files that are open, warnings, notes.
 #[derive(Debug, Default)]
 pub(super) struct Context {
     /// VDB files, each opened once.
     pub(super) grids: Grids,
-    /// Every file read.
+    /// The files read, for the hash.
     pub(super) sources: Sources,
-    /// One line each.
+    /// Warnings, one line each.
     pub(super) warnings: Vec<String>,
-    /// What is told beside warnings, one line each.
+    /// Notes, one line each.
     pub(super) notes: Vec<String>,
-    /// Where the camera looks, if nothing else asks for voxels.
-    pub(super) sight: Option<Sight>,
-    /// Active voxels elsewhere.
+    /// Culling of voxels out of the camera's sight, where only camera rays need voxels.
+    pub(super) culling: Option<Culling>,
+    /// Active voxels out of sight.
     pub(super) unseen: u64,
 }
 
-/// Where alone voxels are asked for.
+/// Culling of leaves of voxels by the camera's frustum.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sight {
+pub(super) struct Culling {
+    /// The frustum of camera rays.
     pub(super) frustum: Frustum,
-    /// Whether other voxels are left out, and not only counted.
+    /// Whether voxels outside are left out rather than only counted.
     pub(super) leaves_out: bool,
 }
 
-/// `result` with its problem told at `place`.
+/// `result`, its error made one about the key at `place`.
 pub(super) fn at<T>(place: &Place, result: Result<T, impl std::fmt::Display>) -> Result<T> {
     result.map_err(|problem| place.error(problem))
 }

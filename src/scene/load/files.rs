@@ -15,17 +15,17 @@ use crate::vdb::{Grid, ReadAs, VdbFile, Voxel, Wanted};
 pub(in crate::scene) struct Grids {
     files: BTreeMap<PathBuf, VdbFile>,
     memory: Option<u64>,
-    scalars: Vec<(Reading, Grid<f32>)>,
+    scalars: Vec<(ScalarKey, Grid<f32>)>,
     pub(super) vectors: Vec<ReadColors>,
-    /// What was mended in them, one line each.
+    /// Warnings of bad values in them, one line each.
     pub(super) warnings: Vec<String>,
-    /// What is told of the files, one line each.
+    /// Notes on the files, one line each.
     pub(super) notes: Vec<String>,
     /// Scalar grids that are named more than once.
     shared: Vec<GridName>,
 }
 
-/// A grid of colours that was read.
+/// A grid of colours with its key.
 #[derive(Debug)]
 pub(super) struct ReadColors {
     pub(super) path: PathBuf,
@@ -36,23 +36,23 @@ pub(super) struct ReadColors {
 /// A grid as a scene names it: file, name and number among those of that name.
 type GridName = (PathBuf, Option<String>, Option<usize>);
 
-/// What was read: media for which it is the same share the voxels.
+/// Key of a scalar grid that was read: media with the same key share the voxels.
 #[derive(Debug, PartialEq)]
-pub(super) struct Reading {
+pub(super) struct ScalarKey {
     pub(super) path: PathBuf,
     pub(super) index: usize,
     pub(super) read_as: ReadAs,
-    /// Where the grid was placed, if voxels out of sight there were left out or counted.
-    pub(super) seen_at: Option<DAffine3>,
+    /// The grid's placement, where voxels out of sight were left out or counted.
+    pub(super) culled_at: Option<DAffine3>,
 }
 
 impl Grids {
-    /// None yet, of which each may take `memory` bytes while it is read.
+    /// No grids yet. Each may take `memory` bytes while it is read.
     pub(in crate::scene) fn within(memory: Option<u64>) -> Self {
         Self { memory, ..Self::default() }
     }
 
-    /// The same for a scene of these media.
+    /// Finds the grids that several of these media name.
     pub(super) fn for_media(self, media: &[MediumSection]) -> Self {
         let mut names: Vec<_> = media.iter().flat_map(scalar_grids).map(name_of).collect();
         names.sort_unstable();
@@ -84,25 +84,25 @@ impl Grids {
         index: usize,
         read_as: ReadAs,
     ) -> Result<Grid<f32>> {
-        self.scalar_where(Reading { path: path.into(), index, read_as, seen_at: None }, None)
+        self.scalar_where(ScalarKey { path: path.into(), index, read_as, culled_at: None }, None)
             .map(|(grid, _)| grid)
     }
 
-    /// The grid that `reading` says, with the leaves that are `wanted`, and how many of its active voxels
-    /// were found unwanted now.
+    /// The grid of `key` with the leaves that are `wanted`, and the number of its active voxels in others;
+    /// 0 where the grid was read before.
     pub(super) fn scalar_where(
         &mut self,
-        reading: Reading,
+        key: ScalarKey,
         wanted: Option<Wanted<'_>>,
     ) -> Result<(Grid<f32>, u64)> {
-        if let Some((_, grid)) = self.scalars.iter().find(|(known, _)| *known == reading) {
+        if let Some((_, grid)) = self.scalars.iter().find(|(known, _)| *known == key) {
             return Ok((grid.clone(), 0));
         }
-        let file = self.open(&reading.path)?;
-        let grid = file.read_scalar_where(reading.index, reading.read_as, wanted)?;
-        let label = file.grids()[reading.index].label();
-        self.warnings.extend(bad_values(&reading.path, &label, &grid, "taken as 0"));
-        self.scalars.push((reading, grid.clone()));
+        let file = self.open(&key.path)?;
+        let grid = file.read_scalar_where(key.index, key.read_as, wanted)?;
+        let label = file.grids()[key.index].label();
+        self.warnings.extend(bad_values(&key.path, &label, &grid, "taken as 0"));
+        self.scalars.push((key, grid.clone()));
         let unwanted = grid.unwanted();
         Ok((grid, unwanted))
     }
@@ -127,12 +127,12 @@ fn name_of(reference: &GridReference) -> GridName {
     (reference.file.path.clone(), reference.name.clone(), reference.index)
 }
 
-/// A warning where `grid` has values that it should not have.
+/// A warning where `grid` has NaN, infinite or negative values, which get the `treatment`.
 pub(in crate::scene) fn bad_values<V: Voxel>(
     path: &Path,
     label: &str,
     grid: &Grid<V>,
-    fate: &str,
+    treatment: &str,
 ) -> Option<String> {
     let bad = grid.bad_values();
     let counts = [(bad.nan, "NaN"), (bad.infinite, "infinite"), (bad.negative, "negative")];
@@ -143,5 +143,5 @@ pub(in crate::scene) fn bad_values<V: Voxel>(
         .collect();
     let list = found.join(", ");
     (!found.is_empty())
-        .then(|| format!("{}: grid \"{label}\": {list} voxels {fate}", path.display()))
+        .then(|| format!("{}: grid \"{label}\": {list} voxels {treatment}", path.display()))
 }

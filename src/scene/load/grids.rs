@@ -1,9 +1,9 @@
-//! Grids as a scene names them: found, read and placed.
+//! Finds, reads and places the grids that a scene names.
 
 use glam::DAffine3;
 
 use super::context::{Context, at};
-use super::files::{ReadColors, Reading, bad_values};
+use super::files::{ReadColors, ScalarKey, bad_values};
 use crate::error::Result;
 use crate::math::{Rgb, WorldPoint};
 use crate::medium::{Albedo, Ramped, Transfer};
@@ -75,16 +75,16 @@ fn scalar(
     placement: &DAffine3,
     context: &mut Context,
 ) -> Result<Grid<f32>> {
-    let sight = context.sight.filter(|_| !context.grids.is_shared(reference));
+    let culling = context.culling.filter(|_| !context.grids.is_shared(reference));
     let index = find(reference, context)?.1;
     let place = |p: WorldPoint| WorldPoint::from_xyz(placement.transform_point3(p.xyz));
     let is_wanted = |corners: &[WorldPoint; 8]| {
-        sight.is_none_or(|sight| !sight.frustum.misses(&corners.map(place)))
+        culling.is_none_or(|culling| !culling.frustum.misses(&corners.map(place)))
     };
-    let wanted = sight.map(|sight| Wanted { is_wanted: &is_wanted, leaves_out: sight.leaves_out });
+    let wanted = culling.map(|c| Wanted { is_wanted: &is_wanted, leaves_out: c.leaves_out });
     let path = reference.file.path.clone();
-    let reading = Reading { path, index, read_as, seen_at: sight.map(|_| *placement) };
-    let read = context.grids.scalar_where(reading, wanted);
+    let key = ScalarKey { path, index, read_as, culled_at: culling.map(|_| *placement) };
+    let read = context.grids.scalar_where(key, wanted);
     let (grid, unwanted) = at(&reference.at, read)?;
     context.unseen += unwanted;
     placed(grid, placement, &reference.at)
@@ -119,7 +119,7 @@ fn find_vector<'c>(
     Ok((file, grid))
 }
 
-/// Notes that `grid` was taken where others could have been meant, once.
+/// Adds a note, once, that `grid` was taken where the name fits several.
 fn note(notes: &mut Vec<String>, file: &VdbFile, grid: &GridRef, reference: &GridReference) {
     let ambiguity = file.ambiguity(grid).filter(|_| reference.index.is_none());
     notes.extend(ambiguity.filter(|note| !notes.contains(note)));

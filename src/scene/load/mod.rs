@@ -11,7 +11,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::bare::{self, Made};
+use super::bare::{self, BareScene};
 use super::camera::Camera;
 use super::file::{self, AlbedoSection, DensitySection, LightKind, RegionSection, SceneFile};
 use super::hash::Sources;
@@ -27,10 +27,10 @@ use crate::medium::Media;
 use crate::sequence::Pattern;
 use crate::surface::Surfaces;
 
-use context::{Context, Sight};
+use context::{Context, Culling};
 pub(super) use files::Grids;
 
-/// What of a scene stays as it is where only its volumes change.
+/// The parts of a scene that all frames of a sequence share: camera, surfaces and lights.
 #[derive(Debug, Clone)]
 pub(super) struct StaticScene {
     camera: Camera,
@@ -42,20 +42,20 @@ pub(super) struct StaticScene {
     hash: String,
 }
 
-/// The text of a scene: that of a file, or one that is made for a VDB file alone.
+/// The text of a scene: that of a file, or one written for a bare VDB file.
 #[derive(Debug, Clone)]
 pub(super) enum Text {
-    /// That of a scene file.
+    /// Read from a scene file.
     File(String),
-    /// Made for a VDB file, or for a sequence of them.
-    Made(Arc<Made>),
+    /// Written for a bare VDB file, or for a sequence of them.
+    Bare(Arc<BareScene>),
 }
 
 impl Text {
-    /// That of the scene file `path`, or of the VDB file `path`, whose density `grids` then holds.
+    /// The text of the scene file `path`, or one for the VDB file `path`, whose density `grids` then holds.
     pub(super) fn open(path: &Path, options: &LoadOptions, grids: &mut Grids) -> Result<Self> {
         if is_vdb(path)? {
-            return bare::make(path, None, options, grids).map(|made| Self::Made(Arc::new(made)));
+            return bare::make(path, None, options, grids).map(|made| Self::Bare(Arc::new(made)));
         }
         if options.level_set_as_fog {
             return Err(Error::Usage(
@@ -69,11 +69,11 @@ impl Text {
     pub(super) fn as_str(&self) -> &str {
         match self {
             Self::File(text) => text,
-            Self::Made(made) => &made.text,
+            Self::Bare(made) => &made.text,
         }
     }
 
-    /// What it says, with the files of `frame`.
+    /// Parses it, with the files of `frame`.
     pub(super) fn read(
         &self,
         path: &Path,
@@ -83,7 +83,7 @@ impl Text {
         let document = Document::new(path, self.as_str(), &options.settings).at_frame(frame);
         match self {
             Self::File(_) => document.read(file::scene),
-            Self::Made(_) => document.made_for_vdb().read(file::scene),
+            Self::Bare(_) => document.for_bare_vdb().read(file::scene),
         }
     }
 }
@@ -107,13 +107,13 @@ impl StaticScene {
             surfaces.push(built.surface);
             lights.extend(built.light);
         }
-        let tables = outline::still_tables(text.as_str());
-        let seen = format!("{camera:?} {size:?}\n{tables}{}", options.hashed_still());
+        let tables = outline::static_tables(text.as_str());
+        let hashed = format!("{camera:?} {size:?}\n{tables}{}", options.hashed_static());
         Ok(Self {
             camera,
             surfaces: Arc::new(Surfaces::new(surfaces)),
             lights: Arc::new(Lights { lights }),
-            hash: context.sources.hash(&seen)?,
+            hash: context.sources.hash(&hashed)?,
             sources: context.sources,
             warnings: context.warnings,
             notes: context.notes,
@@ -130,13 +130,14 @@ pub(super) fn build(
     grids: Grids,
     options: &LoadOptions,
 ) -> Result<Scene> {
-    let StaticScene { camera, surfaces, lights, sources, warnings, notes, hash: still } =
+    let StaticScene { camera, surfaces, lights, sources, warnings, notes, hash: static_hash } =
         static_scene;
     let grids = grids.for_media(&file.media);
     let leaves_out = options.planning == Planning::Needed;
-    let frustum = camera.frustum(file.film.size).filter(|_| is_only_seen(file, &surfaces));
-    let sight = frustum.map(|frustum| Sight { frustum, leaves_out });
-    let mut context = Context { grids, sources, warnings, notes, sight, unseen: 0 };
+    let frustum =
+        camera.frustum(file.film.size).filter(|_| only_camera_rays_need_voxels(file, &surfaces));
+    let culling = frustum.map(|frustum| Culling { frustum, leaves_out });
+    let mut context = Context { grids, sources, warnings, notes, culling, unseen: 0 };
     let media = file
         .media
         .iter()
@@ -151,7 +152,7 @@ pub(super) fn build(
     context.notes.append(&mut context.grids.notes);
     let made = match text {
         Text::File(_) => None,
-        Text::Made(made) => Some(made.clone()),
+        Text::Bare(made) => Some(made.clone()),
     };
     Ok(Scene {
         camera,
@@ -162,23 +163,23 @@ pub(super) fn build(
         render: RenderSettings { planning: options.planning, ..file.render },
         path: path.to_path_buf(),
         hash: context.sources.hash(&format!("{}{}", text.as_str(), options.hashed()))?,
-        still,
-        unseen: sight.map(|_| Unseen { voxels: context.unseen, left_out: leaves_out }),
+        static_hash,
+        unseen: culling.map(|_| Unseen { voxels: context.unseen, left_out: leaves_out }),
         warnings: context.warnings,
         notes: made.iter().flat_map(|made| made.notes.clone()).chain(context.notes).collect(),
         made,
     })
 }
 
-/// Whether nothing but camera rays asks for voxels of the media: no light is scattered by them, and
-/// none crosses them to a surface.
-fn is_only_seen(file: &SceneFile, surfaces: &Surfaces) -> bool {
+/// Whether camera rays alone need voxels of the media: these scatter no light, and none crosses them to a
+/// surface.
+fn only_camera_rays_need_voxels(file: &SceneFile, surfaces: &Surfaces) -> bool {
     surfaces.is_empty() && file.media.iter().all(|m| m.albedo == AlbedoSection::Constant(Rgb::ZERO))
 }
 
-/// The sequence of bare VDB files that `path` stands for, if it does.
-pub(super) fn volumes(path: &Path) -> Option<Pattern> {
-    Pattern::of(path).filter(|_| ends_in_vdb(path) && !path.exists())
+/// The pattern of a sequence of bare VDB files that `path` is, if it is one.
+pub(super) fn bare_sequence(path: &Path) -> Option<Pattern> {
+    Pattern::from_path(path).filter(|_| ends_in_vdb(path) && !path.exists())
 }
 
 fn ends_in_vdb(path: &Path) -> bool {

@@ -1,4 +1,4 @@
-//! A scene's text with the settings that stand over it.
+//! A scene's text with the settings that override it.
 
 use std::path::Path;
 
@@ -11,18 +11,18 @@ use super::setting::Setting;
 use super::source::Source;
 use crate::error::Result;
 
-/// The text of a scene with the settings that stand over it.
+/// The text of a scene with the settings that override it.
 #[derive(Debug)]
 pub(in crate::scene) struct Document<'a> {
     source: Source<'a>,
 }
 
 impl<'a> Document<'a> {
-    /// The scene `text` of the file `path`, with `settings` over it.
+    /// The scene `text` of the file `path`, overridden by `settings`.
     pub(in crate::scene) fn new(path: &'a Path, text: &str, settings: &'a [Setting]) -> Self {
         let mut source = Source::new(path, text);
-        for Setting { path, value, said } in settings {
-            source.append(path, value, said);
+        for Setting { path, value, given } in settings {
+            source.append(path, value, given);
         }
         Self { source }
     }
@@ -33,13 +33,13 @@ impl<'a> Document<'a> {
         self
     }
 
-    /// The same, as a scene that was made for the VDB file it is named after.
-    pub(in crate::scene) fn made_for_vdb(mut self) -> Self {
+    /// The same, as the text written for a bare VDB file, whose messages name that file.
+    pub(in crate::scene) fn for_bare_vdb(mut self) -> Self {
         self.source.bare = true;
         self
     }
 
-    /// Parses the text, puts the settings in, and has `read` read the top table.
+    /// Parses the text, applies the settings, and calls `read` with the top table.
     ///
     /// # Errors
     /// Where text or a setting is no TOML, a setting's table is not there, or `read` fails.
@@ -56,26 +56,26 @@ impl<'a> Document<'a> {
             let text = &source.text[setting.range.clone()];
             let place = source.place(setting.range.start, setting.key);
             let value = DeValue::parse(text).map_err(|e| place.error(one_line(e.message())))?;
-            let value = moved(value, setting.range.start);
+            let value = shifted(value, setting.range.start);
             put(root.get_mut(), setting.key, value).map_err(|problem| place.error(problem))?;
         }
         read(&Section::root(source, &root))
     }
 }
 
-/// `value` with everything in it `by` bytes further on.
-fn moved(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
+/// `value` with all its spans shifted by `by` bytes.
+fn shifted(value: Spanned<DeValue<'_>>, by: usize) -> Spanned<DeValue<'_>> {
     let span = value.span().start + by..value.span().end + by;
     let inner = match value.into_inner() {
         DeValue::Array(items) => {
-            DeValue::Array(items.into_iter().map(|item| moved(item, by)).collect())
+            DeValue::Array(items.into_iter().map(|item| shifted(item, by)).collect())
         }
         DeValue::Table(table) => DeValue::Table(
             table
                 .into_iter()
                 .map(|(key, value)| {
                     let span = key.span().start + by..key.span().end + by;
-                    (Spanned::new(span, key.into_inner()), moved(value, by))
+                    (Spanned::new(span, key.into_inner()), shifted(value, by))
                 })
                 .collect(),
         ),

@@ -35,15 +35,15 @@ pub struct Place {
     origin: Origin,
 }
 
-/// What a key stands in.
+/// Where a key was given.
 #[derive(Debug, Clone, PartialEq)]
 enum Origin {
     /// A scene file; line and column count from 1, the column in characters.
     File { path: PathBuf, line: usize, column: usize },
-    /// The scene that is made for a VDB file alone.
+    /// The text written for a bare VDB file.
     Bare { path: PathBuf },
-    /// A setting of the command line, as it was given.
-    Setting { said: String },
+    /// A setting of the command line, as the user gave it.
+    Setting { given: String },
 }
 
 impl Place {
@@ -62,7 +62,7 @@ impl Place {
                 let own = format!("{}: ", path.display());
                 Error::file(path, problem.strip_prefix(&own).unwrap_or(&problem))
             }
-            Origin::Setting { said } => Error::Usage(format!("{said}: {problem}")),
+            Origin::Setting { given } => Error::Usage(format!("{given}: {problem}")),
         }
     }
 
@@ -78,7 +78,7 @@ impl std::fmt::Display for Place {
         match &self.origin {
             Origin::File { path, line, .. } => write!(f, "{}:{line}: {}", path.display(), self.key),
             Origin::Bare { path } => write!(f, "{}: {}", path.display(), self.key),
-            Origin::Setting { said } => write!(f, "{said}"),
+            Origin::Setting { given } => write!(f, "{given}"),
         }
     }
 }

@@ -30,8 +30,8 @@ impl<'t> Section<'t> {
         Self { source, key: String::new(), table: root.get_ref(), offset: 0 }
     }
 
-    /// The table that `value` is; `right` says what it should be.
-    pub(in crate::scene) fn of_value(value: &Value<'t>, right: &str) -> Result<Self> {
+    /// The table that `value` is; `right` describes the form it should have.
+    pub(in crate::scene) fn from_value(value: &Value<'t>, right: &str) -> Result<Self> {
         let table = value.table(right)?;
         let (source, key, offset) = (value.source(), value.key().to_owned(), value.offset());
         Ok(Self { source, key, table, offset })
@@ -49,7 +49,7 @@ impl<'t> Section<'t> {
         self.only_named(table.what, &known)
     }
 
-    /// Refuses keys that are not among `known`; `what` says what they would be keys of.
+    /// Refuses keys that are not among `known`; `what` names the table.
     pub(in crate::scene) fn only_named(&self, what: &str, known: &[&str]) -> Result<()> {
         let unknown = self
             .table
@@ -76,9 +76,9 @@ impl<'t> Section<'t> {
         Some(Value::new(self.source, self.path_of(name), value))
     }
 
-    /// The table of this name, if it is there; `right` says what it should be.
+    /// The table of this name, if it is there; `right` describes the form it should have.
     pub(in crate::scene) fn table(&self, name: &str, right: &str) -> Result<Option<Self>> {
-        self.named(name).map(|value| Self::of_value(&value, right)).transpose()
+        self.named(name).map(|value| Self::from_value(&value, right)).transpose()
     }
 
     /// The error that `key` is missing.
@@ -106,7 +106,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// What `read` makes of `key`, or of its default where it is not there.
+    /// The result of `read` for the value of `key`, or for its default where it is missing.
     ///
     /// # Errors
     /// Where `read` fails, or the key is missing and has no default.
@@ -122,7 +122,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// What `read` makes of `key`, if it is there.
+    /// The result of `read` for the value of `key`, if it is there.
     pub(in crate::scene) fn maybe<T>(
         &self,
         key: &Key,
@@ -176,7 +176,7 @@ impl<'t> Section<'t> {
         self.read(key, |v| v.switch_of(&key.kind))
     }
 
-    /// What belongs to the word of `key` among `words`.
+    /// The value that `words` gives for the word of `key`.
     pub(in crate::scene) fn word<T: Copy>(
         &self,
         key: &Key,
@@ -209,7 +209,7 @@ impl<'t> Section<'t> {
         if items.len() > max {
             return Err(value.error(format!("{} of them; at most {max} are allowed", items.len())));
         }
-        value.items(items).map(|item| Self::of_value(&item, &right)).collect()
+        value.items(items).map(|item| Self::from_value(&item, &right)).collect()
     }
 
     fn path_of(&self, key: &str) -> String {
@@ -217,7 +217,7 @@ impl<'t> Section<'t> {
     }
 }
 
-/// Has `read` read a table without any key: what it makes of that are the defaults.
+/// Calls `read` with an empty table, which gives the defaults.
 pub(in crate::scene) fn with_empty<T>(read: impl FnOnce(&Section<'_>) -> Result<T>) -> Result<T> {
     let (source, table) = (Source::new(Path::new(""), ""), DeTable::new());
     read(&Section { source: &source, key: String::new(), table: &table, offset: 0 })

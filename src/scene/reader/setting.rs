@@ -1,4 +1,4 @@
-//! Settings that stand over a scene file's.
+//! Settings that override a scene file's.
 
 use std::fmt::Display;
 
@@ -9,22 +9,22 @@ use super::Range;
 use super::value::{Value, with_value};
 use crate::error::Result;
 
-/// A key with a value that stands over the scene file's, as by `--set medium.0.albedo=0.8`.
+/// A key with a value that overrides the scene file's, as by `--set medium.0.albedo=0.8`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     /// The key with its tables, `.` between them; tables of an array by their number from 0.
     pub(super) path: String,
     /// The value in TOML.
     pub(super) value: String,
-    /// How it was given, for messages.
-    pub(super) said: String,
+    /// The argument as the user gave it, for messages.
+    pub(super) given: String,
 }
 
 impl Setting {
     /// `path`, such as `render.rays`, with a `value` in TOML.
     pub fn new(path: &str, value: impl Display) -> Self {
         let value = value.to_string();
-        Self { path: path.into(), said: format!("{path} = {value}"), value }
+        Self { path: path.into(), given: format!("{path} = {value}"), value }
     }
 
     /// `KEY=VALUE`, as `--set` takes it: a value that is no TOML is text.
@@ -40,7 +40,7 @@ impl Setting {
         }
         let value = value.trim();
         let value = if DeValue::parse(value).is_ok() { value.into() } else { quoted(value) };
-        Ok(Self { path, value, said: format!("--set {text}") })
+        Ok(Self { path, value, given: format!("--set {text}") })
     }
 
     /// The value of a flag for `key` of the table `table`.
@@ -49,20 +49,21 @@ impl Setting {
     /// What would be right, where it is no such value.
     pub(crate) fn from_flag(table: &str, key: &'static Key, text: &str) -> Result<Self, String> {
         let flag = key.flag.unwrap_or(key.name);
-        let value = in_toml(&key.kind, text).ok_or_else(|| format!("give {}", shape(&key.kind)))?;
+        let value =
+            in_toml(&key.kind, text).ok_or_else(|| format!("give {}", flag_form(&key.kind)))?;
         let path = format!("{table}.{}", key.name);
-        let setting = Self { path, value, said: format!("--{flag} {text}") };
+        let setting = Self { path, value, given: format!("--{flag} {text}") };
         with_value(&setting.value, |value| check(value, &key.kind))
-            .map_err(|_| format!("give {}", shape(&key.kind)))?;
+            .map_err(|_| format!("give {}", flag_form(&key.kind)))?;
         Ok(setting)
     }
 
-    /// Whether it changes what is there to see or where from, and not only how it is rendered.
+    /// Whether it changes the scene itself, not only film, render or director.
     pub(in crate::scene) fn is_of_scene(&self) -> bool {
         !["film", "render", "director"].contains(&self.table())
     }
 
-    /// The table it is of.
+    /// The top table of its key.
     pub(in crate::scene) fn table(&self) -> &str {
         self.path.split('.').next().unwrap_or_default()
     }
@@ -99,8 +100,8 @@ fn in_toml(kind: &Kind, text: &str) -> Option<String> {
     })
 }
 
-/// What the flag of a key of `kind` takes.
-fn shape(kind: &Kind) -> String {
+/// The form that the flag of a key of `kind` takes.
+fn flag_form(kind: &Kind) -> String {
     match kind {
         Kind::Size => {
             "width and height as 960x540, each from 1 to 65536, at most 268435456 pixels".into()
@@ -110,7 +111,7 @@ fn shape(kind: &Kind) -> String {
     }
 }
 
-/// Whether `value` is one of `kind`, as far as that can be told without what stands beside it.
+/// Checks `value` against `kind` alone, without the keys beside it.
 fn check(value: &Value<'_>, kind: &Kind) -> Result<()> {
     match kind {
         Kind::Number(range) => value.number(*range).map(drop),
@@ -127,7 +128,7 @@ fn check(value: &Value<'_>, kind: &Kind) -> Result<()> {
     }
 }
 
-/// Whether `text` is a TOML value of `kind`, as far as that can be told without what stands beside it.
+/// Whether `text` is a TOML value that passes [`check`].
 #[cfg(test)]
 pub(in crate::scene) fn checks(kind: &Kind, text: &str) -> bool {
     with_value(text, |value| check(value, kind)).is_ok()

@@ -1,11 +1,11 @@
-//! The text of a scene, and where something in it stands.
+//! The text of a scene, and places in it.
 
 use std::ops::Range;
 use std::path::Path;
 
 use super::{Origin, Place};
 
-/// The text of a scene, and what is needed to say where something in it stands.
+/// The text of a scene, with what turns a byte offset into a [`Place`].
 #[derive(Debug)]
 pub(super) struct Source<'a> {
     /// The file as the user named it.
@@ -15,20 +15,20 @@ pub(super) struct Source<'a> {
     /// Bytes of the scene's own text.
     length: usize,
     /// Where the value of each setting stands in the text.
-    settings: Vec<Placed<'a>>,
-    /// The frame whose files are meant where a path has a place for its number.
+    settings: Vec<SettingSpan<'a>>,
+    /// The frame whose number is put into the paths of a sequence.
     pub(super) frame: Option<i64>,
-    /// Whether the text was made for a VDB file alone.
+    /// Whether the text was written for a bare VDB file.
     pub(super) bare: bool,
 }
 
 /// The value of a setting in the text.
 #[derive(Debug)]
-pub(super) struct Placed<'a> {
+pub(super) struct SettingSpan<'a> {
     /// Path of its key, with dots.
     pub(super) key: &'a str,
     /// How the user gave it.
-    said: &'a str,
+    given: &'a str,
     /// Its bytes.
     pub(super) range: Range<usize>,
 }
@@ -40,12 +40,12 @@ impl<'a> Source<'a> {
         Self { path, text, length, settings: Vec::new(), frame: None, bare: false }
     }
 
-    /// Puts the value of the setting of `key` after the text; the user gave it as `said`.
-    pub(super) fn append(&mut self, key: &'a str, value: &str, said: &'a str) {
+    /// Appends the value of the setting of `key`, which the user gave as `given`.
+    pub(super) fn append(&mut self, key: &'a str, value: &str, given: &'a str) {
         self.text.push('\n');
         let start = self.text.len();
         self.text.push_str(value);
-        self.settings.push(Placed { key, said, range: start..self.text.len() });
+        self.settings.push(SettingSpan { key, given, range: start..self.text.len() });
     }
 
     /// The scene's own text.
@@ -54,19 +54,19 @@ impl<'a> Source<'a> {
     }
 
     /// The values of settings, in the order in which they were given.
-    pub(super) fn settings(&self) -> &[Placed<'a>] {
+    pub(super) fn settings(&self) -> &[SettingSpan<'a>] {
         &self.settings
     }
 
     /// The place of byte `offset`.
     pub(super) fn place(&self, offset: usize, key: impl Into<String>) -> Place {
         let key = key.into();
-        let holds = |setting: &&Placed<'_>| {
+        let holds = |setting: &&SettingSpan<'_>| {
             let Range { start, end } = setting.range;
             offset > self.length && (start..=end).contains(&offset)
         };
         if let Some(setting) = self.settings.iter().find(holds) {
-            return Place { key, origin: Origin::Setting { said: setting.said.to_owned() } };
+            return Place { key, origin: Origin::Setting { given: setting.given.to_owned() } };
         }
         let path = self.path.to_path_buf();
         if self.bare {

@@ -32,7 +32,7 @@ impl<'t> Value<'t> {
         Self { source, key, value }
     }
 
-    /// What it is.
+    /// The TOML value.
     pub(super) fn get(&self) -> &'t DeValue<'t> {
         self.value.get_ref()
     }
@@ -78,7 +78,7 @@ impl<'t> Value<'t> {
         }
     }
 
-    /// The number that a key of `kind` takes; nothing where it is a word instead.
+    /// The number that a key of `kind` takes; `None` where it is a word instead.
     pub(in crate::scene) fn number_or_of(&self, kind: &Kind) -> Result<Option<f64>> {
         match kind {
             Kind::NumberOr(range, words) => self.number_or(*range, words),
@@ -99,7 +99,7 @@ impl<'t> Value<'t> {
         }
     }
 
-    /// What a key of `kind` takes that is true or false.
+    /// The truth value that a key of `kind` takes.
     pub(super) fn switch_of(&self, kind: &Kind) -> Result<bool> {
         match kind {
             Kind::Switch => self.switch(),
@@ -121,7 +121,7 @@ impl<'t> Value<'t> {
         Ok([width as u32, height as u32])
     }
 
-    /// The number it is within `range`, or nothing where it is one of `words`.
+    /// The number it is within `range`; `None` where it is one of `words`.
     pub(in crate::scene) fn number_or(&self, range: Range, words: &[&str]) -> Result<Option<f64>> {
         if self.is_string() {
             let list = words.iter().map(|w| format!("\"{w}\"")).collect::<Vec<_>>().join(" or ");
@@ -148,7 +148,7 @@ impl<'t> Value<'t> {
         self.place().error(problem)
     }
 
-    /// The error that the value is not what it should be.
+    /// The error that the value has another form than `right` describes.
     pub(in crate::scene) fn wrong(&self, right: &str) -> Error {
         self.error(format!("found {}; give {right}", self.found()))
     }
@@ -163,12 +163,12 @@ impl<'t> Value<'t> {
         self.value.get_ref().is_str()
     }
 
-    /// The table it is; `right` says what it should be.
+    /// The table it is; `right` describes the form it should have.
     pub(super) fn table(&self, right: &str) -> Result<&'t DeTable<'t>> {
         self.value.get_ref().as_table().ok_or_else(|| self.wrong(right))
     }
 
-    /// The text that it is of.
+    /// The text that contains it.
     pub(super) const fn source(&self) -> &'t Source<'t> {
         self.source
     }
@@ -270,7 +270,7 @@ impl<'t> Value<'t> {
         self.value.get_ref().as_str().filter(|s| !s.is_empty()).ok_or_else(|| self.wrong(right))
     }
 
-    /// What belongs to the word it is.
+    /// The value that `words` gives for it.
     pub(in crate::scene) fn word<T: Copy>(&self, words: &[(&str, T)]) -> Result<T> {
         let list = words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(" or ");
         let given = self.string(&list)?;
@@ -284,7 +284,7 @@ impl<'t> Value<'t> {
         let folder = self.source.path.parent().unwrap_or(Path::new(""));
         let path = folder.join(name);
         if !path.is_file() {
-            if let Some(pattern) = Pattern::of(&path) {
+            if let Some(pattern) = Pattern::from_path(&path) {
                 let path = self.source.frame.map(|frame| pattern.existing(frame));
                 let path = path.ok_or_else(|| self.error(without_frame(name, &pattern)))?;
                 return Ok(FileReference { path, at: self.place() });
@@ -315,7 +315,7 @@ impl<'t> Value<'t> {
         i64::from_str_radix(integer.as_str(), integer.radix()).ok()
     }
 
-    /// The value as it stands in the file, shortened.
+    /// The value as written in the file, shortened.
     fn found(&self) -> String {
         let text = self.source.text.get(self.value.span()).unwrap_or_default();
         let line = one_line(text);
@@ -329,7 +329,7 @@ impl<'t> Value<'t> {
     }
 }
 
-/// Has `read` read the value that `text` is in TOML.
+/// Parses `text` as a TOML value and calls `read` with it.
 pub(super) fn with_value<T>(text: &str, read: impl FnOnce(&Value<'_>) -> Result<T>) -> Result<T> {
     let source = Source::new(Path::new(""), text);
     let value =

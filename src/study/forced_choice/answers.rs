@@ -1,4 +1,4 @@
-//! What people answered, as a CSV file.
+//! Answers of participants, as a CSV file.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ const MAX_BYTES: u64 = 64 << 20;
 const MAX_TEXT: usize = 200;
 
 /// Participant, scene and condition of an answer.
-pub type Key = (String, String, Condition);
+pub type AnswerKey = (String, String, Condition);
 
 /// How the pictures are shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -51,7 +51,7 @@ pub enum Side {
 /// One person's answer for one scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
-    /// Who.
+    /// The participant's name or number.
     pub participant: String,
     /// The scene's name.
     pub scene: String,
@@ -59,12 +59,12 @@ pub struct Answer {
     pub condition: Condition,
     /// Where the gold standard was.
     pub gold: Side,
-    /// Which was taken for it.
+    /// Which picture the participant took for the gold standard.
     pub chosen: Side,
     /// Seconds from the question to the answer.
     #[serde(default)]
     pub seconds: Option<f64>,
-    /// When, as the browser tells it.
+    /// Time of the answer by the browser's clock.
     #[serde(default)]
     pub time: String,
 }
@@ -93,15 +93,15 @@ impl Answer {
         self.chosen == self.gold
     }
 
-    /// What there can be only one answer for: one trial a scene and person in each condition.
-    pub fn key(&self) -> Key {
+    /// Its key: a participant answers once for a scene in a condition.
+    pub fn key(&self) -> AnswerKey {
         (self.participant.clone(), self.scene.clone(), self.condition)
     }
 
-    /// Checks what types leave open.
+    /// Checks what its types do not ensure: texts, sides and seconds.
     ///
     /// # Errors
-    /// What is wrong and what would be right.
+    /// Says what is wrong and what would be right.
     pub fn check(&self) -> Result<(), String> {
         for (name, text) in [("participant", &self.participant), ("scene", &self.scene)] {
             if text.trim().is_empty() {
@@ -182,7 +182,7 @@ fn read_file(path: &Path) -> Result<Vec<(u64, Answer)>> {
     Ok(answers)
 }
 
-/// What is wrong with a line, without the place, which is told elsewhere.
+/// The problem of a line, without its number, which the message has already.
 fn cause(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::Deserialize { err, .. } => err.kind().to_string(),
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_line() {
+    fn problems_name_their_line() {
         let good = "ann,road,successive,first,second\n";
         for (text, says) in [
             (String::new(), "line 1: there is no column \"participant\""),
@@ -247,13 +247,13 @@ mod tests {
                 "line 3: \"ann\" answered for \"road\" already in line 2",
             ),
         ] {
-            let told = read(&text).unwrap_err();
-            assert!(told.contains(says) && !told.contains('\n'), "{told}");
+            let message = read(&text).unwrap_err();
+            assert!(message.contains(says) && !message.contains('\n'), "{message}");
         }
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bytes.csv");
         std::fs::write(&path, [HEAD.as_bytes(), b"\xff\xfe,a,b,c,d\n"].concat()).unwrap();
-        let told = read_answers(&[path]).unwrap_err().to_string();
-        assert!(told.contains("line 2") && told.contains("UTF-8"), "{told}");
+        let message = read_answers(&[path]).unwrap_err().to_string();
+        assert!(message.contains("line 2") && message.contains("UTF-8"), "{message}");
     }
 }

@@ -19,14 +19,14 @@ use crate::scene::Scene;
 /// The page's file name.
 pub const PAGE: &str = "trial.html";
 
-/// The file beside the page that says what it shows.
+/// The file beside the page that describes the experiment.
 pub(super) const EXPERIMENT: &str = "trial.json";
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// A scene for the script.
+/// The two pictures of a scene, for the script.
 #[derive(Serialize)]
 struct Stimuli<'a> {
     name: &'a str,
@@ -36,8 +36,8 @@ struct Stimuli<'a> {
     directed: String,
 }
 
-/// Writes the page and `trial.json` to `folder`, which is made where it is missing. `command` is
-/// what asked for it.
+/// Writes the page and `trial.json` to `folder`, which is made where it is missing. `command` is the
+/// command line.
 ///
 /// # Errors
 /// Where there is no scene, two have the same name, or a file cannot be written.

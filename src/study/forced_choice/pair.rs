@@ -14,16 +14,16 @@ use crate::scene::{Director, RenderSettings, Scene};
 /// The version of the schema of `trial.json`.
 pub(super) const SCHEMA: u32 = 1;
 
-/// What was shown, with all that it takes to make it again: the schema of `trial.json`.
+/// An experiment and how it was made: the schema of `trial.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Experiment {
     /// Its version.
     pub schema: u32,
     /// fogbow's version.
     pub version: String,
-    /// The command that asked for it.
+    /// The command line that made it.
     pub command: String,
-    /// What it was rendered on.
+    /// The machine that rendered it.
     pub machine: Machine,
     /// The scenes.
     pub scenes: Vec<ShownScene>,

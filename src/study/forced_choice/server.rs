@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use tiny_http::{Header, Method, Request, Response};
 
-use super::answers::{Answer, Key, read_answers};
+use super::answers::{Answer, AnswerKey, read_answers};
 use super::page::{EXPERIMENT, PAGE};
 use super::pair::Experiment;
 use crate::error::{Error, Result};
@@ -31,10 +31,11 @@ pub struct Server {
     scenes: Vec<String>,
     answers: PathBuf,
     log: File,
-    given: HashSet<Key>,
+    /// Keys of the answers stored.
+    stored: HashSet<AnswerKey>,
 }
 
-/// What is sent back: a status, and text for a person.
+/// A response: HTTP status and text. Without text the page is sent.
 type Reply = (u16, String);
 
 impl Server {
@@ -51,12 +52,12 @@ impl Server {
             serde_json::from_slice(&file::read(&beside, MAX_PAGE)?).map_err(unknown)?;
         let page = file::read(&folder.join(PAGE), MAX_PAGE)?;
         let answers = folder.join(ANSWERS);
-        let (log, given) = open_answers(&answers)?;
+        let (log, stored) = open_answers(&answers)?;
         let taken = |e| Error::Usage(format!("port {port} cannot be had: {e}; give another"));
         let http = tiny_http::Server::http((Ipv4Addr::LOCALHOST, port)).map_err(taken)?;
         let port = http.server_addr().to_ip().map_or(port, |address| address.port());
         let scenes = experiment.scenes.into_iter().map(|scene| scene.name).collect();
-        Ok(Self { http, port, page, scenes, answers, log, given })
+        Ok(Self { http, port, page, scenes, answers, log, stored })
     }
 
     /// Where the page is.
@@ -72,7 +73,7 @@ impl Server {
     /// Serves until the process ends or an answer cannot be stored.
     ///
     /// # Errors
-    /// Where an answer cannot be stored; whoever gave it is told as well.
+    /// Where an answer cannot be stored; the participant gets the message too.
     pub fn run(mut self) -> Result<()> {
         while let Ok(mut request) = self.http.recv() {
             let (reply, failed) = match self.reply(&mut request) {
@@ -93,7 +94,7 @@ impl Server {
         }
         match (request.method(), request.url()) {
             (Method::Get | Method::Head, "/") => Ok((200, String::new())),
-            (Method::Post, "/answers") => self.take(request),
+            (Method::Post, "/answers") => self.store(request),
             (_, "/" | "/answers") => Ok((405, "GET / or POST /answers".into())),
             _ => Ok((404, "there is / and /answers".into())),
         }
@@ -107,7 +108,7 @@ impl Server {
     }
 
     /// Stores the answer in a request.
-    fn take(&mut self, request: &mut Request) -> Result<Reply> {
+    fn store(&mut self, request: &mut Request) -> Result<Reply> {
         // A foreign page cannot send this type without asking first, and is not answered then.
         let is_json = header(request, "Content-Type").is_some_and(|t| t == "application/json");
         if !is_json {
@@ -128,16 +129,16 @@ impl Server {
         if !self.scenes.contains(&answer.scene) {
             return Ok((400, format!("there is no scene \"{}\"", answer.scene)));
         }
-        if self.given.contains(&answer.key()) {
+        if self.stored.contains(&answer.key()) {
             return Ok((409, "this answer was given already".into()));
         }
         let row = row(&answer).map_err(|e| unwritable(&self.answers, &e))?;
         append(&mut self.log, &row).map_err(|e| unwritable(&self.answers, &e))?;
-        self.given.insert(answer.key());
+        self.stored.insert(answer.key());
         Ok((200, "stored".into()))
     }
 
-    /// Sends a reply: the page where there is nothing to tell. A browser that has gone away is no
+    /// Sends a reply, or the page where its text is empty. A browser that has closed the connection is no
     /// failure.
     fn send(&self, request: Request, (status, text): Reply) {
         let is_page = text.is_empty();
@@ -168,8 +169,8 @@ fn header(request: &Request, name: &'static str) -> Option<String> {
     found.map(|header| header.value.as_str().to_ascii_lowercase())
 }
 
-/// Opens a file of answers for more, with what is in it already.
-fn open_answers(path: &Path) -> Result<(File, HashSet<Key>)> {
+/// Opens a file of answers for appending; also the keys of the answers in it.
+fn open_answers(path: &Path) -> Result<(File, HashSet<AnswerKey>)> {
     let there = path.metadata().is_ok_and(|about| about.len() > 0);
     let earlier = if there { read_answers(&[path.to_path_buf()])? } else { Vec::new() };
     let mut log = OpenOptions::new()

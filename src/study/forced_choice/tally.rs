@@ -7,8 +7,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::answers::{Answer, Condition};
 
-/// How often the gold standard was found for a scene in one condition, and how likely so clear an
-/// outcome would be if nobody saw a difference.
+/// How often the gold standard was recognised for a scene in one condition, and the p-value of these counts
+/// under guessing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// The scene's name.
@@ -17,15 +17,15 @@ pub struct Tally {
     pub condition: Condition,
     /// Answers.
     pub answers: u64,
-    /// Those that took the gold standard for it.
+    /// Those that chose the gold standard.
     pub right: u64,
-    /// Those that took the directed picture for it.
+    /// Those that chose the directed picture.
     pub wrong: u64,
     /// Chi-square of both counts against half of the answers each: the sum of
     /// (observed - expected)² / expected, without a correction for continuity.
     pub chi_square: f64,
-    /// The chance of so large a chi-square, or a larger one, with one degree of freedom, where all
-    /// guess.
+    /// The probability of a chi-square at least as large, with one degree of freedom, if all answers are
+    /// guesses.
     pub p: f64,
 }
 
@@ -70,9 +70,9 @@ mod tests {
             (12, 0.0, 1.0),
             (8, 2.67, 0.102_47),
         ] {
-            let told = Tally::new("road", Condition::Successive, right, 24 - right);
-            assert!((told.chi_square - chi_square).abs() < 0.005, "{told:?}");
-            assert!((told.p - p).abs() < 1e-3 * p, "{told:?}");
+            let result = Tally::new("road", Condition::Successive, right, 24 - right);
+            assert!((result.chi_square - chi_square).abs() < 0.005, "{result:?}");
+            assert!((result.p - p).abs() < 1e-3 * p, "{result:?}");
         }
     }
 
@@ -88,14 +88,16 @@ mod tests {
             seconds: None,
             time: String::new(),
         };
-        let told = tally(&[
+        let tallies = tally(&[
             answer("road", Condition::Reference, Left, Right),
             answer("lucy", Condition::Successive, First, First),
             answer("road", Condition::Successive, Second, Second),
             answer("road", Condition::Successive, Second, First),
         ]);
-        let counts: Vec<_> =
-            told.iter().map(|t| (t.scene.as_str(), t.condition.name(), t.right, t.wrong)).collect();
+        let counts: Vec<_> = tallies
+            .iter()
+            .map(|t| (t.scene.as_str(), t.condition.name(), t.right, t.wrong))
+            .collect();
         let expected = [
             ("lucy", "successive", 1, 0),
             ("road", "successive", 1, 1),

@@ -15,7 +15,7 @@ use super::contrast::Outcome;
 use super::convergence::Convergence;
 use super::headline::Contrast;
 use super::html::{json, write_page};
-use super::measured::{Answer, PointResult};
+use super::measured::{Estimate, PointResult};
 use super::request::Metric;
 use super::results::Results;
 use super::verdict::{figure, interval};
@@ -110,7 +110,7 @@ impl<'a> Sentence<'a> {
     }
 }
 
-/// A number of the answer.
+/// A number of the headline.
 #[derive(Debug, Serialize)]
 struct Number {
     value: String,
@@ -166,10 +166,10 @@ impl Cell {
         Self { text: value.map_or_else(|| "–".into(), figure), sort: value }
     }
 
-    fn answer(answer: &Answer) -> Self {
-        match answer {
-            Answer::Found(found) => Self { text: interval(found), sort: Some(found.estimate) },
-            Answer::None(why) => Self { text: why.clone(), sort: None },
+    fn estimate(estimate: &Estimate) -> Self {
+        match estimate {
+            Estimate::Found(found) => Self { text: interval(found), sort: Some(found.estimate) },
+            Estimate::None(why) => Self { text: why.clone(), sort: None },
         }
     }
 
@@ -209,8 +209,8 @@ fn row(results: &Results, point: &PointResult) -> Vec<Cell> {
             || Cell::text("–"),
             |s| Cell { text: interval(s), sort: Some(s.estimate) },
         ),
-        Cell::answer(&point.gain_at_equal_error),
-        Cell::answer(&point.gain_at_equal_time),
+        Cell::estimate(&point.gain_at_equal_error),
+        Cell::estimate(&point.gain_at_equal_time),
         Cell::number(split.map(|split| split.noise)),
         Cell::number(split.and_then(|split| split.step)),
         Cell::number(split.map(|split| split.bias)),
@@ -245,14 +245,14 @@ fn target_rows(results: &Results) -> Vec<Vec<String>> {
 
 /// Name, slope and times to reach the errors asked for, of each candidate.
 fn curve_rows(results: &Results) -> Vec<Vec<String>> {
-    let answer = |answer: &Answer| Cell::answer(answer).text;
+    let text = |estimate: &Estimate| Cell::estimate(estimate).text;
     results
         .curves
         .iter()
         .map(|curve| {
             let slope = curve.slope.map_or_else(|| "–".into(), |slope| format!("{slope:.2}"));
             let mut cells = vec![curve.candidate.clone(), slope];
-            cells.extend(curve.time_to.iter().map(|(_, told)| answer(told)));
+            cells.extend(curve.time_to.iter().map(|(_, estimate)| text(estimate)));
             cells
         })
         .collect()
@@ -265,8 +265,8 @@ fn effect_rows(results: &Results) -> Vec<Vec<Cell>> {
             Cell::text(&effect.part),
             Cell::text(&effect.with),
             Cell::text(&effect.without),
-            Cell::answer(&effect.error_gain),
-            Cell::answer(&effect.time_gain),
+            Cell::estimate(&effect.error_gain),
+            Cell::estimate(&effect.time_gain),
             Cell::text(effect.outcome()),
         ]
     };

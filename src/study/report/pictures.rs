@@ -11,6 +11,7 @@ use super::super::metric::relative_map;
 use super::super::results::Results;
 use crate::error::{Error, Result};
 use crate::image::{Image, Layers, Picture, ScalarMap, read_exr, read_layers};
+use crate::math::nth_smallest;
 
 /// The most pixels along a side of a picture in the page; larger ones are averaged down.
 const SIDE: usize = 512;
@@ -115,11 +116,11 @@ fn card(
     })
 }
 
-/// The value that 99 % are under.
-fn high(values: &[f32]) -> f32 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f32::total_cmp);
-    sorted[(sorted.len() - 1) * 99 / 100]
+/// The 99th percentile of the values of a map.
+fn high(map: &[f32]) -> f32 {
+    let rank = map.len().saturating_sub(1) * 99 / 100;
+    let values = map.iter().copied().map(f64::from).collect();
+    nth_smallest(values, rank).unwrap_or(0.0) as f32
 }
 
 fn viewed(name: String, image: &Image, path: &Path) -> Result<Viewed> {

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::super::answer::UNIFORM;
 use super::super::candidate::GOLD;
+use super::super::gain::UNIFORM;
 use super::super::measured::{PointResult, RunResult};
 use super::super::request::Metric;
 use super::super::results::Results;

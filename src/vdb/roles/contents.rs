@@ -32,20 +32,20 @@ impl Contents {
     ///
     /// # Errors
     /// Where there is no density, or a grid that has to be looked at cannot be read.
-    pub fn of(file: &VdbFile) -> Result<Self> {
+    pub fn find(file: &VdbFile) -> Result<Self> {
         let index = file.default_density()?;
-        Self::around(file, index, &file.read_scalar(index, ReadAs::Density)?)
+        Self::with_density(file, index, &file.read_scalar(index, ReadAs::Density)?)
     }
 
-    /// As [`of`](Self::of), for a density that is chosen and read already. Besides it only grids are
+    /// As [`find`](Self::find), for a density that is chosen and read already. Besides it only grids are
     /// read whose names let them glow, colour the smoke or, where names do not tell which way is up,
     /// move it.
     ///
     /// # Errors
     /// Where there is no grid `index`, or one that has to be looked at cannot be read.
-    pub fn around(file: &VdbFile, index: usize, density: &Grid<f32>) -> Result<Self> {
+    pub fn with_density(file: &VdbFile, index: usize, density: &Grid<f32>) -> Result<Self> {
         file.info(index)?;
-        let smoke = Smoke::of(density);
+        let smoke = Smoke::sampled(density);
         let mut notes = Vec::new();
         let mut noted = |grid: GridRef| {
             notes.extend(file.ambiguity(&grid));

@@ -76,7 +76,7 @@ impl Unit {
     /// The unit of a temperature whose finite values have this range. What the file states, such as
     /// `K` or `Celsius`, wins; else negative values mean Celsius, and a largest value of 200 or more
     /// means Kelvin.
-    pub fn of(range: [f64; 2], stated: Option<&str>) -> Self {
+    pub fn infer(range: [f64; 2], stated: Option<&str>) -> Self {
         let stated = stated.map(|unit| unit.trim().trim_start_matches('°').to_lowercase());
         match stated.as_deref() {
             Some("k" | "kelvin" | "degk") => Self::Kelvin,
@@ -117,7 +117,7 @@ pub(super) fn find(file: &VdbFile, smoke: &Smoke, notes: &mut Vec<String>) -> Re
         }
         let kind = match role {
             Role::Temperature => {
-                temperature(&grid, smoke, Unit::of(range, None)).and_then(|kind| {
+                temperature(&grid, smoke, Unit::infer(range, None)).and_then(|kind| {
                     let is_vague = kind == FireKind::Temperature(Unit::Normalised);
                     if is_vague && without_flame {
                         return Err("is normalised, and the flame beside it is empty".into());
@@ -223,7 +223,7 @@ mod tests {
             ([-80.0, 1200.0], Some("K"), Unit::Kelvin),
             ([0.0, 1.0], Some("furlong"), Unit::Normalised),
         ] {
-            assert_eq!(Unit::of(range, stated), unit, "{range:?} {stated:?}");
+            assert_eq!(Unit::infer(range, stated), unit, "{range:?} {stated:?}");
         }
     }
 }

@@ -38,7 +38,7 @@ pub(super) struct Overlap {
 }
 
 impl Smoke {
-    pub(super) fn of(density: &Grid<f32>) -> Self {
+    pub(super) fn sampled(density: &Grid<f32>) -> Self {
         let threshold = THIN * f64::from(density.max_value());
         let is_smoke = |b: &VoxelBox| f64::from(b.value) >= threshold && b.value > 0.0;
         let mut voxels = 0u64;

@@ -97,7 +97,7 @@ fn planes(outcomes: &[Outcome]) -> Vec<Plane<'_>> {
         let row = position(&mut plane.rows, |known| known.name == cell.row, new);
         let cells = &mut plane.rows[row].cells;
         cells.resize_with(cells.len().max(column + 1), || None);
-        cells[column] = Some(HeatCell::of(outcome));
+        cells[column] = Some(HeatCell::new(outcome));
     }
     planes
 }
@@ -111,7 +111,7 @@ fn position<T>(all: &mut Vec<T>, is: impl Fn(&T) -> bool, new: impl FnOnce() -> 
 }
 
 impl HeatCell {
-    fn of(outcome: &Outcome) -> Self {
+    fn new(outcome: &Outcome) -> Self {
         let strain = outcome.strain();
         Self {
             strain: format!("{strain:.2}"),

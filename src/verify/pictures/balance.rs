@@ -46,7 +46,7 @@ fn furnaces(effort: Effort) -> Vec<Case> {
         };
         let name = format!("white-furnace/{name}");
         let source = "energy is kept: the sky's radiance";
-        both(&name, source, scenes::mean, radiance, Work::of(effort, 8, 40_000, 32), vec![], text)
+        both(&name, source, scenes::mean, radiance, Work::new(effort, 8, 40_000, 32), vec![], text)
     };
     [("isotropic", 0.0, 1.0), ("g=0.9", 0.9, 1.0), ("bright", 0.0, 1e5)].map(case).into()
 }
@@ -74,7 +74,7 @@ fn grid_furnaces(effort: Effort) -> [Case; 2] {
         type = "environment"
         radiance = 1.0
     "#;
-    let work = Work::of(effort, 8, 40_000, 32);
+    let work = Work::new(effort, 8, 40_000, 32);
     let text = |rays: u64, photons: u64| {
         TEXT.replace("RAYS", &rays.to_string()).replace("PHOTONS", &photons.to_string())
     };

@@ -53,7 +53,7 @@ fn fluences(effort: Effort) -> Vec<Case> {
         // Far from the source little light is left, and rays that pass near it bring most.
         let far = distance > 4.0;
         let (photons, rays) = if far { (40_000, 16) } else { (20_000, 8) };
-        let work = Work::of(effort, 4, photons, rays);
+        let work = Work::new(effort, 4, photons, rays);
         let work = if far { Work { error: 2.0 * work.error, ..work } } else { work };
         both(&name, source, measure, expected - straight, work, vec![], text)
     };
@@ -89,7 +89,7 @@ fn airlights(effort: Effort) -> Vec<Case> {
             )
         };
         let name = format!("airlight/angle={angle}");
-        let work = Work::of(effort, 200, 0, 1000);
+        let work = Work::new(effort, 200, 0, 1000);
         both(&name, "Sun et al. 2005, equation 9", scenes::mean, expected, work, vec![], text)
     };
     [0.1, 0.5, 1.0, 2.0, 3.0].map(case).into()

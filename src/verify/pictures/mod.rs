@@ -108,7 +108,7 @@ struct Work {
 
 impl Work {
     /// The work of an effort: a full run takes 4 times that of a quick one.
-    fn of(effort: Effort, rays: u64, photons: u64, reference: u64) -> Self {
+    fn new(effort: Effort, rays: u64, photons: u64, reference: u64) -> Self {
         let (scale, error) = if effort == Effort::Quick { (1, 0.06) } else { (4, 0.03) };
         let [rays, photons, reference] = [rays, photons, reference].map(|n| n * scale);
         Self { rays, photons, reference, error }

@@ -90,7 +90,7 @@ fn slabs(effort: Effort) -> Vec<Case> {
         for (what, from_above, expected) in sides {
             let name = format!("slab/{what}/albedo={albedo}/thickness={thickness}/g={g}");
             let text = move |rays, photons| of.text(from_above, rays, photons);
-            let work = Work::of(effort, 16, 20_000, 32);
+            let work = Work::new(effort, 16, 20_000, 32);
             cases.push(both(&name, "adding-doubling", scenes::mean, expected, work, vec![], text));
         }
     }
@@ -106,7 +106,7 @@ fn half_spaces(effort: Effort) -> Vec<Case> {
         // Where much is absorbed paths are short and few come back.
         let rays = if albedo < 0.8 { 32 } else { 8 };
         let source = "1 - H(1) sqrt(1 - albedo), Chandrasekhar 1960";
-        let work = Work::of(effort, 16, 20_000, rays);
+        let work = Work::new(effort, 16, 20_000, rays);
         both(&name, source, scenes::mean, expected, work, vec![], text)
     };
     HALF_SPACES.map(case).into()
@@ -132,7 +132,7 @@ fn half_spaces_of_voxels(effort: Effort) -> Vec<Case> {
             let (min, end) = (IVec3::new(-3, -3, -3), IVec3::new(3, 1, 3));
             let grid = fields::blocks("density", 1.0, min, end, |voxel| f64::from(voxel.y < 0));
             let source = "1 - H(1) sqrt(1 - albedo), Chandrasekhar 1960";
-            let work = Work::of(effort, 16, 20_000, 32);
+            let work = Work::new(effort, 16, 20_000, 32);
             cases.push(both(&name, source, scenes::mean, expected, work, vec![grid], text));
         }
     }
@@ -146,7 +146,7 @@ fn reciprocity(effort: Effort) -> Case {
         "reciprocity: R(a, b) = R(b, a)",
         "4.5 standard errors by the film's variance, fixed seed",
     ];
-    let rays = Work::of(effort, 0, 0, 1000).reference;
+    let rays = Work::new(effort, 0, 0, 1000).reference;
     Case::new(Group::ClosedForms, "slab/reciprocity", words, move |parts| {
         let reflected = |seen: f64, lit: f64| {
             let (x, y) = (30.0 * seen.sin(), 30.0 * seen.cos());

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use fogbow::render::Silent;
 use fogbow::scene::{LoadOptions, Scene};
-use fogbow::study::{Answer, CANDIDATES, Metric, Request, Results, Study};
+use fogbow::study::{CANDIDATES, Estimate, Metric, Request, Results, Study};
 
 use super::Kept;
 use super::scenes::shipped;
@@ -104,7 +104,7 @@ fn rows(subject: &Subject, results: &Results) -> Vec<Row> {
         })
     });
     let parts = results.ablation.iter().filter_map(|effect| {
-        let Answer::Found(gain) = &effect.error_gain else { return None };
+        let Estimate::Found(gain) = &effect.error_gain else { return None };
         Some(Row::Part {
             scene: subject.title.into(),
             part: effect.part.clone(),

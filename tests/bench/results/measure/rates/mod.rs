@@ -7,9 +7,9 @@ mod crates;
 
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint, warp};
 use fogbow::photon::{Photon, PhotonAt, PhotonMap, PhotonMaps, PhotonSettings};
-use fogbow::render::{PassSettings, PhotonPass, Silent, render};
+use fogbow::render::{PassSettings, PhotonPass, Request, Silent, render};
 use fogbow::scene::plan::Needs;
-use fogbow::scene::{FinalGather, LoadOptions, Scene};
+use fogbow::scene::{FinalGather, LoadOptions, Scene, Strategy};
 use fogbow::work::Work;
 use rayon::prelude::*;
 
@@ -51,7 +51,7 @@ pub fn measure(kept: &mut Kept<Row>, quick: bool) -> Result<()> {
 
 fn shooting(bench: &Bench, name: &str) -> Result<Vec<Row>> {
     let scene = load(name)?;
-    let (_, work) = shot(&scene, FinalGather::Auto);
+    let (_, work) = shot(&scene, Strategy::FluenceTowardEye);
     let counts = [
         ("paths/s", PHOTONS as f64),
         ("stored/s", (work.volume_photons + work.surface_photons) as f64),
@@ -59,13 +59,13 @@ fn shooting(bench: &Bench, name: &str) -> Result<Vec<Row>> {
     ];
     let counts: Vec<_> = counts.into_iter().filter(|(_, count)| *count > 0.0).collect();
     Ok(bench.group(&[Job::of(format!("{name}: shoot and build"), &counts, || {
-        shot(&scene, FinalGather::Auto)
+        shot(&scene, Strategy::FluenceTowardEye)
     })]))
 }
 
 fn gathering(bench: &Bench, name: &str) -> Result<Vec<Row>> {
     let scene = load(name)?;
-    let (rays, (maps, _)) = (camera_rays(&scene), shot(&scene, FinalGather::Never));
+    let (rays, (maps, _)) = (camera_rays(&scene), shot(&scene, Strategy::Beams));
     let found = rays.par_iter().map(|ray| beside(&maps, ray)).sum::<u64>() as f64;
     let counts = [("gathers/s", rays.len() as f64), ("photons/s", found)];
     Ok(bench.group(&[Job::of(format!("{name}: along camera rays"), &counts, || {
@@ -88,7 +88,7 @@ fn load(name: &str) -> fogbow::Result<Scene> {
 }
 
 /// The maps of a scene's photons, where rays are followed here, and what making them took.
-fn shot(scene: &Scene, final_gather: FinalGather) -> (PhotonMaps, Work) {
+fn shot(scene: &Scene, strategy: Strategy) -> (PhotonMaps, Work) {
     let needs = Needs::new(scene, &scene.render);
     let photons = PhotonSettings {
         photons: PHOTONS,
@@ -99,8 +99,14 @@ fn shot(scene: &Scene, final_gather: FinalGather) -> (PhotonMaps, Work) {
         levels: 0,
         needs,
     };
-    let settings =
-        PassSettings { photons, final_gather, denoise: false, rays: 4, film_pixels: 1.0 };
+    let settings = PassSettings {
+        photons,
+        strategy: Request::Asked(strategy),
+        final_gather: FinalGather::Auto,
+        denoise: false,
+        rays: 4,
+        film_pixels: 1.0,
+    };
     let (pass, work) =
         PhotonPass::new(scene, &settings, &|_| {}).expect("a shipped scene can be shot");
     (pass.maps, work)
