@@ -49,11 +49,6 @@ impl<S: Spectrum> LazyCells<S> {
         Self { cells, seed, medium, values, channels: PhantomData }
     }
 
-    /// Empties all cells.
-    pub fn clear(&self) {
-        self.values.par_iter().for_each(|value| value.store(EMPTY, Ordering::Relaxed));
-    }
-
     /// Width of a cell, in metres.
     pub const fn width(&self) -> f64 {
         self.cells.edge

@@ -16,6 +16,9 @@ use crate::strategy::{self, Choice, Conditions, Evidence, MediumCells, Strategy,
 use crate::transport::{FlightSegment, PixelFootprint};
 use crate::work::Work;
 
+/// Seed of the pilot of strategies. Any number does; this one has no pattern (pi in hexadecimal).
+const PILOT_SEED: u64 = 0x243f_6a88_85a3_08d3;
+
 /// Settings of a photon pass.
 #[derive(Debug, Clone, Copy)]
 pub struct PassSettings {
@@ -94,17 +97,18 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         if !photons.needs.photons() {
             return Ok((Self::empty(photons.radius.unwrap_or(0.0)), Work::default()));
         }
+        let own = if wish.is_none() { strategies::<S, H>(scene, settings)? } else { None };
         let importance = CameraImportance::look(scene, photons.seed, photons.needs);
-        let mut prepared = Prepared::<S>::new::<H>(scene, settings, &importance)?;
-        let measured = if wish.is_none() { prepared.wish::<H>() } else { None };
-        let (pass, mut work) = prepared.shoot::<H>(wish.or(measured.as_ref()), advance);
+        let prepared = Prepared::<S>::new::<H>(scene, settings, &importance)?;
+        let (pass, mut work) = prepared.shoot::<H>(wish.or(own.as_ref()), advance);
         work += importance.work;
         Ok((pass, work))
     }
 }
 
-/// The strategies that [`PhotonPass::new`] would decide on for `scene`: those of a shot, which all of its
-/// frames have. `None` where there is no choice.
+/// The strategies that [`PhotonPass::new`] has for `scene`: those that are asked for, or those that a
+/// pilot finds best. They do not depend on the seed, so that pictures of several seeds have the same.
+/// `None` where there is no choice.
 ///
 /// # Errors
 /// As [`PhotonPass::new`].
@@ -112,12 +116,21 @@ pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &PassSettings,
 ) -> Result<Option<Wish>> {
-    let PassSettings { photons, .. } = settings;
-    if !photons.needs.photons() {
-        return Ok(None);
+    match settings.strategy {
+        Request::Asked(strategy) => Ok(Some(Wish {
+            strategies: vec![strategy; scene.media.iter().len()],
+            reason: "it is asked for".into(),
+            measured: Vec::new(),
+        })),
+        Request::Measured { step } if settings.photons.needs.photons() => {
+            let photons = PhotonSettings { seed: PILOT_SEED, ..settings.photons };
+            let settings = PassSettings { photons, ..*settings };
+            let importance = CameraImportance::look(scene, photons.seed, photons.needs);
+            let prepared = Prepared::<S>::new::<H>(scene, &settings, &importance)?;
+            Ok(prepared.measure::<H>(step))
+        }
+        Request::Measured { .. } | Request::Default => Ok(None),
     }
-    let importance = CameraImportance::look(scene, photons.seed, photons.needs);
-    Ok(Prepared::<S>::new::<H>(scene, settings, &importance)?.wish::<H>())
 }
 
 /// A photon pass before its strategies are decided.
@@ -151,28 +164,18 @@ impl<'a, S: Spectrum> Prepared<'a, S> {
         Ok(Self { scene, settings, visible, aimed, direct, widths })
     }
 
+    /// What is known before a strategy is chosen.
     fn evidence(&self) -> Evidence<'_> {
         let flight_length = self.aimed.flight_length();
         Evidence { visible: self.visible, direct: &self.widths, flight_length, widening: 1.0 }
     }
 
-    /// The strategies that the user or a pilot asks for.
-    fn wish<H: PhotonDirection>(&mut self) -> Option<Wish> {
-        let Self { scene, settings, visible, aimed, direct, widths } = self;
-        let (scene, settings) = (*scene, *settings);
-        match settings.strategy {
-            Request::Asked(strategy) => Some(Wish {
-                strategies: vec![strategy; scene.media.iter().len()],
-                reason: "it is asked for".into(),
-                measured: Vec::new(),
-            }),
-            Request::Measured { step } => {
-                let flight_length = aimed.flight_length();
-                let evidence = Evidence { visible, direct: widths, flight_length, widening: 1.0 };
-                StrategyPilot { scene, settings, evidence, step }.measure::<S, H>(aimed, direct)
-            }
-            Request::Default => None,
-        }
+    /// The strategies that a pilot finds best, whose rays march with this step in metres.
+    fn measure<H: PhotonDirection>(self, step: f64) -> Option<Wish> {
+        let Self { scene, settings, visible, mut aimed, direct, widths } = self;
+        let flight_length = aimed.flight_length();
+        let evidence = Evidence { visible, direct: &widths, flight_length, widening: 1.0 };
+        StrategyPilot { scene, settings, evidence, step }.measure::<S, H>(&mut aimed, direct)
     }
 
     /// Makes caches, shoots the photons and finishes what they fill.

@@ -67,12 +67,11 @@ pub(super) struct StrategyPilot<'a, 'b> {
 
 impl<'a> StrategyPilot<'a, '_> {
     /// Measures all profiles that differ, and returns the one with the least squared error times cost;
-    /// `None` where there is only one or no light is seen. `direct` are the caches of direct light, which
-    /// are left empty.
+    /// `None` where there is only one or no light is seen. `direct` are the caches of direct light.
     pub fn measure<S: Spectrum, H: PhotonDirection>(
         &self,
         aimed: &mut AimedPhotons<'a>,
-        direct: &mut Vec<Option<DirectLightCache<S>>>,
+        direct: Vec<Option<DirectLightCache<S>>>,
     ) -> Option<Wish> {
         let paths = (aimed.count() / PHOTONS_PER_PATH).max(MIN_PATHS);
         let represents = aimed.count() as f64 / paths as f64;
@@ -88,15 +87,13 @@ impl<'a> StrategyPilot<'a, '_> {
         };
         let mut halves = [0, 1].map(|index| half(index, aimed));
         // Rays by each profile.
-        let mut samples = Vec::new();
-        let mut works = Vec::new();
+        let mut caches = Caches { direct, ..Caches::default() };
+        let (mut samples, mut works) = (Vec::new(), Vec::new());
         for index in 0..profiles.len() {
-            let (rays, work) = self.trace(&profiles[index].choice, index, &mut halves, direct);
+            let (rays, work) = self.trace(&profiles[index].choice, index, &mut halves, &mut caches);
             samples.push(rays);
             works.push(work);
         }
-        // Work that fills cells belongs to the render.
-        direct.iter().flatten().for_each(|cache| cache.cells().clear());
         let weights = strategy::weights(&samples);
         if weights.iter().all(|weight| *weight == 0.0) {
             return None;
@@ -211,21 +208,21 @@ impl<'a> StrategyPilot<'a, '_> {
         Half { maps, fluence, work }
     }
 
-    /// Samples of all rays by one profile, and the work of all six of each.
+    /// Samples of all rays by one profile, and the work of all six of each. `caches` hold direct light, and
+    /// take the profile's grids.
     fn trace<S: Spectrum, H: PhotonDirection>(
         &self,
         choice: &Choice,
         index: usize,
         halves: &mut [Half<S, H>; 2],
-        direct: &mut Vec<Option<DirectLightCache<S>>>,
+        caches: &mut Caches<S>,
     ) -> (Vec<RaySamples>, Work) {
         let mut work = Work::default();
         let mut rays = vec![RaySamples::default(); self.side() * self.side()];
         for (number, half) in halves.iter_mut().enumerate() {
-            let mut caches = Caches { direct: mem::take(direct), ..Caches::default() };
             caches.fluence = mem::take(&mut half.fluence[index]);
             let needs = self.settings.photons.needs;
-            let integrator = Integrator::from_parts(self.scene, &half.maps, &caches, choice, needs);
+            let integrator = Integrator::from_parts(self.scene, &half.maps, caches, choice, needs);
             let ray = |ray: usize| {
                 let mut workspace = self.workspace();
                 let mut sample =
@@ -239,8 +236,6 @@ impl<'a> StrategyPilot<'a, '_> {
                 (ray.samples[number], ray.wide[number]) = (samples, wide);
                 work += done;
             }
-            *direct = mem::take(&mut caches.direct);
-            half.fluence[index] = caches.fluence;
         }
         (rays, work)
     }
