@@ -36,7 +36,7 @@ const SPHERE_PERCENTILE: usize = 95;
 /// Radius of that sphere over the percentile.
 ///
 /// Unit: none. Derivation: of points that are normally distributed about their mean all but one in two
-/// thousand are within 1.5 times the 95th percentile.
+/// thousand are within the sphere.
 const SPHERE_MARGIN: f64 = 1.5;
 
 /// Points that the camera sees, sampled by a coarse grid of rays.

@@ -13,7 +13,7 @@ use super::extents::{ENDLESS, Extents, middle};
 /// point over an infinite plane, in radii of the scene or in heights over the plane, whichever is more; of
 /// the halo round what is seen of a medium that the camera is in or near, in radii of that.
 ///
-/// Unit: none. Derivation: a disk of 4 times the height gives 16/17 of the irradiance of an endless
+/// Unit: none. Derivation: a disk whose radius is four heights gives 16/17 of the irradiance of an endless
 /// ground, 4² / (1 + 4²).
 const SURROUNDINGS_RADIUS: f64 = 4.0;
 

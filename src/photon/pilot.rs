@@ -65,7 +65,7 @@ const MAX_RAISES: u32 = 8;
 
 /// Smallest factor of a raise.
 ///
-/// Unit: none. Limit: on the search: 8 raises make the window 25 times as heavy.
+/// Unit: none. Limit: on the search: 8 raises multiply the window by 25.
 const MIN_RAISE: f64 = 1.5;
 
 /// Estimates for all paths of a render.

@@ -15,7 +15,7 @@ const PHOTONS_ALONG_RAY: f64 = 64.0;
 
 /// Largest factor by which a photon brighter than its neighbours is widened.
 ///
-/// Unit: none. Limit: on gathers: a photon so wide is found by 64 times as many rays.
+/// Unit: none. Limit: on gathers: the rays that find a photon grow by a factor of 64.
 const MAX_WIDENING: f64 = 8.0;
 
 /// Photons within the radius of one: to be found on a surface, and the most in the sphere of one in a

@@ -18,7 +18,7 @@ const MAX_COPIES: f64 = 64.0;
 /// scatter photons often.
 ///
 /// Unit: none. Derivation: powers spread evenly, by their logarithm, over a factor of 4 have a mean
-/// square of 1.16 times their squared mean: splitting has little variance to gain.
+/// square over squared mean of 1.16: splitting has little variance to gain.
 const SPLIT_ABOVE: f64 = 4.0;
 
 impl PhotonTracer<'_> {
