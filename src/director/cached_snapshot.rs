@@ -9,6 +9,8 @@ use crate::scene::{RenderSettings, Scene};
 use crate::work::Work;
 
 /// The EXR attribute that holds the key.
+///
+/// Unit: none. Definition: of the file format.
 const KEY_ATTRIBUTE: &str = "fogbow:sight";
 
 /// A snapshot with a key of all that it depends on, so that it is not used for another scene.

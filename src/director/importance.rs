@@ -10,13 +10,19 @@ use crate::scene::{Operator, Scene};
 use crate::work::Work;
 
 /// Quantile of the luminances above 0 that counts as the white of a picture without an exposure.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only director`.
 const WHITE: f64 = 0.99;
 
 /// Quantile of the deviations above 0 that gets the importance 1, so that few outliers do not make the
 /// rest unimportant.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only director`.
 const FULL: f64 = 0.95;
 
 /// Least importance of a pixel that receives light: the few rays of a pilot may have missed its noise.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only director`.
 const MIN_LIT: f32 = 0.02;
 
 /// The X-map of transmittance: from the eye to the first surface, by luminance, for each pixel; exact

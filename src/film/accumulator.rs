@@ -72,6 +72,8 @@ impl Default for Accumulator {
 
 impl Accumulator {
     /// Number of 64-bit words of [`to_bits`](Self::to_bits).
+    ///
+    /// Unit: count. Definition: of the format of checkpoints.
     pub const WORDS: usize = 14;
 
     /// Adds a sample. One with a NaN, an infinity or a value beyond the range of f32 (an

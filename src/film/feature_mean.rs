@@ -11,6 +11,8 @@ pub struct FeatureMean {
 
 impl FeatureMean {
     /// Number of 64-bit words of [`to_bits`](Self::to_bits).
+    ///
+    /// Unit: count. Definition: of the format of checkpoints.
     pub const WORDS: usize = 4;
 
     /// Adds the features of a ray; those with a NaN or an infinity are ignored.

@@ -21,3 +21,7 @@ pub use random::{Stage, Stream};
 pub use space::{Aabb, Index, IndexPoint, Point, Ray, Span, World, WorldPoint};
 pub use spectrum::Spectrum;
 pub use transform::Transform;
+
+/// The golden ratio: the fractional parts of its multiples are evenly spread over [0, 1) (a Kronecker
+/// sequence).
+pub const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;

@@ -49,11 +49,20 @@ pub struct BeamHit<'a, S: Spectrum = Rgb, H = Octahedral> {
 }
 
 /// Stream index of the jitter against ties, which photon paths do not use.
+///
+/// Unit: none. Definition: an index.
 const TIE_STREAM: u64 = 2;
 
-/// Smallest unit of length of the hierarchy, as a share of the photons' extent: the rounding of 32-bit
-/// positions.
-const MIN_UNIT: f64 = 1e-6;
+/// Error of positions in the hierarchy, as a share of the photons' extent.
+///
+/// Unit: none. Derivation: sixteen roundings of 32 bits, 6e-8 each.
+const POSITION_ROUNDING: f64 = 1e-6;
+
+/// Margin of a photon's box over its sphere, as a share of the radius, within which boxes are jittered.
+///
+/// Unit: none. Derivation: thousands of roundings of 32 bits, so that jittered boxes differ; wider boxes
+/// would be met in vain.
+const BOX_MARGIN: f64 = 1e-3;
 
 struct Ball {
     center: Vec3A,
@@ -68,6 +77,8 @@ impl Boundable for Ball {
 
 impl<S: Spectrum, H: PhotonDirection> BeamMap<S, H> {
     /// Bytes of a photon with its position and radius.
+    ///
+    /// Unit: bytes. Definition: the size of the type.
     pub(super) const SPHERE: usize = size_of::<Sphere<S, H>>();
 
     /// Builds the hierarchy over `photons`, whose positions are relative to `origin`, with a radius in
@@ -81,15 +92,16 @@ impl<S: Spectrum, H: PhotonDirection> BeamMap<S, H> {
         let extent = photons.iter().map(|p| center(p).length()).fold(0.0, f64::max);
         // Not below the rounding of positions: in units of a narrower sphere they would overflow the
         // precision of 32 bits.
-        let widest = f64::from(radii.iter().copied().fold(0.0, f32::max)).max(MIN_UNIT * extent);
+        let widest =
+            f64::from(radii.iter().copied().fold(0.0, f32::max)).max(POSITION_ROUNDING * extent);
         // A little more than the radius, for the hierarchy's rounding.
-        let margin = |radius: f64| 1e-3 * radius + 1e-6 * extent;
+        let margin = |radius: f64| BOX_MARGIN * radius + POSITION_ROUNDING * extent;
         // Where photons coincide, as in media of very short free paths, ties would make the hierarchy a
-        // chain: each box is jittered within the margin.
+        // chain: each box is jittered within the margin, along each axis by a quarter of it.
         let mut rng = Stream::new(0, Stage::Photons, 0, TIE_STREAM);
         let ball = |(p, radius): (&PhotonAt<S, H>, &f32)| {
             let radius = f64::from(*radius);
-            let jitter = DVec3::from(std::array::from_fn(|_| 0.5 * rng.uniform() - 0.25));
+            let jitter = DVec3::from(std::array::from_fn(|_| 0.5 * (rng.uniform() - 0.5)));
             Ball {
                 center: ((center(p) + jitter * margin(radius)) / widest).as_vec3a(),
                 radius: ((radius + margin(radius)) / widest) as f32,

@@ -12,6 +12,8 @@ use super::radius::{self, Probes, Radii};
 use super::{BeamMap, Photon, PhotonAt, PhotonDirection, SurfaceMap};
 
 /// Largest radius of a surface photon, as a share of the diagonal of all surfaces and media.
+///
+/// Unit: none. Limit: on how far a photon without neighbours spreads, and on the places that find it.
 const MAX_SURFACE_RADIUS: f64 = 0.1;
 
 /// What maps are built with.

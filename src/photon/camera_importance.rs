@@ -10,15 +10,34 @@ use crate::transport::EnclosingSolids;
 use crate::transport::specular::{MAX_PROBE_BOUNCES, scatter_specular};
 use crate::work::Work;
 
-/// Rays along each side of the film: their square gives each of [`MAX_SPHERES`] some seventy points.
+/// Rays along each side of the film by which visible points are sampled.
+///
+/// Unit: count. Derivation: their square gives each of [`MAX_SPHERES`] some seventy points.
 const RAYS: u32 = 48;
 
 /// Target spheres at most. More spheres follow what is seen more closely, and each costs time at
 /// every emission.
+///
+/// Unit: count. Limit: on the spheres that each emission weighs.
 const MAX_SPHERES: usize = 32;
 
 /// Radius of a target sphere over that of the points in it, which sample a wider region.
+///
+/// Unit: none. Derivation: n points spread evenly over a length span (n - 1) / (n + 1) of it, 1 / 1.2 for
+/// 11 points, few for a sphere.
 const MARGIN: f64 = 1.2;
+
+/// Quantile of the distances of all points from their mean by which the sphere round them is as wide as
+/// it is: single points far behind the others do not widen it.
+///
+/// Unit: none. Derivation: that of [`SPHERE_MARGIN`].
+const SPHERE_SHARE: f64 = 0.95;
+
+/// Radius of that sphere over that quantile.
+///
+/// Unit: none. Derivation: of points that are normally distributed about their mean all but one in two
+/// thousand are within the sphere.
+const SPHERE_MARGIN: f64 = 1.5;
 
 /// Points that the camera sees, sampled by a coarse grid of rays.
 #[derive(Debug, Default)]
@@ -121,14 +140,14 @@ impl CameraImportance {
     }
 }
 
-/// A sphere round the mean of `places` with 1.5 times the 95th percentile of their distances as
-/// radius: centre and radius in metres.
+/// A sphere round the mean of `places` with [`SPHERE_MARGIN`] times the quantile [`SPHERE_SHARE`] of their
+/// distances as radius: centre and radius in metres.
 fn sphere(places: &[WorldPoint]) -> Option<(WorldPoint, f64)> {
     let first = *places.first()?;
     let sum: glam::DVec3 = places.iter().map(|p| *p - first).sum();
     let center = first + sum / places.len() as f64;
     let distances = places.iter().map(|p| (*p - center).length()).collect();
-    Some((center, 1.5 * quantile(distances, 0.95)?))
+    Some((center, SPHERE_MARGIN * quantile(distances, SPHERE_SHARE)?))
 }
 
 /// Spheres round groups of `places`, each weighed by their number: the group that is widest and

@@ -3,10 +3,12 @@
 use crate::math::{Aabb, Ray, Span, Stream, World, WorldPoint};
 use crate::medium::Media;
 
-/// Photons stored in a crossing of a region's diagonal, in the mean.
-const PER_CROSSING: f64 = 4.0;
+use super::settings::STORED_PER_PATH;
 
-/// Nested cubes round the camera, each half as wide as the one before.
+/// Number of nested cubes round the camera, each half as wide as the one before.
+///
+/// Unit: count. Limit: on the boxes that each flight is clipped to; few photons fly within 1/256 of what
+/// the camera sees.
 const CAMERA_CUBES: i32 = 8;
 
 /// Boxes in which photons are stored at a constant rate per length: a Poisson process along flights,
@@ -43,7 +45,8 @@ impl DepositRegions {
     fn from_boxes(boxes: impl Iterator<Item = Aabb<World>>) -> Self {
         let region = |bounds: Aabb<World>| DepositRegion {
             bounds,
-            rate: PER_CROSSING / bounds.size().length(),
+            // A path along the diagonal stores what it should.
+            rate: STORED_PER_PATH / bounds.size().length(),
         };
         Self(boxes.map(region).filter(|r| r.rate.is_normal()).collect())
     }

@@ -14,13 +14,20 @@ use super::{PhotonAt, PhotonDirection};
 use crate::transport::FlightSegment;
 
 /// Most paths of the pilot, of all emitters together.
+///
+/// Unit: count. Limit: on the time before any photon is stored, a fraction of a second.
 const MAX_PATHS: u64 = 4096;
 
 /// Fewest paths of the pilot from each emitter.
+///
+/// Unit: count. Derivation: a share that 64 independent paths estimate has a relative error of about
+/// 1 / sqrt(64); half of the photons are shared out by power whatever it is.
 const MIN_PATHS: u64 = 64;
 
-/// Paths that one task traces.
-const CHUNK: u64 = 16;
+/// Paths of the pilot that one task traces.
+///
+/// Unit: count. Derivation: the fewest paths of an emitter are a task for each of four threads.
+const PATHS_PER_TASK: u64 = MIN_PATHS / 4;
 
 /// Sets the probabilities of the emitters of `paths`: half by power, half by the light that
 /// comes from each to what the camera sees, but for light that rays sample directly. By power alone a
@@ -65,12 +72,13 @@ fn arriving<S: Spectrum, H: PhotonDirection>(
 ) -> [f64; 2] {
     let chunk = |chunk: u64| {
         let Deposits { tracks, surface, .. } =
-            paths.trace::<S, H>(chunk * CHUNK..count.min((chunk + 1) * CHUNK));
+            paths.trace::<S, H>(chunk * PATHS_PER_TASK..count.min((chunk + 1) * PATHS_PER_TASK));
         let media: f64 = tracks.iter().map(|track| visible.in_media(track)).sum();
         let surfaces: f64 = surface.iter().map(|photon| visible.on_surfaces(photon)).sum();
         [media, surfaces]
     };
-    let chunks: Vec<[f64; 2]> = (0..count.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+    let chunks = (0..count.div_ceil(PATHS_PER_TASK)).into_par_iter().map(chunk);
+    let chunks: Vec<[f64; 2]> = chunks.collect();
     [0, 1].map(|of| chunks.iter().map(|chunk| chunk[of]).sum())
 }
 

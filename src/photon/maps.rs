@@ -10,6 +10,8 @@ use super::{BeamMap, Octahedral, PhotonDirection, SurfaceMap};
 
 /// Ratio of the numbers of photons of one level to the next of the volume photons: with radii twice as
 /// wide, eight times as many photons lie in a sphere.
+///
+/// Unit: none. Derivation: the volume of a sphere of twice the radius.
 pub(super) const THINNING: usize = 8;
 
 /// Photons, immutable once shot. The plan decides how many channels they have, and whether volume

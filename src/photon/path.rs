@@ -21,6 +21,8 @@ use super::{Photon, PhotonAt, PhotonDirection, PhotonSettings};
 
 /// Relative change of power below which it is rounding: null collisions in grey media change nothing
 /// else.
+///
+/// Unit: none. Derivation: thousands of roundings of f64, 1e-16 each.
 const ROUNDING: f64 = 1e-12;
 
 /// What all photon paths of a render share.

@@ -4,44 +4,69 @@ use rayon::prelude::*;
 
 use super::PhotonDirection;
 use super::path::{Deposits, PhotonTracer};
+use super::settings::STORED_PER_PATH;
 use crate::math::{Spectrum, WeightedValues};
 use crate::transport::FlightSegment;
 
 /// Most paths of the pilot.
+///
+/// Unit: count. Limit: on the time before any photon is stored.
 const MAX_PATHS: u64 = 2048;
 
 /// Fewest paths of the pilot, if there are so many.
+///
+/// Unit: count. Derivation: what 128 independent paths estimate has a relative error of about 1 /
+/// sqrt(128), a tenth.
 const MIN_PATHS: u64 = 128;
 
 /// Photon paths of the render for each path of a pilot: the pilot traces 1/16 of the paths, or more
 /// where photons have to be thinned.
+///
+/// Unit: none. Limit: on the share of the pilot in the time of all paths.
 pub(super) const PHOTONS_PER_PATH: u64 = 16;
 
 /// Excess of the expected number of stored photons over the wanted one above which more paths are
 /// traced, so that the share to store is known well.
+///
+/// Unit: none. Limit: on the pilot's time where at least half of the photons are stored and the share
+/// matters little.
 const MAX_EXCESS: f64 = 2.0;
 
 /// Paths of the pilot's first round: few, since one may leave very many photons.
+///
+/// Unit: count. Limit: on photons in memory where each path leaves very many.
 const FIRST_ROUND: u64 = 8;
 
 /// Paths of each later round, as a share of those traced before.
+///
+/// Unit: none. Limit: on paths beyond those that tell enough.
 const LATER_ROUND: f64 = 0.25;
-
-/// Volume photons to be stored of a path, in the mean.
-const STORED_PER_PATH: f64 = 4.0;
 
 /// Fewest volume photons to be stored, if there are so many: those of thick media lie mostly where
 /// the camera does not see them, so that few paths must store many.
+///
+/// Unit: count. Bench: `any_extinction_ends_in_a_picture` of `tests/physics/extremes.rs`.
 const MIN_STORED: f64 = 200_000.0;
 
 /// Volume photons after which the pilot ends: a spike of density makes one path leave very many.
+///
+/// Unit: count. Limit: on memory.
 const MAX_PILOT_PHOTONS: usize = 1_000_000;
 
 /// Largest ratio of the events of paths with splitting to those without.
+///
+/// Unit: none. Limit: on the time of tracing.
 const MAX_SPLITTING_COST: f64 = 2.0;
 
 /// Most raises of the weight window in search of one whose splitting is cheap enough.
+///
+/// Unit: count. Limit: on the search.
 const MAX_RAISES: u32 = 8;
+
+/// Smallest factor of a raise.
+///
+/// Unit: none. Limit: on the search: 8 raises multiply the window by 25.
+const MIN_RAISE: f64 = 1.5;
 
 /// Estimates for all paths of a render.
 #[derive(Debug)]
@@ -77,7 +102,7 @@ impl PathPilot {
             if excess <= 1.0 {
                 return split;
             }
-            window *= excess.max(1.5);
+            window *= excess.max(MIN_RAISE);
         }
         paths.window = None;
         whole

@@ -7,14 +7,26 @@ use crate::work::Work;
 
 use super::{BeamMap, Photon, PhotonAt, PhotonDirection};
 
+/// Volume photons that a path should store, in the mean: as many along a deposit region's diagonal, and of
+/// more a share.
+///
+/// Unit: count. Bench: `cargo bench --bench results -- --only equal-time`.
+pub(super) const STORED_PER_PATH: f64 = 4.0;
+
 /// Paths that are traced as one task.
+///
+/// Unit: count. Derivation: some milliseconds of work, a thousand times what handing out a task takes.
 pub(super) const CHUNK: u64 = 512;
 
 /// Tasks whose flights are recorded together.
+///
+/// Unit: count. Limit: on memory, by [`MAX_PATHS_IN_MEMORY`].
 pub(super) const BATCH: usize = 32;
 
 /// Paths whose flights are in memory at once: those of one batch while they are recorded, those of
 /// the next while it is traced.
+///
+/// Unit: count. Derivation: two batches of [`BATCH`] tasks of [`CHUNK`] paths.
 const MAX_PATHS_IN_MEMORY: u64 = 2 * BATCH as u64 * CHUNK;
 
 /// How photons are shot.

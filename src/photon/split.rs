@@ -10,10 +10,15 @@ use crate::surface::{SurfaceHit, TransportMode};
 use super::path::{PhotonState, PhotonTracer};
 
 /// Photons that one is split into at most, which bounds the time of a path.
+///
+/// Unit: count. Limit: on the photons of a path.
 const MAX_COPIES: f64 = 64.0;
 
 /// Power over the window's above which a medium splits a photon. Lighter ones are left alone, as media
 /// scatter photons often.
+///
+/// Unit: none. Derivation: powers spread evenly, by their logarithm, over a factor of 4 have a mean
+/// square over squared mean of 1.16: splitting has little variance to gain.
 const SPLIT_ABOVE: f64 = 4.0;
 
 impl PhotonTracer<'_> {

@@ -42,7 +42,9 @@ impl<S: Spectrum> Photon<S> {
 
 /// What is stored of the direction that a photon flew along.
 pub trait PhotonDirection: Copy + Debug + Send + Sync + 'static {
-    /// Whether it is stored.
+    /// Whether a direction is stored.
+    ///
+    /// Unit: none. Definition: of each kind of direction.
     const KNOWN: bool;
 
     /// That of the unit `direction`.

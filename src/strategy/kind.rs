@@ -96,10 +96,9 @@ impl Summary {
         if self.media.is_empty() {
             return vec!["no photons are needed in media".into()];
         }
-        (1..)
-            .zip(&self.media)
-            .map(|(number, medium)| format!("medium {number}: {medium}"))
-            .collect()
+        let media = (1..).zip(&self.media);
+        let media = media.map(|(number, medium)| format!("medium {number}: {medium}"));
+        media.chain(self.measured.iter().map(|profile| format!("measured: {profile}"))).collect()
     }
 }
 

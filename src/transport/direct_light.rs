@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::light::{EmitterHit, Light, LightSample};
-use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint};
+use crate::math::{GOLDEN_RATIO, Ray, Rgb, Span, Spectrum, World, WorldPoint};
 use crate::medium::{Media, Phase};
 use crate::surface::{SurfaceHit, TransportMode};
 
@@ -17,11 +17,10 @@ use super::PathContext;
 
 /// Shadow rays end at this fraction of the distance to a light, so that they do not meet the light's own
 /// surface. The margin exceeds the rounding of an intersection in f64 by orders of magnitude.
+///
+/// Unit: none. Derivation: f64 rounds by 1e-16, and a blocker within 1e-7 of the distance to a light
+/// touches it.
 const SHORT_OF_LIGHT: f64 = 1.0 - 1e-7;
-
-/// The golden ratio: the fractional parts of its multiples are evenly spread over [0, 1), which
-/// decorrelates lights that share one stratified number (a Kronecker sequence).
-const GOLDEN: f64 = 1.618_033_988_749_895;
 
 /// A phase function with its weight at a point, often the albedo of its medium.
 pub type Scatterer<'a, S = Rgb> = (&'a Phase, S);
@@ -223,7 +222,8 @@ pub fn direct_on_surface<S: Spectrum>(
             * direction.dot(hit.shading_normal).abs()
     };
     let position = |index, ctx: &mut PathContext| match stratified {
-        Some(u) => u.map(|u| (u + index as f64 * GOLDEN).fract()),
+        // Decorrelates lights that share one stratified number.
+        Some(u) => u.map(|u| (u + index as f64 * GOLDEN_RATIO).fract()),
         None => ctx.rng.uniform2(),
     };
     sample_lights(scene, hit.point, ctx, position, |index, light, choice, ctx| {

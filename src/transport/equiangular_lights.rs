@@ -7,8 +7,10 @@ use crate::light::{Light, Lights};
 use crate::math::{Equiangular, Ray, Span, World};
 
 /// Number of punctual lights up to which all are sampled; of more, one is chosen. It is the inline
-/// capacity of the list too.
-const MAX_SAMPLED: usize = 4;
+/// capacity of lists of them too.
+///
+/// Unit: count. Limit: on the shadow rays of a camera ray.
+pub(super) const MAX_SAMPLED: usize = 4;
 
 /// The equiangular distributions over the distances along one ray, one for each punctual light.
 #[derive(Debug)]

@@ -23,4 +23,6 @@ pub use viewpoint::{PixelFootprint, camera_position, is_camera_outside};
 
 /// Scatterings and reflections after which a path is ended and counted as capped. Russian roulette
 /// ends paths long before; the limit bounds the time of a pixel in media that hardly absorb.
+///
+/// Unit: count. Limit: on paths in media that do not absorb.
 pub const MAX_EVENTS: u32 = 100_000;

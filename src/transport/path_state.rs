@@ -48,6 +48,8 @@ pub struct EnclosingSolids(i32);
 
 impl EnclosingSolids {
     /// Outside of all glass.
+    ///
+    /// Unit: count. Definition: no solid.
     pub const NONE: Self = Self(0);
 
     /// Whether the ray is outside of all glass, where media are.

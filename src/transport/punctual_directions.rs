@@ -8,8 +8,13 @@ use smallvec::SmallVec;
 use crate::light::Lights;
 use crate::math::{Frame, WorldPoint};
 
+use super::equiangular_lights::MAX_SAMPLED;
+
 /// Angle in radians below which the density levels off: about the width of the forward peak of
 /// droplets in fog.
+///
+/// Unit: rad. Derivation: wavelength over circumference of a droplet of 10 µm in radius, 0.55 µm / 63
+/// µm, to one digit.
 const PEAK: f64 = 0.01;
 
 /// A distribution of directions at one point that is dense near those to punctual lights: per
@@ -18,7 +23,7 @@ const PEAK: f64 = 0.01;
 #[derive(Debug)]
 pub struct PunctualDirections {
     /// Unit directions to the lights.
-    axes: SmallVec<[DVec3; 4]>,
+    axes: SmallVec<[DVec3; MAX_SAMPLED]>,
 }
 
 impl PunctualDirections {

@@ -15,14 +15,20 @@ use crate::surface::{SurfaceHit, TransportMode};
 
 /// Mirrors and glass that a camera ray follows, in bounces. It decides the picture, so it is high:
 /// glass that reflects inside of itself ends here, darkened.
+///
+/// Unit: count. Limit: on paths between mirrors that face each other.
 pub const MAX_CAMERA_BOUNCES: u32 = 64;
 
 /// Mirrors and glass that a ray of the director's snapshot follows, in bounces. The snapshot directs
 /// rays only; a path that is longer is seen faintly.
+///
+/// Unit: count. Limit: as [`MAX_CAMERA_BOUNCES`].
 pub const MAX_SNAPSHOT_BOUNCES: u32 = 16;
 
 /// Mirrors and glass that rays follow which look for denoiser features and for the media that the
 /// camera sees, in bounces.
+///
+/// Unit: count. Limit: as [`MAX_CAMERA_BOUNCES`].
 pub const MAX_PROBE_BOUNCES: u32 = 8;
 
 /// Where a path goes on behind a mirror or a pane of glass.

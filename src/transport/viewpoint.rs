@@ -6,6 +6,8 @@ use crate::scene::Scene;
 
 /// Margin round a medium within which the camera counts as inside, as a share of the shortest side of
 /// the medium's box. Cells as near as that are many pixels wide.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only verify`, the places of the camera.
 const INSIDE_MARGIN: f64 = 0.02;
 
 /// Origin of the ray through the middle of the film and of the lens, in world space.

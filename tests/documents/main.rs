@@ -10,6 +10,7 @@ mod marked;
 mod pages;
 
 mod build_message;
+mod constants;
 mod guide;
 mod results;
 mod structure;

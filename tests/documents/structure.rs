@@ -165,7 +165,7 @@ impl Sources {
 }
 
 /// `text` up to its tests, without comments and strings.
-fn code(text: &str) -> String {
+pub(crate) fn code(text: &str) -> String {
     let end = text.find("#[cfg(test)]\nmod ").unwrap_or(text.len());
     let without_comments = text[..end].lines().map(|line| line.split("//").next().unwrap_or(""));
     let lines = without_comments.map(|line| line.split('"').step_by(2).collect::<String>());

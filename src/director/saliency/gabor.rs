@@ -8,12 +8,20 @@ use std::f32::consts::{FRAC_1_SQRT_2, PI};
 
 use super::plane::Plane;
 
-/// Wavelength in pixels: that of Greenspan et al. 1994, whose oriented pyramid Itti et al. use.
+/// Wavelength of the filters, in pixels.
+///
+/// Unit: pixels. Source: Greenspan et al. 1994, whose oriented pyramid Itti et al. use.
 const WAVELENGTH: f32 = 4.0;
-/// The envelope's standard deviation in pixels: a line turned by 23 degrees from the preferred
-/// angle gives exp(-1/2) of the response.
+
+/// The envelope's standard deviation, in pixels.
+///
+/// Unit: pixels. Derivation: a line turned by 23 degrees from the preferred angle, about halfway to the
+/// next one, gives exp(-1/2) of the response.
 const DEVIATION: f32 = 1.5;
-/// Taps on either side: three standard deviations.
+
+/// Taps on either side of the middle.
+///
+/// Unit: pixels. Derivation: three times [`DEVIATION`], rounded up.
 const RADIUS: usize = 5;
 
 type Kernel = [f32; 2 * RADIUS + 1];

@@ -2,7 +2,10 @@
 
 use super::plane::Plane;
 
-/// Local maxima below this part of the greatest are not counted: ripples of the floor.
+/// Part of the greatest value below which local maxima are not counted: ripples of the floor.
+///
+/// Unit: none. Source: `maxNormalizeLocalMax` of the SaliencyToolbox, Walther and Koch 2006, "Modeling
+/// Attention to Salient Proto-objects".
 const COUNTED: f32 = 0.1;
 
 /// N(.) of Itti et al. 1998 for a map of values that are at least 0: it is scaled so that `range`

@@ -3,6 +3,8 @@
 use super::plane::Plane;
 
 /// Hue is not perceived where intensity is below this part of its greatest value.
+///
+/// Unit: none. Source: Itti et al. 1998, section "Extraction of Early Visual Features".
 const HUE_VISIBLE: f32 = 0.1;
 
 /// The early visual channels of a picture (Itti et al. 1998, section "Extraction of Early Visual

@@ -6,11 +6,37 @@ use super::normalize::normalized;
 use super::plane::Plane;
 
 /// Levels of the pyramid at most: reductions by 1 to 256.
+///
+/// Unit: count. Source: Itti et al. 1998, section "Extraction of Early Visual Features".
 const LEVELS: usize = 9;
 
-/// A channel that differs from its surround by no more, at any scale, holds nothing to see: a fiftieth
-/// of the display's range, about the Weber fraction of brightness. N would blow rounding or the
-/// noise of a grey picture's hue up to the strength of the other features.
+/// Finest level of a centre in a large picture.
+///
+/// Unit: none. Source: as [`LEVELS`].
+const FINEST_CENTRE: usize = 2;
+
+/// Levels of centres.
+///
+/// Unit: count. Source: as [`LEVELS`].
+const CENTRES: usize = 3;
+
+/// Levels from a centre to its surrounds.
+///
+/// Unit: count. Source: as [`LEVELS`].
+const SURROUNDS: [usize; 2] = [3, 4];
+
+/// Least length in pixels of the shorter side of a picture at the level of its finest centre, for centres
+/// above level 0.
+///
+/// Unit: pixels. Derivation: a picture as small as 256 pixels, about half as high as those of Itti et al.,
+/// has all of their centres.
+const FINEST_SIDE: usize = 64;
+
+/// Largest difference of a channel from its surround, at any scale, that is nothing to see, as a share of
+/// the display's range. N would blow rounding or the noise of a grey picture's hue up to the strength of
+/// the other features.
+///
+/// Unit: none. Derivation: about the Weber fraction of brightness, a fiftieth.
 const VISIBLE: f32 = 0.02;
 
 /// Which levels of a dyadic pyramid are made and compared.
@@ -32,10 +58,11 @@ impl Scales {
     pub fn new(width: usize, height: usize) -> Self {
         let halvings = width.max(height).next_power_of_two().ilog2() as usize;
         let last = halvings.min(LEVELS - 1);
-        let first = (width.min(height).ilog2() as usize).saturating_sub(6).min(2);
+        let finest = FINEST_SIDE.ilog2() as usize;
+        let first = (width.min(height).ilog2() as usize).saturating_sub(finest).min(FINEST_CENTRE);
         let levels = last + 1 - first;
-        let mut pairs: Vec<_> = (0..3)
-            .flat_map(|centre| [3, 4].map(|delta| (centre, (centre + delta).min(levels - 1))))
+        let mut pairs: Vec<_> = (0..CENTRES)
+            .flat_map(|centre| SURROUNDS.map(|delta| (centre, (centre + delta).min(levels - 1))))
             .filter(|(centre, surround)| centre < surround)
             .collect();
         pairs.dedup();
