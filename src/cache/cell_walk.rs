@@ -5,6 +5,11 @@
 
 use glam::{DVec3, IVec3};
 
+/// Component of a line, in cells, below which it does not move along an axis.
+///
+/// Unit: none. Limit: on inverses, whose products with positions are to be finite.
+const MIN_DIRECTION: f64 = 1e-12;
+
 /// A line segment in cell coordinates, of parameter 0 to 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
@@ -17,7 +22,7 @@ pub(super) struct Line {
 
 impl Line {
     pub fn new(start: DVec3, direction: DVec3) -> Self {
-        let still = direction.abs().cmplt(DVec3::splat(1e-12));
+        let still = direction.abs().cmplt(DVec3::splat(MIN_DIRECTION));
         let inverse = DVec3::select(still, DVec3::INFINITY, direction.recip());
         let direction = DVec3::select(still, DVec3::ZERO, direction);
         Self { start, direction, inverse }

@@ -9,13 +9,19 @@ use super::gather_origin::{DENSITY_LOOKUPS, gather_origin};
 use super::lazy_cells::LazyCells;
 
 /// Gathers per expected lookup of a cell by a ray: about one for each place at which a ray samples.
+///
+/// Unit: count. Derivation: one for each place at which a ray reads caches.
 const GATHERS_PER_RAY: f64 = 8.0;
 
 /// Fewest gathers of a cell.
+///
+/// Unit: count. Limit: on the noise of cells that few rays read.
 const MIN_GATHERS: f64 = 4.0;
 
 /// Most gathers of a cell in one pass: they take less than a second, and the Sobol points of their
 /// first deflections last for as many.
+///
+/// Unit: count. Limit: on the time of one cell.
 const MAX_GATHERS: f64 = 65_536.0;
 
 /// Some of the rays of each pixel, which are shot together before others are.

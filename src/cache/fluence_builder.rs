@@ -19,10 +19,14 @@ use super::moments::{FIRST, MOST};
 
 /// Largest number of values whose sums are held in 64 bits: where cells are few, more flights may
 /// cross one than 32 bits can count.
+///
+/// Unit: count. Limit: on memory: 2 MiB a channel.
 const MAX_EXACT_SUMS: usize = 1 << 18;
 
 /// Flights for each one that goes to the cells of second moments: those are twice as wide, and four
 /// times as many flights cross them.
+///
+/// Unit: count. Derivation: with a fourth of the flights, each cell is crossed by as many as a narrow one.
 const THINNING: usize = 4;
 
 /// A fluence grid to which flights are added.

@@ -9,9 +9,13 @@ use crate::medium::{BRICK, SparseCells};
 
 /// Values along an edge of a brick: its own and the first of its neighbours, so that interpolation
 /// reads one brick.
+///
+/// Unit: count. Definition: the cells of a brick along an edge, and one.
 pub(super) const SIDE: usize = (1 << BRICK) + 1;
 
 /// Cells whose values a brick stores, z fastest.
+///
+/// Unit: count. Definition: the cube of the values along an edge.
 pub(super) const STORED: usize = SIDE * SIDE * SIDE;
 
 /// Light in a medium on a sparse grid of cubic cells, from the lengths of photons' flights; see the

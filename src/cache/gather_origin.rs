@@ -9,16 +9,24 @@ use crate::medium::Media;
 /// gathers start. At the centre, which can lie outside of the medium, they find too little light; at the
 /// mean too much, as light falls off ever faster toward the medium's edge. Chosen by measuring the mean
 /// of `gathers_lose_no_sunlight_in_thick_haze` (tests/physics/gather.rs) against its reference.
+///
+/// Unit: none. Bench: `gathers_lose_no_sunlight_in_thick_haze` in tests/physics/gather.rs.
 const TOWARD_MEAN: f64 = 0.5;
 
 /// Standard deviation along an axis, in widths of a cell, of the places at which trilinear
 /// interpolation reads it: 1 / sqrt(6), that of a tent function.
+///
+/// Unit: none. Derivation: the variance of a tent function of half width 1 is 1/6.
 const LOOKUP_DEVIATION: f64 = 0.408;
 
 /// Optical thickness that hides everything.
+///
+/// Unit: none. Derivation: exp(-20) is 2e-9.
 const OPAQUE: f64 = 20.0;
 
 /// Places at which [`gather_origin`] looks up densities.
+///
+/// Unit: count. Definition: eight corners and the centre.
 pub(super) const DENSITY_LOOKUPS: u64 = 9;
 
 /// The place where gathers start for light that the medium of this index scatters in the cell of

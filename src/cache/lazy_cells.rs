@@ -13,9 +13,13 @@ use crate::transport::PathContext;
 
 /// The lowest bits of a stored value, which hold the pass that it was found in. They cost the value a
 /// relative error of at most 4e-6.
+///
+/// Unit: none. Definition: five bits of a format.
 const PASS_MASK: u32 = 0x1f;
 
 /// In place of a pass: the cell is empty.
+///
+/// Unit: none. Definition: the largest value of those bits, which no pass has.
 const EMPTY: u32 = PASS_MASK;
 
 /// Light at the centres of cubic cells, found by the first ray of a pass that samples a cell and read by

@@ -9,6 +9,8 @@ use super::fluence_grid::{Level, SIDE, STORED};
 use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
 
 /// Cells of a brick along an edge.
+///
+/// Unit: count. Definition: two to the power of the logarithm.
 const EDGE: i32 = 1 << BRICK;
 
 /// Means of light in cells, 8³ a brick for each of [`planes`](Self::planes).

@@ -18,13 +18,24 @@ use glam::DVec3;
 use crate::math::Spectrum;
 
 /// Number of moments up to the first degree.
+///
+/// Unit: count. Definition: one of degree 0 and three of degree 1.
 pub(super) const FIRST: usize = 4;
 
 /// Number of moments up to the second degree.
+///
+/// Unit: count. Definition: those and five of degree 2.
 pub(super) const MOST: usize = 9;
+
+/// 2 l + 1 for the second degree.
+///
+/// Unit: none. Definition: the number of its moments.
+const SECOND_DEGREE: f64 = 5.0;
 
 /// Largest mean cosine of the closure's lobe: flux over fluence of a beam is 1, for which the lobe is
 /// singular.
+///
+/// Unit: none. Limit: on the closure's lobe near its singularity.
 const MAX_COSINE: f64 = 0.995;
 
 /// The moments of light that flies along a unit vector: its fluence, its flux, and five components
@@ -55,7 +66,7 @@ impl ScatteredMoments {
     /// degrees 1 to 3.
     pub fn new(wo: DVec3, legendre: [f64; 3]) -> Self {
         let first = (wo * (3.0 * legendre[0])).to_array();
-        let second = second_along(wo).map(|part| 7.5 * legendre[1] * part);
+        let second = second_along(wo).map(|part| 3.0 / 2.0 * SECOND_DEGREE * legendre[1] * part);
         let mut weights = [1.0; MOST];
         weights[1..FIRST].copy_from_slice(&first);
         weights[FIRST..].copy_from_slice(&second);
@@ -82,13 +93,14 @@ impl ScatteredMoments {
         let along = flux / length;
         let first = (length / fluence).min(MAX_COSINE);
         let parts = second_along(along).into_iter().zip(FIRST..);
-        let second = 1.5 * parts.map(|(part, i)| part * of(i)).sum::<f64>() / fluence;
+        let second = 3.0 / 2.0 * parts.map(|(part, i)| part * of(i)).sum::<f64>() / fluence;
         let spread = (second / first).clamp(first, MAX_COSINE);
         let fade = (second / (first * first)).clamp(0.0, 1.0);
         let (share, g) = (fade * first / spread, self.beyond * spread);
         let cosine = along.dot(self.wo);
-        let lobe = (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).powf(1.5);
-        let held = 1.0 + 3.0 * g * cosine + 2.5 * g * g * (3.0 * cosine * cosine - 1.0);
+        let lobe = (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).powf(3.0 / 2.0);
+        let held =
+            1.0 + 3.0 * g * cosine + 0.5 * SECOND_DEGREE * g * g * (3.0 * cosine * cosine - 1.0);
         share * (lobe - held)
     }
 }

@@ -123,8 +123,7 @@ impl<'a> StrategyPilot<'a, '_> {
     /// Profiles that differ, with their cells for a pilot whose paths each represent so many.
     fn profiles(&self, represents: f64) -> Vec<(Profile, Vec<MediumCells>)> {
         let conditions = self.settings.conditions();
-        // Variance is as 1 / (photons width), squared bias as width⁴: both grow alike.
-        let widening = WIDENING * represents.powf(0.2);
+        let widening = WIDENING * strategy::width_for_photons(1.0 / represents);
         let evidence = Evidence { widening, ..self.evidence };
         let mut profiles: Vec<(Profile, Vec<MediumCells>)> = Vec::new();
         for strategies in strategy::profiles(self.scene, &conditions) {

@@ -7,54 +7,91 @@ use crate::transport::PixelFootprint;
 
 /// Mean number of flights that cross a cell, where all flights together are
 /// [`REFERENCE_LENGTH`] times as long as the edge of a cube of the medium's volume.
+///
+/// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
 const CROSSINGS: f64 = 150.0;
 
 /// Length of all flights, in edges of a cube of the medium's volume, for which [`CROSSINGS`] holds.
+///
+/// Unit: none. Definition: the length for which the number of crossings is stated.
 const REFERENCE_LENGTH: f64 = 1e6;
 
+/// Exponent of the width of cells over the length of flights.
+///
+/// Unit: none. Derivation: variance is as 1 / (flights width), squared bias as width⁴.
+const WIDTH_EXPONENT: f64 = -0.2;
+
 /// Optical thickness of a cell up to which light is interpolated linearly across it.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
 const MAX_OPTICAL_THICKNESS: f64 = 0.35;
 
 /// Factor on the reduced scattering, 1 - g, by which cells of moments are wider than other thin
 /// cells: their light varies over the transport mean free path, not over the mean free path.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
 const MOMENT_REFINEMENT: f64 = 3.0;
 
 /// Least width, in voxels, of cells that follow the size of pixels.
+///
+/// Unit: none. Derivation: density is linear between voxels: finer cells would show nothing new.
 const MIN_VOXELS: f64 = 0.5;
 
 /// Width in pixels of the cells of direct light.
+///
+/// Unit: pixels. Bench: `cargo bench --bench results -- --only strategy`.
 const DIRECT_PIXELS: f64 = 1.5;
 
 /// Rays a pixel up to which the cells of direct light may be as wide as thin ones.
+///
+/// Unit: count. Definition: the number up to which the width is stated.
 const DIRECT_RAYS: u32 = 16;
 
 /// Exponent of the largest width of direct light's cells over the number of rays a pixel: variance is
 /// as 1 / rays and the squared bias of interpolation as the fourth power of the width.
+///
+/// Unit: none. Derivation: the sum of both is least where both fall alike.
 const DIRECT_EXPONENT: f64 = -0.25;
 
 /// Width in pixels of the cells of final gathers, for [`GATHER_PIXELS_RAYS`] rays a pixel.
+///
+/// Unit: pixels. Bench: `cargo bench --bench results -- --only strategy`.
 const GATHER_PIXELS: f64 = 2.5;
 
 /// Rays a pixel for which [`GATHER_PIXELS`] holds.
+///
+/// Unit: count. Definition: the number for which the width is stated.
 const GATHER_PIXELS_RAYS: f64 = 16.0;
 
 /// Exponent of that width over the number of rays: variance is as 1 / (rays width²) and the squared
 /// bias as width⁴; their sum is least for rays^(-1/6).
+///
+/// Unit: none. Derivation: the sum of both is least there.
 const GATHER_PIXELS_EXPONENT: f64 = -1.0 / 6.0;
 
 /// Least width in pixels of the cells of final gathers: that of direct light's.
+///
+/// Unit: pixels. Derivation: gathers are smoother than direct light, so that finer cells would show
+/// nothing new.
 const MIN_GATHER_PIXELS: f64 = DIRECT_PIXELS;
 
 /// Largest width of the cells of final gathers, in thin cells of moments, for
 /// [`GATHER_RAYS`] rays a pixel or fewer.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
 const MAX_GATHER_WIDTH: f64 = 1.5;
 
 /// Rays a pixel up to which [`MAX_GATHER_WIDTH`] holds.
+///
+/// Unit: count. Definition: the number up to which the width is stated.
 const GATHER_RAYS: u32 = 32;
 
 /// Exponent of the largest width of final gathers' cells over the number of rays. Across thick cells
 /// light is not linear and the squared bias is about as width², for which the sum with variance is
 /// least at -1/4. The bias has one sign all over a picture, so that it falls faster here.
+///
+/// Unit: none. Derivation: between -1/4, where the sum is least, and -1/2, where the bias alone
+/// would fall as the variance does.
 const GATHER_EXPONENT: f64 = -1.0 / 3.0;
 
 /// Width of the cells, in metres, that suits a medium of this volume in m³ in which all flights
@@ -64,9 +101,14 @@ const GATHER_EXPONENT: f64 = -1.0 / 3.0;
 pub fn width_for_flights(volume: f64, flight_length: f64, phase: &Phase) -> f64 {
     let side = volume.cbrt();
     // The mean chord of a cube is 2/3 of its edge, so that 1.5 times as many flights cross a cell.
-    let across = (1.5 * REFERENCE_LENGTH / CROSSINGS).sqrt();
-    let length = (flight_length / phase.concentration() / side).max(1e-3);
-    side / (across * (length / REFERENCE_LENGTH).powf(0.2)).max(1.0)
+    let across = (3.0 / 2.0 * REFERENCE_LENGTH / CROSSINGS).sqrt();
+    let length = flight_length / phase.concentration() / side;
+    side / (across * (length / REFERENCE_LENGTH).powf(-WIDTH_EXPONENT)).max(1.0)
+}
+
+/// Width of cells that suits so many times the photons, over that which suits the photons.
+pub fn width_for_photons(ratio: f64) -> f64 {
+    ratio.powf(WIDTH_EXPONENT)
 }
 
 /// Largest width, in metres, of cells that are optically thin at the `visible` places of a medium;

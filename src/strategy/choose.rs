@@ -16,13 +16,24 @@ use super::phase_blur::{self, PhaseSplit};
 use super::possible;
 
 /// Values a cell of moments of the first degree: fluence and the three components of flux.
+///
+/// Unit: count. Definition: one of fluence and three of flux.
 const FIRST_DEGREE_VALUES: usize = 4;
 
 /// Places along a ray at which caches of the finest level are sampled.
+///
+/// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
 const PLACES: u32 = 8;
+
+/// Effective width of a tent function of half width 1: one over the integral of its square.
+///
+/// Unit: none. Derivation: that integral is 2/3.
+const TENT_WIDTH: f64 = 1.5;
 
 /// Fewest places along a ray at which caches are sampled: at the widest level, and where the picture
 /// is denoised, which removes the noise of few places.
+///
+/// Unit: count. Limit: on the noise of a ray: one place would make it that of a single lookup.
 const MIN_PLACES: u32 = 2;
 
 /// The cells of a medium's caches of indirect light, as far as it has them.
@@ -208,7 +219,7 @@ pub fn shared_footprint(
     let area = |(index, medium): (usize, &Medium)| {
         evidence.direct[index].filter(|_| is_camera_outside(scene, medium))?;
         let cells = final_gather_cells(scene, index, evidence.visible, film_pixels, rays)?;
-        Some(1.0 + (1.5 * cells.edge / pixel).powi(2))
+        Some(1.0 + (TENT_WIDTH * cells.edge / pixel).powi(2))
     };
     let areas: Option<Vec<f64>> = scene.media.iter().enumerate().map(area).collect();
     areas?.into_iter().reduce(f64::min)
@@ -341,7 +352,8 @@ mod tests {
         volume_photons: true,
     };
 
-    fn chosen(position: f64, g: f64, conditions: &Conditions, flight_length: f64) -> Choice {
+    /// What is chosen for a camera at this distance, where a strategy is asked for or none.
+    fn chosen(position: f64, conditions: &Conditions, asked: Option<Strategy>) -> Choice {
         let scene = Scene::of_text(&format!(
             "
             [camera]
@@ -354,7 +366,7 @@ mod tests {
             region = {{ box = {{ min = [-1.0, -1.0, -1.0], max = [1.0, 1.0, 1.0] }} }}
             sigma_t = 2.0
             albedo = 0.9
-            phase = {{ type = 'henyey-greenstein', g = {g} }}
+            phase = {{ type = 'henyey-greenstein', g = 0.8 }}
             [[light]]
             type = 'environment'
             radiance = 1.0
@@ -364,27 +376,34 @@ mod tests {
         let direct = direct_cells(&scene, conditions, &visible);
         let direct: Vec<_> = direct.iter().map(|c| c.as_ref().map(|c| c.edge)).collect();
         let evidence =
-            Evidence { visible: &visible, direct: &direct, flight_length, widening: 1.0 };
-        choose(&scene, conditions, &evidence, None).0
+            Evidence { visible: &visible, direct: &direct, flight_length: 1e6, widening: 1.0 };
+        let wish = asked.map(|strategy| Wish { strategies: vec![strategy], ..Wish::default() });
+        choose(&scene, conditions, &evidence, wish.as_ref()).0
     }
 
     #[test]
-    fn each_strategy_is_chosen_where_it_fits() {
-        let auto = &CONDITIONS;
-        let never = &Conditions { final_gather: FinalGather::Never, ..CONDITIONS };
-        let denoised = &Conditions { denoise: true, ..CONDITIONS };
-        for (position, g, conditions, flight_length, right) in [
-            (6.0, 0.0, auto, 1e6, Strategy::FluenceTowardEye),
-            (6.0, 0.0, auto, 1.0, Strategy::Beams),
-            (0.0, 0.0, auto, 1e6, Strategy::Beams),
-            (6.0, 0.8, auto, 1e6, Strategy::SharedGathers),
-            (6.0, 0.8, denoised, 1e6, Strategy::Moments),
-            (6.0, 0.8, never, 1e8, Strategy::FluenceTowardEye),
+    fn what_is_asked_for_is_had_where_it_can_be() {
+        use Strategy::{Beams, FluenceTowardEye, Moments, SharedGathers, Traced};
+        let stored = &CONDITIONS;
+        let none = &Conditions { volume_photons: false, ..CONDITIONS };
+        for (position, conditions, asked, right) in [
+            (6.0, stored, None, FluenceTowardEye),
+            (0.0, stored, None, Beams),
+            (6.0, stored, Some(Beams), Beams),
+            (6.0, stored, Some(FluenceTowardEye), FluenceTowardEye),
+            (0.0, stored, Some(FluenceTowardEye), Beams),
+            (6.0, stored, Some(SharedGathers), SharedGathers),
+            (0.0, stored, Some(SharedGathers), Moments),
+            (0.0, stored, Some(Moments), Moments),
+            (0.0, stored, Some(Traced), Traced),
+            (6.0, none, Some(Moments), Beams),
         ] {
-            let choice = chosen(position, g, conditions, flight_length);
+            let choice = chosen(position, conditions, asked);
             let [medium] = &choice.media[..] else { panic!("one medium") };
-            assert_eq!(medium.strategy, right, "at {position}, g = {g}: {}", medium.reason);
-            assert_eq!(medium.cell_width.is_some(), right != Strategy::Beams);
+            assert_eq!(medium.strategy, right, "{asked:?} at {position}: {}", medium.reason);
+            let has_cells = !matches!(right, Beams | Traced);
+            assert_eq!(medium.cell_width.is_some(), has_cells, "{right:?}");
+            assert_eq!(medium.gather_cell_width.is_some(), right == SharedGathers);
         }
     }
 }

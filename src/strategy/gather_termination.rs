@@ -11,18 +11,28 @@ use crate::scene::Scene;
 
 /// Largest second Legendre moment left unresolved when a gather ends, for [`REFERENCE_PHOTONS`]
 /// photons, where cells hold moments of the first degree.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
 const MAX_SECOND_MOMENT: f64 = 0.15;
 
 /// As [`MAX_SECOND_MOMENT`], for the third moment where cells hold the second degree.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
 const MAX_THIRD_MOMENT: f64 = 0.0525;
 
 /// Photons for which [`MAX_SECOND_MOMENT`] and [`MAX_THIRD_MOMENT`] hold.
+///
+/// Unit: count. Definition: the number for which the tolerances are stated.
 const REFERENCE_PHOTONS: f64 = 1e5;
 
 /// Exponent of both over the number of photons: that of the width of cells.
+///
+/// Unit: none. Derivation: that of the width of cells, so that the bias of both falls alike.
 const PHOTONS_EXPONENT: f64 = -0.2;
 
 /// Second Legendre coefficient above which cells hold moments of the second degree.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
 const HOLDS_SECOND_DEGREE: f64 = 0.5;
 
 /// When final gathers end: how much of the moments that cells do not hold is left.

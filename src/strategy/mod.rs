@@ -14,7 +14,7 @@ mod possible;
 mod unit_costs;
 
 pub use crate::scene::Strategy;
-pub use cell_width::{thin_width, thin_width_for_moments, width_for_flights};
+pub use cell_width::{thin_width, thin_width_for_moments, width_for_flights, width_for_photons};
 pub use choose::{
     Choice, Evidence, MediumCells, Wish, cell_width, choose, direct_cells, profiles,
     shared_footprint,

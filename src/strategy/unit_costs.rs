@@ -22,6 +22,8 @@ struct UnitCosts {
 }
 
 /// The costs that decide on strategies.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
 const UNIT_COSTS: UnitCosts = UnitCosts {
     ray: 150.0,
     intersection: 60.0,

@@ -17,7 +17,7 @@ use number::floats;
 use origin::{KINDS, Origin, origin};
 
 /// Rooms whose constants are told of.
-const ROOMS: [&str; 4] = ["transport", "photon", "film", "director"];
+const ROOMS: [&str; 6] = ["transport", "strategy", "photon", "cache", "film", "director"];
 
 /// Constants that measurements may have chosen, at most.
 const MAX_MEASURED: usize = 25;
