@@ -22,11 +22,19 @@ pub(crate) struct Chi2 {
     pub(crate) crowding: i32,
     /// Directions drawn.
     pub(crate) samples: u64,
+    /// Whether the density is the same all round the axis: one spoke then tells of all.
+    pub(crate) is_symmetric: bool,
 }
 
 impl Default for Chi2 {
     fn default() -> Self {
-        Self { axis: DVec3::Y, one_minus_cos: 2.0, crowding: 1, samples: 100_000 }
+        Self {
+            axis: DVec3::Y,
+            one_minus_cos: 2.0,
+            crowding: 1,
+            samples: 100_000,
+            is_symmetric: false,
+        }
     }
 }
 
@@ -92,25 +100,30 @@ impl Chi2 {
     }
 
     fn expected(&self, frame: &Frame, pdf: impl Fn(DVec3) -> f64) -> Vec<f64> {
-        let mut cells: Vec<f64> = (0..RINGS * SPOKES)
-            .map(|cell| {
-                let (ring, spoke) = (cell / SPOKES, cell % SPOKES);
-                let mut sum = 0.0;
-                for i in 0..POINTS {
-                    let x = (ring as f64 + (i as f64 + 0.5) / POINTS as f64) / RINGS as f64;
-                    let drop = self.one_minus_cos * x.powi(self.crowding);
-                    let stretch =
-                        self.one_minus_cos * f64::from(self.crowding) * x.powi(self.crowding - 1)
-                            / (RINGS * POINTS) as f64;
-                    let sin = (drop * (2.0 - drop)).max(0.0).sqrt();
-                    for j in 0..POINTS {
-                        let phi =
-                            TAU * (spoke as f64 + (j as f64 + 0.5) / POINTS as f64) / SPOKES as f64;
-                        let local = DVec3::new(sin * phi.cos(), sin * phi.sin(), 1.0 - drop);
-                        sum += pdf(frame.to_world(local).normalize()) * stretch;
-                    }
+        let across = if self.is_symmetric { 1 } else { POINTS };
+        let integral = |ring: usize, spoke: usize| {
+            let mut sum = 0.0;
+            for i in 0..POINTS {
+                let x = (ring as f64 + (i as f64 + 0.5) / POINTS as f64) / RINGS as f64;
+                let drop = self.one_minus_cos * x.powi(self.crowding);
+                let stretch =
+                    self.one_minus_cos * f64::from(self.crowding) * x.powi(self.crowding - 1)
+                        / (RINGS * POINTS) as f64;
+                let sin = (drop * (2.0 - drop)).max(0.0).sqrt();
+                for j in 0..across {
+                    let turn = spoke as f64 + (j as f64 + 0.5) / across as f64;
+                    let phi = TAU * turn / SPOKES as f64;
+                    let local = DVec3::new(sin * phi.cos(), sin * phi.sin(), 1.0 - drop);
+                    sum += pdf(frame.to_world(local).normalize()) * stretch;
                 }
-                sum * TAU / (SPOKES * POINTS) as f64 * self.samples as f64
+            }
+            sum * TAU / (SPOKES * across) as f64 * self.samples as f64
+        };
+        let spokes = if self.is_symmetric { 1 } else { SPOKES };
+        let mut cells: Vec<f64> = (0..RINGS)
+            .flat_map(|ring| {
+                let ring: Vec<f64> = (0..spokes).map(|spoke| integral(ring, spoke)).collect();
+                ring.into_iter().cycle().take(SPOKES)
             })
             .collect();
         let inside: f64 = cells.iter().sum();

@@ -1,7 +1,9 @@
 //! Procedural volumes: determinism, ranges, sparsity, errors, the way through a file.
 
 use std::collections::HashMap;
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use fogbow::Error;
 use fogbow::make::{Kind, MAX_RESOLUTION, MAX_STATUE_RESOLUTION, Settings, make, make_statue};
@@ -182,10 +184,17 @@ fn a_statue_has_the_same_bytes_on_any_number_of_threads() {
     assert_ne!(one, statue_bytes(&Settings { seed: 4, ..settings(40) }, 1));
 }
 
+/// Height in metres of a statue for which no voxel size is given.
+const HEIGHT: f64 = 2.0;
+
+/// A statue of 96 voxels.
+static STATUE: LazyLock<MeshData> = LazyLock::new(|| make_statue(&settings(96)).unwrap());
+
 #[test]
 fn a_statue_stands_on_the_ground_and_is_as_high_as_asked() {
-    for (voxel, height) in [(None, 2.0), (Some(0.05), 4.8)] {
-        let (min, max) = extent(&make_statue(&Settings { voxel, ..settings(96) }).unwrap());
+    let wide = make_statue(&Settings { voxel: Some(0.05), ..settings(96) }).unwrap();
+    for (mesh, voxel, height) in [(&*STATUE, None, HEIGHT), (&wide, Some(0.05), 4.8)] {
+        let (min, max) = extent(mesh);
         assert!(min.y.abs() < 0.005 * height, "{voxel:?}: from {min}");
         assert!((max.y / height - 0.985).abs() < 0.02, "{voxel:?}: to {max}");
         assert!((min.x + max.x).abs() < 0.01 * height, "{voxel:?}: {min} to {max}");
@@ -193,26 +202,68 @@ fn a_statue_stands_on_the_ground_and_is_as_high_as_asked() {
 }
 
 /// Every edge is crossed as often one way as the other, so that the mesh has no hole; normals have
-/// length 1 and point outward; and by the divergence theorem the solid has the volume of one.
+/// length 1 and point outward.
 #[test]
 fn a_statue_is_closed_and_wound_outward() {
-    let mesh = make_statue(&settings(96)).unwrap();
+    let mesh = &*STATUE;
     let mut edges = HashMap::new();
-    let (mut volume, mut agreeing) = (0.0, 0);
+    let mut agreeing = 0;
     for &[a, b, c] in &mesh.triangles {
         for (from, to) in [(a, b), (b, c), (c, a)] {
             *edges.entry((from.min(to), from.max(to))).or_insert(0) +=
                 if from < to { 1 } else { -1 };
         }
         let [p, q, r] = [a, b, c].map(|i| mesh.positions[i as usize]);
-        volume += p.dot(q.cross(r)) / 6.0;
         let normal = (q - p).cross(r - p);
         agreeing += i32::from(normal.dot(mesh.normals[a as usize].as_dvec3()) > 0.0);
     }
     assert!(edges.values().all(|balance| *balance == 0), "an open edge");
-    assert!((0.15..0.6).contains(&volume), "{volume} m³"); // 2 m high
     assert!(f64::from(agreeing) > 0.98 * mesh.triangles.len() as f64, "{agreeing}");
     assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
+}
+
+/// Area of the solid at a height, by Green's theorem over the edges in which the plane cuts triangles that
+/// are wound outward.
+fn area_at(mesh: &MeshData, height: f64) -> f64 {
+    let mut twice = 0.0;
+    for triangle in &mesh.triangles {
+        let corners = triangle.map(|i| mesh.positions[i as usize]);
+        let (mut enters, mut leaves) = (None, None);
+        for i in 0..3 {
+            let (p, q) = (corners[i], corners[(i + 1) % 3]);
+            let crossing = || p.lerp(q, (height - p.y) / (q.y - p.y));
+            match (p.y < height, q.y < height) {
+                (true, false) => enters = Some(crossing()),
+                (false, true) => leaves = Some(crossing()),
+                _ => (),
+            }
+        }
+        if let (Some(a), Some(b)) = (enters, leaves) {
+            twice += a.x * b.z - a.z * b.x;
+        }
+    }
+    0.5 * twice
+}
+
+/// The pedestal's slab is a square of 0.3 of the height with corners rounded by 0.004 of it, its drum a
+/// circle of the radius 0.118: areas of a mesh of 96 voxels are small by 0.07 % and 0.27 %, of 384 by
+/// 0.01 % and 0.02 %. The volume of the whole has no closed form; by those of 192 and 384 voxels, 0.1809
+/// and 0.1816 m³, its limit is 0.1819 m³, of which 96 voxels lose 2.5 % in the thin wings.
+#[test]
+fn a_statue_has_the_areas_and_the_volume_of_its_solids() {
+    for (at, expected, bound) in [
+        (0.018, 0.09 - (4.0 - PI) * 0.004f64.powi(2), 0.0015),
+        (0.08, PI * 0.118f64.powi(2), 0.004),
+    ] {
+        let (area, expected) = (area_at(&STATUE, at * HEIGHT), expected * HEIGHT * HEIGHT);
+        assert!((area / expected - 1.0).abs() < bound, "at {at}: {area} m² for {expected}");
+    }
+    let tetrahedron = |triangle: &[u32; 3]| {
+        let [p, q, r] = triangle.map(|i| STATUE.positions[i as usize]);
+        p.dot(q.cross(r)) / 6.0
+    };
+    let volume = STATUE.triangles.iter().map(tetrahedron).sum::<f64>();
+    assert!((volume / 0.1819 - 1.0).abs() < 0.03, "{volume} m³");
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod environment;
 mod fields;
 mod light;
 mod medium;
+mod mie;
 mod phase;
 mod ramps;
 mod surface;

@@ -8,6 +8,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use crate::chi2::Chi2;
+use crate::mie;
 
 /// One row a kind, narrow and odd ones included, and the parts of those that can be split.
 fn all() -> Vec<(String, Phase)> {
@@ -124,15 +125,16 @@ fn samples_follow_the_function() {
     for (name, phase) in all() {
         // Half a sphere at a time, its rings crowded to resolve a peak in front or behind.
         for axis in [incoming, -incoming] {
-            Chi2 { axis, one_minus_cos: 1.0, crowding: 6, samples: 30_000 }.check(
-                &name,
-                |stream| Some(phase.sample(incoming, stream.uniform2()).0),
-                |direction| {
-                    // The cosine from the chord is exact inside the peak.
-                    let drop = 0.5 * (direction - axis).length_squared();
-                    phase.eval((1.0 - drop) * axis.dot(incoming).signum())
-                },
-            );
+            Chi2 { axis, one_minus_cos: 1.0, crowding: 6, samples: 30_000, is_symmetric: true }
+                .check(
+                    &name,
+                    |stream| Some(phase.sample(incoming, stream.uniform2()).0),
+                    |direction| {
+                        // The cosine from the chord is exact inside the peak.
+                        let drop = 0.5 * (direction - axis).length_squared();
+                        phase.eval((1.0 - drop) * axis.dot(incoming).signum())
+                    },
+                );
         }
     }
 }
@@ -176,14 +178,27 @@ fn known_values() {
     assert!(!Phase::henyey_greenstein(0.1).unwrap().is_isotropic());
 }
 
+/// The fit matches the shape of the phase function, not its mean cosine: it is 0.011 to 0.016 above Mie
+/// theory from 5 µm on. Below, its pieces are coarser: 0.02 off, and 0.05 at 0.5 µm and 2 µm.
 #[test]
-fn fog_is_about_as_forward_as_mie_theory_says() {
-    // Asymmetry of water droplets in visible light: 0.85 to 0.87 for cloud of 10 to 20 µm across
-    // (Hu and Stamnes 1993, table for effective radii 5 to 10 µm), toward 0 for the smallest.
-    for diameter in [10.0, 20.0] {
-        let g = Phase::fog(diameter).unwrap().mean_cosine();
-        assert!((0.82..0.90).contains(&g), "{diameter} µm: {g}");
+fn fog_is_as_forward_as_mie_theory_says() {
+    for (diameter, off) in [
+        (0.5, 0.05),
+        (1.0, 0.02),
+        (1.4, 0.02),
+        (2.0, 0.052),
+        (3.0, 0.02),
+        (4.0, 0.02),
+        (5.0, 0.016),
+        (7.0, 0.016),
+        (10.0, 0.016),
+        (20.0, 0.016),
+        (50.0, 0.016),
+    ] {
+        let (g, theory) = (Phase::fog(diameter).unwrap().mean_cosine(), mie::droplets(diameter));
+        assert!((g - theory).abs() < off, "{diameter} µm: {g}, by Mie theory {theory}");
     }
+    // Toward Rayleigh's, which scatters as much ahead as back.
     assert!(Phase::fog(1e-3).unwrap().mean_cosine().abs() < 1e-3);
 }
 

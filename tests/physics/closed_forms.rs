@@ -1,5 +1,5 @@
-//! The renderer against closed forms and published values: slabs by adding-doubling, the white
-//! furnace, airlight, and the two ways of rendering against each other.
+//! The renderer against closed forms and published values: slabs by adding-doubling, airlight, and the
+//! two ways of rendering against each other.
 //!
 //! Seeds are fixed. Statistical bounds are 4.5 standard errors (false alarm 7e-6 a comparison) where no
 //! other is told.
@@ -9,35 +9,9 @@ use std::path::Path;
 
 use fogbow::image::{Film, write_exr_layers};
 use fogbow::render::{Silent, render, render_reference};
-use fogbow::scene::{LoadOptions, RenderSettings, Scene};
+use fogbow::scene::{LoadOptions, Scene};
 
-/// A scene from its text and settings, in a folder that holds what the text names.
-fn scene(folder: &Path, text: &str, rays: u32, photons: u64) -> Scene {
-    let path = folder.join("scene.toml");
-    std::fs::write(&path, text).unwrap();
-    Scene::load(&path, &LoadOptions::default().rays(rays).photons(photons)).unwrap()
-}
-
-/// Mean of the green channel and its standard error.
-fn mean(film: &Film) -> (f64, f64) {
-    let sum = |name: &str| film.layer(name).unwrap().iter().map(|v| f64::from(*v)).sum::<f64>();
-    let count = film.layer("G").unwrap().len() as f64;
-    (sum("G") / count, sum("variance").sqrt() / count)
-}
-
-/// What the photon map gives with each of the first `count` seeds, as [`mean`] tells.
-fn seeds(scene: &Scene, count: u32) -> Vec<f64> {
-    let of_seed = |seed| {
-        let settings = RenderSettings { seed: u64::from(seed), ..scene.render };
-        mean(&render(scene, &settings, &Silent).unwrap().film).0
-    };
-    (0..count).map(of_seed).collect()
-}
-
-/// The mean over the first four seeds.
-fn four_seeds(scene: &Scene) -> f64 {
-    seeds(scene, 4).iter().sum::<f64>() / 4.0
-}
+use crate::pictures::{four_seeds, mean, scene, seeds};
 
 /// A sky that shines from the upper half only, as `sky.exr`.
 fn half_sky(folder: &Path) {
@@ -131,82 +105,6 @@ fn slabs_by_photon_map_and_march() {
         }
     }
     assert!(wrong.is_empty(), "{wrong}");
-}
-
-#[test]
-fn a_white_furnace_stays_white() {
-    let folder = tempfile::tempdir().unwrap();
-    let shapes = [
-        "region = { sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }\nsigma_t = 3.0",
-        "region = { box = { min = [-1.0, -0.5, -1.0], max = [1.0, 0.7, 1.0] } }\nsigma_t = 2.0\n\
-         phase = { type = \"henyey-greenstein\", g = 0.6 }",
-        "region = { box = { min = [-1.0, -0.5, -1.0], max = [1.0, 0.7, 1.0] } }\nsigma_t = 6.0\n\
-         phase = { type = \"henyey-greenstein\", g = 0.9 }",
-    ];
-    for medium in shapes {
-        let text = format!(
-            r#"
-            [camera]
-            position = [0.3, 0.4, 4.0]
-            target = [0.0, 0.0, 0.0]
-            fov = 30.0
-            [film]
-            size = [24, 24]
-            [[medium]]
-            albedo = 1.0
-            {medium}
-            [[light]]
-            type = "environment"
-            radiance = 1.0
-            "#
-        );
-        let scene = scene(folder.path(), &text, 256, 1_000_000);
-        let reference = mean(&render_reference(&scene, &scene.render, &Silent).film).0;
-        // One seed of a million photons scatters by 0.17 %.
-        let photons = four_seeds(&scene);
-        assert!((reference - 1.0).abs() < 0.002, "{medium}: reference {reference}");
-        assert!((photons - 1.0).abs() < 0.002, "{medium}: photon map {photons}");
-    }
-}
-
-/// Over ground that swallows nothing it stays white however high: light of all the ground comes to it, and
-/// no light of the sky that the ground hides. Four seeds together spread by at most 0.30 % over even ground
-/// and 0.21 % over a mirror: of other seeds one comparison in 500 would fail falsely, at most.
-#[test]
-fn a_white_furnace_stays_white_over_endless_ground() {
-    let folder = tempfile::tempdir().unwrap();
-    let materials =
-        [(0.0095, r#"type = "diffuse", reflectance = 1.0"#), (0.007, r#"type = "mirror""#)];
-    for (height, (bound, material)) in
-        [1.5, 20.0].into_iter().flat_map(|height| materials.map(|material| (height, material)))
-    {
-        let text = format!(
-            r#"
-            [camera]
-            position = [0.3, {eye:?}, 4.0]
-            target = [0.0, {height:?}, 0.0]
-            fov = 24.0
-            [film]
-            size = [16, 16]
-            [[medium]]
-            region = {{ sphere = {{ center = [0.0, {height:?}, 0.0], radius = 1.0 }} }}
-            sigma_t = 2.0
-            albedo = 1.0
-            [[surface]]
-            shape = "plane"
-            point = [0.0, 0.0, 0.0]
-            normal = [0.0, 1.0, 0.0]
-            material = {{ {material} }}
-            [[light]]
-            type = "environment"
-            radiance = 1.0
-            "#,
-            eye = height + 0.4
-        );
-        let scene = scene(folder.path(), &text, 64, 250_000);
-        let light = four_seeds(&scene);
-        assert!((light - 1.0).abs() < bound, "{height} m over {material}: {light}");
-    }
 }
 
 /// Even ground that a lamp far above lights with E sends a place over it as much as comes from a hemisphere of
@@ -327,34 +225,6 @@ fn blocks(film: &Film, [width, height]: [u32; 2]) -> Vec<(f64, f64)> {
         (sums.0, sums.1.sqrt() / 256.0)
     };
     corners.map(block).collect()
-}
-
-/// From inside a ball of droplets in a white furnace all is as bright as the sky: half of the light
-/// comes by a peak of few degrees, which rays follow; none of it may be lost or counted twice. Eight
-/// seeds spread by 0.73 %: a false alarm in 1500.
-#[test]
-fn white_furnace_from_inside_fog() {
-    let folder = tempfile::tempdir().unwrap();
-    let text = r#"
-        [camera]
-        position = [0.0, 0.0, 0.0]
-        target = [0.0, 0.0, -1.0]
-        fov = 90.0
-        [film]
-        size = [24, 24]
-        [[medium]]
-        region = { sphere = { center = [0.0, 0.0, 0.0], radius = 10.0 } }
-        sigma_t = 0.1
-        albedo = 1.0
-        phase = { type = "fog", diameter = 20.0 }
-        [[light]]
-        type = "environment"
-        radiance = 1.0
-    "#;
-    let scene = scene(folder.path(), text, 16, 300_000);
-    let rendered = render(&scene, &scene.render, &Silent).unwrap();
-    let light = mean(&rendered.film).0;
-    assert!((light - 1.0).abs() < 0.025, "{light}");
 }
 
 /// A narrow lobe, seen from inside beside a lamp's beam. Without its tip being followed by rays the

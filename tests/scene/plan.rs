@@ -543,7 +543,9 @@ fn a_render_tells_its_plan_and_its_work() {
     assert!(report["work"]["marches"].as_u64().unwrap() > 0 && quiet.stderr.is_empty());
 }
 
-/// The most memory that a render takes, as planned: within a fifth, of which most is the program.
+/// The most memory that a render takes, as planned. A plan counts what the allocator retains at its most,
+/// 32 MiB, and so may be high by a part of that; it is low by the little that threads take for themselves,
+/// of which there are two on any machine. From 1 to 4 threads the ratio is 0.99 to 1.13.
 #[test]
 fn memory_is_estimated() {
     let folder = tempfile::tempdir().unwrap();
@@ -556,8 +558,9 @@ fn memory_is_estimated() {
         (volume("balls_a.toml"), "100000", "512x384"),
     ] {
         let peak = |command: &[&str], key: &str| {
-            let budget = ["--rays", "1", "--photons", photons, "--size", size, "--json", "--quiet"];
-            let output = fogbow(folder.path(), &[command, &budget].concat()).stdout;
+            let budget = ["--rays", "1", "--photons", photons, "--size", size];
+            let more = ["--threads", "2", "--json", "--quiet"];
+            let output = fogbow(folder.path(), &[command, &budget, &more].concat()).stdout;
             let report: serde_json::Value = serde_json::from_slice(&output).unwrap();
             report.pointer(key).and_then(serde_json::Value::as_f64)
         };
@@ -567,7 +570,7 @@ fn memory_is_estimated() {
             return;
         };
         let ratio = planned / taken;
-        assert!((0.8..1.25).contains(&ratio), "{scene}: {planned} planned, {taken} taken");
+        assert!((0.95..1.15).contains(&ratio), "{scene}: {planned} planned, {taken} taken");
     }
 }
 

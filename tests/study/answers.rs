@@ -43,7 +43,11 @@ fn names(names: &[&str]) -> Vec<String> {
     names.iter().map(|name| (*name).to_owned()).collect()
 }
 
-/// The README's figures are what this prints. With its fixed seeds it always says the same.
+/// The README's figures are what this prints. With its fixed seeds it always says the same. Three seeds
+/// leave noise: over 16 other triples the exponent of the noise is 0.01 above theory with a standard
+/// deviation of 0.066, and that of the error 0.13 above the exponent of the noise with one of 0.09, so that
+/// one triple in 7 and one in 100 would be off by more than the bound. Nine seeds, at three times the
+/// cost, still leave 0.046. The next candidate of theory is 0.8 away: beams, whose noise stays.
 #[test]
 fn errors_fall_with_photons_as_theory_says() {
     let folder = tempfile::tempdir().unwrap();
