@@ -4,6 +4,7 @@
 //!     cargo bench --bench results -- --only director --only plan  # some
 //!     cargo bench --bench results -- --quick                      # that it works: minutes
 //!     cargo bench --bench results -- --render                     # no measuring, only pages
+//!     cargo bench --bench results -- --scenes FOLDER              # those of `strategy`, as files
 //!
 //! Records and pages go to `tests/bench/results`, those of `--quick` to `target/results/quick`. What
 //! is finished of a run that was cut short is kept in `target/results`, by version and command, and is
@@ -18,7 +19,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use measure::{LeftOut, Measurement, forget, measurements, partial};
+use measure::{LeftOut, Measurement, forget, measurements, partial, write_scenes};
 use pages::{PAGES, Places, Result};
 
 /// What is asked on the command line.
@@ -29,6 +30,8 @@ struct Arguments {
     quick: bool,
     render: bool,
     fresh: bool,
+    /// Where the scenes of `strategy` are written, and nothing else is done.
+    scenes: Option<PathBuf>,
 }
 
 impl Arguments {
@@ -40,6 +43,10 @@ impl Arguments {
                 "--quick" => arguments.quick = true,
                 "--render" => arguments.render = true,
                 "--fresh" => arguments.fresh = true,
+                "--scenes" => {
+                    let folder = words.next().ok_or("--scenes wants a folder")?;
+                    arguments.scenes = Some(folder.into());
+                }
                 "--only" => {
                     let name = words.next().ok_or("--only wants the name of a measurement")?;
                     if PAGES.iter().all(|page| page.name != name) {
@@ -49,7 +56,7 @@ impl Arguments {
                     arguments.only.push(name);
                 }
                 _ => {
-                    let known = "--only NAME, --quick, --render and --fresh";
+                    let known = "--only NAME, --quick, --render, --fresh and --scenes FOLDER";
                     return Err(format!("{word} is unknown; there are {known}").into());
                 }
             }
@@ -82,6 +89,10 @@ fn main() -> ExitCode {
 
 /// Whether all that was asked for was measured or left out for want of something.
 fn run(arguments: &Arguments) -> Result<bool> {
+    if let Some(folder) = &arguments.scenes {
+        write_scenes(folder)?;
+        return Ok(true);
+    }
     let target = std::env::var_os("CARGO_TARGET_DIR")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("target"), PathBuf::from)
         .join("results");

@@ -86,6 +86,11 @@ impl<R: Serialize + DeserializeOwned> Kept<R> {
         self.path.with_extension("").join(part)
     }
 
+    /// A folder beside, for what further runs use again.
+    pub fn lasting(&self, name: &str) -> PathBuf {
+        self.path.with_file_name(name)
+    }
+
     /// All parts as a record.
     pub fn record(self, name: &str) -> Record<R> {
         let State { version, command, date, parts, notes } = self.state;

@@ -17,6 +17,7 @@ mod scaling;
 mod scenes;
 mod spent;
 mod stages;
+mod strategy;
 mod threads;
 mod verify;
 
@@ -29,6 +30,7 @@ use serde::de::DeserializeOwned;
 use crate::pages::Result;
 
 pub use kept::{Kept, forget, partial};
+pub use strategy::write_scenes;
 
 /// A measurement, and how its record is made.
 pub struct Measurement {
@@ -61,7 +63,7 @@ macro_rules! measured {
 }
 
 /// All of them, the quickest first.
-pub fn measurements() -> [Measurement; 14] {
+pub fn measurements() -> [Measurement; 15] {
     measured![
         "plan" by plan,
         "rates" by rates,
@@ -73,6 +75,7 @@ pub fn measurements() -> [Measurement; 14] {
         "verify" by verify,
         "threads" by threads,
         "equal-time" by equal_time,
+        "strategy" by strategy,
         "convergence" by convergence,
         "scaling" by scaling,
         "paper" by paper,

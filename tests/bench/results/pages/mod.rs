@@ -22,6 +22,7 @@ pub mod record;
 pub mod sampler;
 pub mod scaling;
 mod scaling_plot;
+pub mod strategy;
 pub mod threads;
 pub mod verify;
 
@@ -45,7 +46,7 @@ pub struct Page {
 }
 
 /// All of them, in the order of the index.
-pub const PAGES: [Page; 14] = [
+pub const PAGES: [Page; 15] = [
     Page {
         name: "director",
         tells: "what directed rendering saves, at what error, and what the director itself takes",
@@ -110,6 +111,11 @@ pub const PAGES: [Page; 14] = [
         name: "convergence",
         tells: "how the error falls with time, and the bias that is left",
         write: |json| page(json, "How the error falls", convergence::tables),
+    },
+    Page {
+        name: "strategy",
+        tells: "what is chosen to light media, against the best that can be asked for",
+        write: |json| page(json, "The choice of strategies", strategy::tables),
     },
     Page {
         name: "verify",

@@ -1,0 +1,109 @@
+//! A strategy that was asked for, or chosen, with its pictures over the seeds.
+
+use std::ops::Range;
+
+use fogbow::image::Image;
+use fogbow::math::{Stage, Stream};
+use fogbow::scene::Strategy;
+
+use super::truth::{Truth, mean, trimmed_mean};
+use crate::pages::strategy::{Figures, Measured};
+
+/// Samples of the bootstrap.
+const RESAMPLED: u64 = 10_000;
+
+/// Shares of them below the ends of an interval of 95 %.
+const ENDS: [f64; 2] = [0.025, 0.975];
+
+/// A request, and what it gave.
+pub struct Candidate {
+    /// `None` where the choice was left to fogbow.
+    pub request: Option<Strategy>,
+    /// The strategy that each medium has.
+    pub media: Vec<Strategy>,
+    /// One a seed.
+    pub pictures: Vec<Image>,
+    /// Processor seconds of each picture, of all threads.
+    pub seconds: Vec<f64>,
+}
+
+impl Candidate {
+    /// Trimmed and untrimmed relative squared errors of each picture.
+    pub fn errors(&self, truth: &Truth) -> [Vec<f64>; 2] {
+        let products = self.pictures.iter().map(|picture| {
+            let [from_a, from_b] = truth.differences(picture);
+            truth.products(&from_a, &from_b)
+        });
+        let (trimmed, whole) = products.map(|p| (trimmed_mean(p.clone()), mean(&p))).unzip();
+        [trimmed, whole]
+    }
+
+    /// What is told of all pictures together.
+    pub fn measured(&self, truth: &Truth) -> Measured {
+        let [trimmed, whole] = self.errors(truth);
+        let pictures = self.pictures.iter();
+        let totals = pictures.map(|p| p.pixels().iter().flatten().map(|v| f64::from(*v)).sum());
+        let totals: Vec<f64> = totals.collect();
+        Measured {
+            request: Strategy::request_name(self.request).into(),
+            media: self.media.clone(),
+            figures: Figures { error: mean(&trimmed), seconds: mean(&self.seconds) },
+            untrimmed: mean(&whole),
+            bias: self.squared_bias(truth),
+            brighter_percent: 100.0 * (mean(&totals) / truth.total() - 1.0),
+        }
+    }
+
+    /// Trimmed relative squared bias: the mean over all pairs of different seeds of the product of their
+    /// differences from different references.
+    fn squared_bias(&self, truth: &Truth) -> f64 {
+        let count = self.pictures.len() as f64;
+        let mut sums = [(); 2].map(|()| vec![[0.0; 3]; truth.pixels()]);
+        let mut same = vec![0.0; truth.pixels()];
+        for picture in &self.pictures {
+            let differences = truth.differences(picture);
+            let products = truth.products(&differences[0], &differences[1]);
+            same.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
+            for (sums, differences) in sums.iter_mut().zip(&differences) {
+                for (sum, difference) in sums.iter_mut().zip(differences) {
+                    *sum = [0, 1, 2].map(|c| sum[c] + difference[c]);
+                }
+            }
+        }
+        let all = truth.products(&sums[0], &sums[1]);
+        let pairs = count * (count - 1.0);
+        trimmed_mean(all.iter().zip(&same).map(|(all, same)| (all - same) / pairs).collect())
+    }
+}
+
+/// Errors and seconds of a candidate over the seeds.
+pub struct Series<'a> {
+    pub errors: &'a [f64],
+    pub seconds: &'a [f64],
+}
+
+impl Series<'_> {
+    /// Means over these seeds.
+    pub fn figures(&self, seeds: &[usize]) -> Figures {
+        let mean = |values: &[f64]| {
+            seeds.iter().map(|&seed| values[seed]).sum::<f64>() / seeds.len() as f64
+        };
+        Figures { error: mean(self.errors), seconds: mean(self.seconds) }
+    }
+}
+
+/// The cost of `chosen` over that of `best` on these seeds, with the interval of 95 % of a bootstrap
+/// (Efron 1979, "Bootstrap Methods: Another Look at the Jackknife"; percentiles): seeds are drawn with
+/// replacement, both candidates' figures together, for a seed shoots the same photons for both.
+pub fn regret(chosen: &Series<'_>, best: &Series<'_>, seeds: Range<usize>) -> (f64, [f64; 2]) {
+    let seeds: Vec<usize> = seeds.collect();
+    let ratio = |seeds: &[usize]| chosen.figures(seeds).cost() / best.figures(seeds).cost();
+    let resampled = |sample: u64| {
+        let mut random = Stream::new(0, Stage::Test, 0, sample);
+        let drawn = seeds.iter().map(|_| (random.uniform() * seeds.len() as f64) as usize);
+        ratio(&drawn.map(|index| seeds[index]).collect::<Vec<_>>())
+    };
+    let mut ratios: Vec<f64> = (0..RESAMPLED).map(resampled).collect();
+    ratios.sort_unstable_by(f64::total_cmp);
+    (ratio(&seeds), ENDS.map(|share| ratios[(share * (RESAMPLED - 1) as f64).round() as usize]))
+}

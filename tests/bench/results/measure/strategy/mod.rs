@@ -1,0 +1,179 @@
+//! The regret of the choice of strategies: what is chosen against the best that can be asked for.
+//!
+//! The cost of a candidate is its relative squared error times its processor seconds: what unbiased
+//! rendering keeps, however long it takes. For each scene what is chosen and every strategy asked for
+//! by name take turns, seed by seed. The first half of the seeds says which request is the best; the
+//! regret is the cost of what is chosen over that of this one on the other half, lest the best be the
+//! luckiest. Requests that no medium can follow, and those that come to the same as another, are left
+//! out.
+//!
+//! Errors are against two references that are traced until the error of their mean is a tenth of the
+//! smallest of the candidates'; they are kept by the hash of the scene in the folder `strategy-truth`,
+//! from run to run.
+
+mod candidate;
+mod scenes;
+mod truth;
+
+use std::fs;
+use std::path::Path;
+
+use fogbow::render::{Silent, render};
+use fogbow::scene::{LoadOptions, RenderSettings, Scene, Strategy};
+
+use super::Kept;
+use super::spent::Spent;
+use crate::pages::Result;
+use crate::pages::strategy::Row;
+use candidate::{Candidate, Series, regret};
+use scenes::{StrategyScene, fly_in, scenes};
+use truth::Truth;
+
+/// Seeds that say which candidate is the best, and as many on which it is compared.
+const SEEDS: usize = 8;
+
+/// Largest error of the references over the smallest of the candidates.
+const TRUTH_SHARE: f64 = 0.1;
+
+/// Processor seconds that the references of a scene may take.
+const TRUTH_SECONDS: f64 = 120.0;
+
+/// Frames of the flight into a cloud.
+const FRAMES: u32 = 12;
+
+/// Extent of a run.
+struct Extent {
+    seeds: usize,
+    truth_seconds: f64,
+    /// Every how many-th scene is taken.
+    stride: usize,
+    /// What pixels and photons are divided by along each side, and in number.
+    part: u32,
+}
+
+const WHOLE: Extent = Extent { seeds: SEEDS, truth_seconds: TRUTH_SECONDS, stride: 1, part: 1 };
+const QUICK: Extent = Extent { seeds: 2, truth_seconds: 1.0, stride: 7, part: 4 };
+
+/// A part a scene.
+pub fn measure(kept: &mut Kept<Row>, quick: bool) -> Result<()> {
+    let extent = if quick { QUICK } else { WHOLE };
+    let work = kept.lasting("strategy-truth");
+    let (scenes, left_out) = scenes(&work)?;
+    left_out.into_iter().for_each(|sentence| kept.note(sentence));
+    for scene in scenes.iter().step_by(extent.stride) {
+        kept.part(&scene.name, || Ok(vec![compare(scene, &extent, &work)?]))?;
+    }
+    Ok(())
+}
+
+/// Writes every scene, and the frames of a flight into a cloud, as a scene file in `folder`.
+pub fn write_scenes(folder: &Path) -> Result<()> {
+    let (mut scenes, left_out) = scenes(folder)?;
+    left_out.iter().for_each(|sentence| println!("{sentence}"));
+    scenes.extend(fly_in(FRAMES)?);
+    for (number, scene) in scenes.iter().enumerate() {
+        let name = scene.name.replace(|c: char| !c.is_ascii_alphanumeric(), "_");
+        fs::write(folder.join(format!("{number:02}_{name}.toml")), &scene.text)?;
+    }
+    Ok(())
+}
+
+fn compare(scene: &StrategyScene, extent: &Extent, work: &Path) -> Result<Row> {
+    let loaded = load(scene, extent, work)?;
+    let mut candidates = candidates(&loaded)?;
+    for seed in 0..2 * extent.seeds {
+        // Who goes first changes.
+        let count = candidates.len();
+        for turn in 0..count {
+            let candidate = &mut candidates[(seed + turn) % count];
+            let settings =
+                RenderSettings { strategy: candidate.request, seed: seed as u64, ..loaded.render };
+            let (rendered, spent) = Spent::on(|| render(&loaded, &settings, &Silent));
+            candidate.pictures.push(rendered?.film.image());
+            candidate.seconds.push(spent.ran);
+        }
+    }
+    let [width, height] = loaded.film.size;
+    let folder = work.join(format!("{}_{width}x{height}", loaded.hash));
+    let mut truth = Truth::open(&folder, &loaded)?;
+    let smallest = |truth: &Truth| {
+        let errors = candidates.iter().map(|c| truth::mean(&c.errors(truth)[0]));
+        errors.fold(f64::INFINITY, f64::min)
+    };
+    let is_enough = |truth: &Truth| truth.error() <= TRUTH_SHARE * smallest(truth);
+    // Growing takes as long as all before.
+    while !is_enough(&truth) && 2.0 * truth.spent().seconds < extent.truth_seconds {
+        truth.grow(&loaded)?;
+    }
+    Ok(row(scene, &candidates, &truth, is_enough(&truth), extent.seeds))
+}
+
+/// The scene, of fewer pixels and photons for a quick run.
+fn load(scene: &StrategyScene, extent: &Extent, work: &Path) -> Result<Scene> {
+    let path = work.join("scene.toml");
+    fs::write(&path, &scene.text)?;
+    let own = Scene::load(&path, &LoadOptions::default())?;
+    if extent.part == 1 {
+        return Ok(own);
+    }
+    let options = LoadOptions::default()
+        .size(own.film.size.map(|side| (side / extent.part).max(1)))
+        .photons(own.render.photons / u64::from(extent.part * extent.part));
+    Ok(Scene::load(&path, &options)?)
+}
+
+/// What is chosen, and all requests that differ, without pictures.
+fn candidates(scene: &Scene) -> Result<Vec<Candidate>> {
+    let mut candidates: Vec<Candidate> = Vec::new();
+    for &(_, request) in Strategy::REQUESTS {
+        let settings = RenderSettings { strategy: request, ..scene.render };
+        let summary = render(scene, &settings, &Silent)?.strategy.unwrap_or_default();
+        let media: Vec<Strategy> = summary.media.iter().map(|medium| medium.strategy).collect();
+        let is_followed = request.is_none_or(|request| media.contains(&request));
+        // What is chosen stands beside the same by name: choosing takes time.
+        let is_new = candidates.iter().all(|c| c.request.is_none() || c.media != media);
+        if is_followed && is_new {
+            let (pictures, seconds) = (Vec::new(), Vec::new());
+            candidates.push(Candidate { request, media, pictures, seconds });
+        }
+    }
+    Ok(candidates)
+}
+
+fn row(
+    scene: &StrategyScene,
+    candidates: &[Candidate],
+    truth: &Truth,
+    is_enough: bool,
+    seeds: usize,
+) -> Row {
+    let errors: Vec<Vec<f64>> = candidates
+        .iter()
+        .map(|candidate| {
+            let [trimmed, _] = candidate.errors(truth);
+            trimmed
+        })
+        .collect();
+    let series: Vec<Series<'_>> = candidates
+        .iter()
+        .zip(&errors)
+        .map(|(candidate, errors)| Series { errors, seconds: &candidate.seconds })
+        .collect();
+    let first: Vec<usize> = (0..seeds).collect();
+    let second: Vec<usize> = (seeds..2 * seeds).collect();
+    let cost = |index: &usize| series[*index].figures(&first).cost();
+    let requested = (0..candidates.len()).filter(|&index| candidates[index].request.is_some());
+    let best = requested.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
+    let (regret, interval) = regret(&series[0], &series[best], seeds..2 * seeds);
+    Row {
+        scene: scene.name.clone(),
+        reference_rays: truth.spent().rays,
+        reference_error: truth.error(),
+        is_reference_enough: is_enough,
+        candidates: candidates.iter().map(|candidate| candidate.measured(truth)).collect(),
+        best: Strategy::request_name(candidates[best].request).into(),
+        compared: [0, best].map(|index| series[index].figures(&second)),
+        regret,
+        interval,
+    }
+}
