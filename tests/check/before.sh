@@ -34,7 +34,6 @@ median() { awk -v c="$2" '{ print $c }' "$work/$1.spent" | sort -g | awk '{ v[NR
 printf '%-58s %8s %8s %6s %8s %8s %6s %6s\n' scene 'old s' 'new s' ratio 'old MiB' 'new MiB' ratio z
 for scene in "$work"/scenes/*.toml; do
     name=$(basename "$scene" .toml)
-    [ "$name" != scene ] || continue
     if [ $# -gt 0 ] && ! grep -qF "$(printf '%s\n' "$@")" <<< "$name"; then continue; fi
     rm -f "$work"/*.spent "$work/brighter"
     for ((run = 0; run < runs; run++)); do

@@ -8,8 +8,8 @@
 //! out.
 //!
 //! Errors are against two references that are traced until the error of their mean is a tenth of the
-//! smallest of the candidates'; they are kept by the hash of the scene in the folder `strategy-truth`,
-//! from run to run.
+//! smallest of the candidates', and at most 0.003; they are kept by the hash of the scene in the folder
+//! `strategy-truth`, from run to run.
 
 mod candidate;
 mod scenes;
@@ -34,6 +34,10 @@ const SEEDS: usize = 8;
 
 /// Largest error of the references over the smallest of the candidates.
 const TRUTH_SHARE: f64 = 0.1;
+
+/// Largest error of the references: where both have found too little light, the errors of candidates
+/// are large for want of a scale, and a tenth of them is soon reached.
+const MAX_TRUTH_ERROR: f64 = 0.003;
 
 /// Processor seconds that the references of a scene may take.
 const TRUTH_SECONDS: f64 = 120.0;
@@ -100,7 +104,8 @@ fn compare(scene: &StrategyScene, extent: &Extent, work: &Path) -> Result<Row> {
         let errors = candidates.iter().map(|c| truth::mean(&c.errors(truth)[0]));
         errors.fold(f64::INFINITY, f64::min)
     };
-    let is_enough = |truth: &Truth| truth.error() <= TRUTH_SHARE * smallest(truth);
+    let is_enough =
+        |truth: &Truth| truth.error() <= MAX_TRUTH_ERROR.min(TRUTH_SHARE * smallest(truth));
     // Growing takes as long as all before.
     while !is_enough(&truth) && 2.0 * truth.spent().seconds < extent.truth_seconds {
         truth.grow(&loaded)?;

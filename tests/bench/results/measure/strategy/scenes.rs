@@ -54,6 +54,8 @@ const SUN_ASIDE: &str =
 const SUN_BEHIND: &str =
     "[[light]]\ntype = \"sun\"\ndirection = [0.3, -0.3, 1.0]\nirradiance = 3.0\n";
 const SKY: &str = "[[light]]\ntype = \"environment\"\nradiance = 0.1\n";
+const SKY_ABOVE: &str = "[[light]]\ntype = \"environment\"\n\
+                         gradient = [[-90.0, 0.05], [0.0, 0.2], [90.0, 1.0]]\n";
 const LAMP_INSIDE: &str =
     "[[light]]\ntype = \"point\"\nposition = [0.0, 0.8, 0.0]\nintensity = 5.0\n";
 const LAMP: &str = "[[light]]\ntype = \"point\"\nposition = [2.0, 3.0, 1.0]\nintensity = 20.0\n";
@@ -104,7 +106,7 @@ fn made() -> Vec<(&'static str, String)> {
         ),
         (
             "box, thickness 16, albedo 0.9999, sky alone",
-            &[FRONT, FILM, &photons(100_000), &region(BOX, 8.0, 0.9999, 0.0), SKY],
+            &[FRONT, FILM, &photons(100_000), &region(BOX, 8.0, 0.9999, 0.0), SKY_ABOVE],
         ),
         (
             "ball, thickness 300, albedo 0.9999, g 0.85, sun aside",
