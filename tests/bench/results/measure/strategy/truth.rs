@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 use super::super::spent::Spent;
 use crate::pages::Result;
 
-/// Squared errors are relative to the squared radiance and that of this share of the mean radiance.
-const EPSILON: f64 = 0.01;
+/// Squared errors are relative to the squared radiance and that of this share of the mean radiance, as in
+/// studies.
+const EPSILON: f64 = 0.5;
 
 /// Share of the pixels, the worst ones, that a trimmed mean leaves out.
 const TRIM: f64 = 0.002;
