@@ -11,7 +11,7 @@ use super::lazy_cells::LazyCells;
 /// Gathers per expected lookup of a cell by a ray: about one for each place at which a ray samples.
 ///
 /// Unit: count. Derivation: one for each place at which a ray reads caches.
-const GATHERS_PER_RAY: f64 = 8.0;
+pub const GATHERS_PER_RAY: f64 = 8.0;
 
 /// Fewest gathers of a cell.
 ///

@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use super::integrator::Integrator;
 use super::photon_pass::{PassSettings, contents};
 use super::pixel_sampling::{CameraRay, Workspace};
-use crate::cache::{Caches, DirectLightCache, FluenceBuilder, FluenceGrid, SamplePass};
+use crate::cache::{
+    Caches, DirectLightCache, FluenceBuilder, FluenceGrid, GATHERS_PER_RAY, SamplePass,
+};
 use crate::director::PixelBudget;
 use crate::math::{Aabb, Rgb, Spectrum, Stage, Stream, luminance};
 use crate::photon::{AimedPhotons, Part, PhotonDirection, PhotonMaps, Recording};
@@ -35,9 +37,6 @@ const RAYS_PER_RAY: f64 = 256.0;
 /// Fewest and most rays of the pilot along each side of the film, in blocks.
 const MIN_BLOCKS: usize = 3;
 const MAX_BLOCKS: usize = 8;
-
-/// Lookups of a cell of shared gathers by a ray, and gathers for each.
-const SHARED_GATHERS: f64 = 8.0;
 
 /// One profile on trial.
 struct Profile {
@@ -67,17 +66,26 @@ pub(super) struct StrategyPilot<'a, 'b> {
 
 impl<'a> StrategyPilot<'a, '_> {
     /// Measures all profiles that differ, and returns the one with the least squared error times cost;
-    /// `None` where there is only one or no light is seen. `direct` are the caches of direct light.
+    /// `None` where no light is seen. `direct` are the caches of direct light.
     pub fn measure<S: Spectrum, H: PhotonDirection>(
         &self,
         aimed: &mut AimedPhotons<'a>,
         direct: Vec<Option<DirectLightCache<S>>>,
     ) -> Option<Wish> {
-        let paths = (aimed.count() / PHOTONS_PER_PATH).max(MIN_PATHS);
+        let paths = (aimed.count() / PHOTONS_PER_PATH).max(MIN_PATHS).min(aimed.count());
+        if paths == 0 {
+            return None;
+        }
         let represents = aimed.count() as f64 / paths as f64;
         let (profiles, cells): (Vec<_>, Vec<_>) = self.profiles(represents).into_iter().unzip();
-        if profiles.len() < 2 {
-            return None;
+        let strategies = |profile: &Profile| -> Vec<Strategy> {
+            profile.choice.media.iter().map(|medium| medium.strategy).collect()
+        };
+        if let [only] = &profiles[..]
+            && !strategies(only).contains(&Strategy::Moments)
+        {
+            let reason = "no other is possible".into();
+            return Some(Wish { strategies: strategies(only), reason, measured: Vec::new() });
         }
         // Two halves of photons, others than those of the render.
         let half = |half: u64, aimed: &mut AimedPhotons<'a>| {
@@ -103,7 +111,7 @@ impl<'a> StrategyPilot<'a, '_> {
         let measured = |index: usize| {
             let Profile { choice, scale, crossings } = &profiles[index];
             Measured {
-                strategies: choice.media.iter().map(|m| m.strategy).collect(),
+                strategies: strategies(&profiles[index]),
                 errors: strategy::errors(&samples[index], &weights, *scale),
                 ray_cost: strategy::cost(&works[index], self.gathering()) / (6.0 * rays),
                 photon_cost: represents * self.photon_cost(&shot, choice)
@@ -115,9 +123,8 @@ impl<'a> StrategyPilot<'a, '_> {
         let mut all: Vec<Measured> = (0..profiles.len()).map(measured).collect();
         all.extend(self.shared(&all));
         let best = all.iter().min_by(|a, b| a.product().total_cmp(&b.product()))?;
-        let strategies = best.strategies.clone();
         let reason = "in a pilot it has the least squared error times cost".into();
-        Some(Wish { strategies, reason, measured: all })
+        Some(Wish { strategies: best.strategies.clone(), reason, measured: all })
     }
 
     /// Profiles that differ, with their cells for a pilot whose paths each represent so many.
@@ -155,7 +162,8 @@ impl<'a> StrategyPilot<'a, '_> {
                     Strategy::FluenceTowardEye => 1.0,
                     _ => choice.termination.values(index) as f64,
                 };
-                crossings += 1.5 * values * self.evidence.flight_length / width;
+                // The mean chord of a cube is 2/3 of its edge.
+                crossings += 3.0 / 2.0 * values * self.evidence.flight_length / width;
             }
         }
         let narrower = if narrower > 0.0 { narrower } else { 1.0 };
@@ -315,14 +323,14 @@ impl<'a> StrategyPilot<'a, '_> {
         let least = |f: fn(&Measured) -> f64| measured.iter().map(f).fold(f64::INFINITY, f64::min);
         let common = least(|m| m.errors.ray_variance);
         let common_cost = least(|m| m.ray_cost);
-        let gathers = SHARED_GATHERS * footprint;
         Some(Measured {
             strategies,
             errors: Errors {
-                ray_variance: common + (moments.errors.ray_variance - common) / gathers,
+                ray_variance: common
+                    + (moments.errors.ray_variance - common) / (GATHERS_PER_RAY * footprint),
                 ..moments.errors
             },
-            ray_cost: common_cost + SHARED_GATHERS * (moments.ray_cost - common_cost),
+            ray_cost: common_cost + GATHERS_PER_RAY * (moments.ray_cost - common_cost),
             ..moments.clone()
         })
     }
