@@ -36,8 +36,10 @@ pub struct Row {
 pub struct Measured {
     /// What was asked for, by its name.
     pub request: String,
-    /// The strategy that each medium had.
+    /// The strategy that each medium had with the seed of the scene.
     pub media: Vec<Strategy>,
+    /// Seeds with which the media had others.
+    pub other_seeds: usize,
     /// Means over the seeds.
     pub figures: Figures,
     /// Relative squared error of all pixels.
@@ -68,7 +70,7 @@ impl Figures {
 pub fn tables(rows: &[Row]) -> String {
     let regrets = rows.iter().map(|row| {
         let [chosen, best] = row.compared;
-        let media = row.candidates.first().map_or(String::new(), |chosen| names(&chosen.media));
+        let media = row.candidates.first().map_or(String::new(), chosen_names);
         vec![
             row.scene.clone(),
             media,
@@ -173,6 +175,15 @@ fn candidates(row: &Row) -> Vec<Vec<String>> {
         ]
     };
     row.candidates.iter().map(cells).collect()
+}
+
+/// What is chosen, and whether that depends on the seed.
+fn chosen_names(chosen: &Measured) -> String {
+    let names = names(&chosen.media);
+    match chosen.other_seeds {
+        0 => names,
+        seeds => format!("{names}; others with {seeds} seeds"),
+    }
 }
 
 /// The names of the media's strategies; one where all have the same.

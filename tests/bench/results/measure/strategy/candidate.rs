@@ -19,8 +19,10 @@ const ENDS: [f64; 2] = [0.025, 0.975];
 pub struct Candidate {
     /// `None` where the choice was left to fogbow.
     pub request: Option<Strategy>,
-    /// The strategy that each medium has.
+    /// The strategy that each medium has with the seed of the scene.
     pub media: Vec<Strategy>,
+    /// Seeds with which the media have others: what is chosen can depend on the pilot's paths.
+    pub other_seeds: usize,
     /// One a seed.
     pub pictures: Vec<Image>,
     /// Processor seconds of each picture, of all threads.
@@ -47,6 +49,7 @@ impl Candidate {
         Measured {
             request: Strategy::request_name(self.request).into(),
             media: self.media.clone(),
+            other_seeds: self.other_seeds,
             figures: Figures { error: mean(&trimmed), seconds: mean(&self.seconds) },
             untrimmed: mean(&whole),
             bias: self.squared_bias(truth),

@@ -18,7 +18,7 @@ mod truth;
 use std::fs;
 use std::path::Path;
 
-use fogbow::render::{Silent, render};
+use fogbow::render::{Rendered, Silent, render};
 use fogbow::scene::{LoadOptions, RenderSettings, Scene, Strategy};
 
 use super::Kept;
@@ -93,7 +93,9 @@ fn compare(scene: &StrategyScene, extent: &Extent, work: &Path) -> Result<Row> {
             let settings =
                 RenderSettings { strategy: candidate.request, seed: seed as u64, ..loaded.render };
             let (rendered, spent) = Spent::on(|| render(&loaded, &settings, &Silent));
-            candidate.pictures.push(rendered?.film.image());
+            let rendered = rendered?;
+            candidate.other_seeds += usize::from(media(&rendered) != candidate.media);
+            candidate.pictures.push(rendered.film.image());
             candidate.seconds.push(spent.ran);
         }
     }
@@ -132,17 +134,22 @@ fn candidates(scene: &Scene) -> Result<Vec<Candidate>> {
     let mut candidates: Vec<Candidate> = Vec::new();
     for &(_, request) in Strategy::REQUESTS {
         let settings = RenderSettings { strategy: request, ..scene.render };
-        let summary = render(scene, &settings, &Silent)?.strategy.unwrap_or_default();
-        let media: Vec<Strategy> = summary.media.iter().map(|medium| medium.strategy).collect();
+        let media = media(&render(scene, &settings, &Silent)?);
         let is_followed = request.is_none_or(|request| media.contains(&request));
         // What is chosen stands beside the same by name: choosing takes time.
         let is_new = candidates.iter().all(|c| c.request.is_none() || c.media != media);
         if is_followed && is_new {
             let (pictures, seconds) = (Vec::new(), Vec::new());
-            candidates.push(Candidate { request, media, pictures, seconds });
+            candidates.push(Candidate { request, media, other_seeds: 0, pictures, seconds });
         }
     }
     Ok(candidates)
+}
+
+/// The strategy of each medium.
+fn media(rendered: &Rendered) -> Vec<Strategy> {
+    let media = rendered.strategy.iter().flat_map(|summary| &summary.media);
+    media.map(|medium| medium.strategy).collect()
 }
 
 fn row(
