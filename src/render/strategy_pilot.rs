@@ -106,6 +106,7 @@ impl<'a> StrategyPilot<'a, '_> {
         if weights.iter().all(|weight| *weight == 0.0) {
             return None;
         }
+        let conditions = self.settings.conditions();
         let rays = samples[0].len() as f64;
         let shot = halves[0].work;
         let measured = |index: usize| {
@@ -122,7 +123,9 @@ impl<'a> StrategyPilot<'a, '_> {
         };
         let mut all: Vec<Measured> = (0..profiles.len()).map(measured).collect();
         all.extend(self.shared(&all));
-        let best = all.iter().min_by(|a, b| a.product().total_cmp(&b.product()))?;
+        let allowed =
+            |measured: &&Measured| strategy::is_allowed(&measured.strategies, &conditions);
+        let best = all.iter().filter(allowed).min_by(|a, b| a.product().total_cmp(&b.product()))?;
         let reason = "in a pilot it has the least squared error times cost".into();
         Some(Wish { strategies: best.strategies.clone(), reason, measured: all })
     }
@@ -266,13 +269,17 @@ impl<'a> StrategyPilot<'a, '_> {
         let scale = self.scene.film.size.map(|pixels| f64::from(pixels) / side as f64);
         let x = ((ray % side) as f64 + place.uniform()) * scale[0];
         let y = ((ray / side) as f64 + place.uniform()) * scale[1];
+        // Rays of one pixel.
+        workspace.ctx.rng = Stream::new(seed, Stage::Strategy, ray as u64, set);
+        let [u, v] = workspace.ctx.rng.uniform2();
+        let pixels = self.settings.film_pixels;
+        let [x, y] = [(x, u), (y, v)].map(|(at, u)| ((at / pixels).floor() + u) * pixels);
         let camera_ray = CameraRay {
-            ray: self.scene.camera.ray(x, y, place.uniform2()),
+            ray: self.scene.camera.ray(x, y, workspace.ctx.rng.uniform2()),
             budget: &PixelBudget::fixed(self.settings.rays, radius, self.step),
             indirect_weight: 1.0,
             pass: SamplePass { index: 0, rays: self.settings.rays },
         };
-        workspace.ctx.rng = Stream::new(seed, Stage::Strategy, ray as u64, set);
         workspace.ctx.stratified = StratifiedSample::default();
         workspace.ctx.work.rays += 1;
         let radiance = integrator.radiance(&camera_ray, workspace).radiance;

@@ -190,15 +190,22 @@ pub fn cell_width(
 /// Strategies that a render may choose among: one for all media that can have it.
 pub fn profiles(scene: &Scene, conditions: &Conditions) -> Vec<Vec<Strategy>> {
     use Strategy::{Beams, FluenceTowardEye, Moments, Traced};
-    let gathers = possible::gathers(scene, conditions) && !possible::misses_caustics(scene);
-    let gathers = gathers && conditions.final_gather != FinalGather::Never;
-    let strategies = match (gathers, conditions.final_gather) {
-        (false, _) => &[Beams, FluenceTowardEye][..],
-        (true, FinalGather::Always) => &[Moments],
-        (true, _) => &[Beams, FluenceTowardEye, Moments, Traced],
+    let always = conditions.final_gather == FinalGather::Always;
+    let gathers =
+        possible::gathers(scene, conditions) && (always || !possible::misses_caustics(scene));
+    let strategies = match gathers && conditions.final_gather != FinalGather::Never {
+        false => &[Beams, FluenceTowardEye][..],
+        true => &[Beams, FluenceTowardEye, Moments, Traced],
     };
     let media = scene.media.iter().len();
     strategies.iter().map(|strategy| vec![*strategy; media]).collect()
+}
+
+/// Whether a profile may be chosen: where final gathers must be, one with those.
+pub fn is_allowed(profile: &[Strategy], conditions: &Conditions) -> bool {
+    let gathers =
+        |strategy: &Strategy| matches!(strategy, Strategy::Moments | Strategy::SharedGathers);
+    conditions.final_gather != FinalGather::Always || profile.iter().any(gathers)
 }
 
 /// Pixels whose gathers a pixel shares where final gathers are cached, the fewest of all media; `None`

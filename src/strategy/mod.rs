@@ -16,7 +16,7 @@ mod unit_costs;
 pub use crate::scene::Strategy;
 pub use cell_width::{thin_width, thin_width_for_moments, width_for_flights, width_for_photons};
 pub use choose::{
-    Choice, Evidence, MediumCells, Wish, cell_width, choose, direct_cells, profiles,
+    Choice, Evidence, MediumCells, Wish, cell_width, choose, direct_cells, is_allowed, profiles,
     shared_footprint,
 };
 pub use gather_termination::GatherTermination;
