@@ -10,7 +10,7 @@ use crate::medium::Media;
 /// mean too much, as light falls off ever faster toward the medium's edge. Chosen by measuring the mean
 /// of `gathers_lose_no_sunlight_in_thick_haze` (tests/physics/gather.rs) against its reference.
 ///
-/// Unit: none. Bench: `gathers_lose_no_sunlight_in_thick_haze` in tests/physics/gather.rs.
+/// Unit: none. Bench: `gathers_lose_no_sunlight_in_thick_haze` of `tests/physics/gather.rs`.
 const TOWARD_MEAN: f64 = 0.5;
 
 /// Standard deviation along an axis, in widths of a cell, of the places at which trilinear

@@ -43,7 +43,7 @@ impl<S: Spectrum> Mip<S> {
                         self.value(brick, plane, (first & (EDGE - 1)) + by)
                     };
                     values[plane * VOLUME + index as usize] =
-                        (0..8).map(corner).sum::<S::F32>() / 8.0;
+                        (0..8).map(corner).sum::<S::F32>() * (0.5 * 0.5 * 0.5);
                 }
             }
         };

@@ -23,7 +23,6 @@ use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Earlier, Ended, Progress, Rendered, Silent,
 };
 use crate::scene::Scene;
-use crate::strategy::Wish;
 
 /// Seconds a pixel that writing takes: an allowance that the deadline leaves for it.
 const WRITING: f64 = 1e-6;
@@ -64,8 +63,6 @@ pub(super) struct PictureJob<'a> {
     pub(super) program: u64,
     /// The denoiser, for a scene that is denoised.
     pub(super) denoiser: Option<&'a Denoiser>,
-    /// The strategies of the shot that the picture is a frame of.
-    pub(super) strategies: Option<&'a Wish>,
 }
 
 /// The report on a picture that was written.
@@ -96,7 +93,7 @@ impl PictureReport {
 
 impl PictureJob<'_> {
     /// Renders `scene` on `pool` and writes the picture. `warnings` were printed before and are repeated in
-    /// the report; `cached` is the director's snapshot of an earlier picture.
+    /// the report; `earlier` is what earlier pictures of a sequence leave.
     ///
     /// # Errors
     /// Where the picture exceeds the memory limit, or cannot be resumed, rendered or written.
@@ -105,7 +102,7 @@ impl PictureJob<'_> {
         scene: &mut Scene,
         pool: &ThreadPool,
         mut warnings: Vec<String>,
-        cached: Option<CachedSnapshot>,
+        earlier: Earlier<'_>,
     ) -> Result<PictureReport> {
         let requested = scene.render.photons;
         self.crop(scene)?;
@@ -115,7 +112,7 @@ impl PictureJob<'_> {
         console::warn(fewer_photons.as_slice());
         warnings.extend(fewer_photons);
         let checkpoints = self.checkpoints(scene, requested)?;
-        let mut rendered = self.render(scene, pool, cached, checkpoints.as_ref())?;
+        let mut rendered = self.render(scene, pool, earlier, checkpoints.as_ref())?;
         let denoiser = self.denoiser.filter(|_| scene.render.denoise);
         if let Some(denoiser) = denoiser.filter(|_| rendered.ended != Ended::Stopped) {
             rendered.denoise(denoiser)?;
@@ -251,7 +248,7 @@ impl PictureJob<'_> {
         &self,
         scene: &Scene,
         pool: &ThreadPool,
-        cached: Option<CachedSnapshot>,
+        earlier: Earlier<'_>,
         checkpoints: Option<&Checkpoints>,
     ) -> Result<Rendered> {
         let console = Console::new(self.clock.clone());
@@ -263,7 +260,6 @@ impl PictureJob<'_> {
             if self.method.reference {
                 Ok(render::render_reference(scene, &scene.render, control))
             } else {
-                let earlier = Earlier { snapshot: cached, strategies: self.strategies };
                 render::render_next(scene, &scene.render, earlier, control)
             }
         };

@@ -13,7 +13,7 @@ use super::render_args::{
 };
 use super::sequence;
 use crate::error::Result;
-use crate::render::Clock;
+use crate::render::{Clock, Earlier};
 
 /// Renders and writes the pictures.
 pub(super) fn run(args: &Args) -> Result<()> {
@@ -49,9 +49,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         preparation,
         program,
         denoiser: denoiser.as_ref(),
-        strategies: None,
     };
-    let picture = job.run(&mut scene, &pool, warnings, None)?;
+    let picture = job.run(&mut scene, &pool, warnings, Earlier::default())?;
     print_report(args, &picture);
     picture.end(&interrupt)
 }

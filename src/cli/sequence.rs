@@ -22,7 +22,7 @@ use super::units;
 use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
 use crate::image::{Denoiser, read_layers};
-use crate::render::Clock;
+use crate::render::{Clock, Earlier};
 use crate::scene::{Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
 use crate::strategy::Wish;
@@ -209,9 +209,10 @@ impl<'a> FrameLoop<'a> {
             preparation: Preparation { loading, metering: None },
             program: self.program + next as u64,
             denoiser: self.denoiser.as_ref(),
-            strategies: self.strategies.as_ref(),
         };
-        let mut picture = job.run(scene, pool, warnings, self.snapshot.take())?;
+        let earlier =
+            Earlier { snapshot: self.snapshot.take(), strategies: self.strategies.as_ref() };
+        let mut picture = job.run(scene, pool, warnings, earlier)?;
         self.snapshot = picture.snapshot.take();
         Ok(picture)
     }

@@ -15,7 +15,6 @@ use super::control::Control;
 use super::director_pass::DirectorMaps;
 use super::exposure::{self, RenderRegion};
 use super::features::FeatureTracer;
-use super::integrator::Integrator;
 use super::memory::{Memory, map_pixels, memory_with};
 use super::photon_pass::PhotonPass;
 use super::photon_rate::PhotonRate;
@@ -140,7 +139,7 @@ impl RaySample {
     ) -> (Work, f64) {
         let start = Instant::now();
         let needs = Needs::new(scene, settings);
-        let integrator = Integrator::new(scene, photons, needs);
+        let integrator = photons.integrator(scene, needs);
         let tracer = FeatureTracer::new(scene, settings.denoise);
         let ([width, height], size) = (scene.film.size.map(f64::from), self.size);
         let small = size.map(|side| side as u32);

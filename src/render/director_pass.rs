@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::photon_pass::PassSettings;
+use super::pass_settings::PassSettings;
 use super::pilot::director_pilot;
 use super::progress::Stages;
 use super::rendered::DirectorWork;

@@ -1,9 +1,9 @@
 //! The photon pass: strategy, photons and caches of a render, tied together.
 
+use super::integrator::Integrator;
+use super::pass_settings::{PassSettings, Request, contents};
 use super::strategy_pilot::StrategyPilot;
-use crate::cache::{
-    Caches, CellContents, DirectLightCache, FinalGatherCache, FluenceBuilder, FluenceGrid,
-};
+use crate::cache::{Caches, DirectLightCache, FinalGatherCache, FluenceBuilder, FluenceGrid};
 use crate::error::Result;
 use crate::math::{Aabb, Rgb, Spectrum, WorldPoint};
 use crate::medium::SparseCells;
@@ -11,45 +11,14 @@ use crate::photon::{
     AimedPhotons, CameraImportance, Octahedral, PhotonDirection, PhotonMaps, PhotonSettings,
     Recording,
 };
-use crate::scene::{FinalGather, Scene};
-use crate::strategy::{self, Choice, Conditions, Evidence, MediumCells, Strategy, Wish};
+use crate::scene::Scene;
+use crate::scene::plan::Needs;
+use crate::strategy::{self, Choice, Evidence, MediumCells, Wish};
 use crate::transport::{FlightSegment, PixelFootprint};
 use crate::work::Work;
 
 /// Seed of the pilot of strategies. Any number does; this one has no pattern (pi in hexadecimal).
 const PILOT_SEED: u64 = 0x243f_6a88_85a3_08d3;
-
-/// Settings of a photon pass.
-#[derive(Debug, Clone, Copy)]
-pub struct PassSettings {
-    /// How photons are shot.
-    pub photons: PhotonSettings,
-    /// Who decides on the strategies.
-    pub strategy: Request,
-    /// Whether final gathers may be chosen.
-    pub final_gather: FinalGather,
-    /// Whether the picture is denoised.
-    pub denoise: bool,
-    /// Rays of each pixel of the picture, at most.
-    pub rays: u32,
-    /// Pixels of the film, along each side, that one pixel of the picture covers: cells that rays fill
-    /// are as much wider.
-    pub film_pixels: f64,
-}
-
-/// Who decides on the strategies of media.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Request {
-    /// The user: one for all media that can have it.
-    Asked(Strategy),
-    /// A pilot, whose rays march with this step in metres.
-    Measured {
-        /// The step.
-        step: f64,
-    },
-    /// Nobody: pictures that are too small to be worth a measurement.
-    Default,
-}
 
 /// What rays read: photon maps, caches, and the strategy that says which.
 #[derive(Debug)]
@@ -67,6 +36,11 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
     pub fn empty(radius: f64) -> Self {
         let choice = Choice::without_photons();
         Self { maps: PhotonMaps::empty(radius), caches: Caches::default(), choice }
+    }
+
+    /// The integrator of `scene` by what this holds, as far as `needs` say that it is needed.
+    pub(super) fn integrator<'a>(&'a self, scene: &'a Scene, needs: Needs) -> Integrator<'a, S, H> {
+        Integrator::new(scene, &self.maps, &self.caches, &self.choice, needs)
     }
 
     /// Shoots the photons of `scene` and prepares its caches. `advance` is called with numbers of
@@ -218,44 +192,6 @@ impl<'a, S: Spectrum> Prepared<'a, S> {
         let widths = caches.fluence.iter().flatten().map(FluenceGrid::cell_width);
         let width = widths.fold(f64::INFINITY, f64::min);
         (PhotonPass { maps: maps.with_radius_at_most(width), caches, choice }, work)
-    }
-}
-
-impl PassSettings {
-    /// As `self`, for a pilot that traces `paths` of the photon paths.
-    #[must_use]
-    pub const fn pilot(self, paths: u64) -> Self {
-        let photons = PhotonSettings { traced: Some(paths), ..self.photons };
-        Self { photons, ..self }
-    }
-
-    pub(super) fn conditions(&self) -> Conditions {
-        let Self { photons, final_gather, denoise, rays, film_pixels, .. } = *self;
-        Conditions {
-            photons: photons.photons,
-            max_scatter: photons.max_scatter,
-            final_gather,
-            denoise,
-            radius: photons.radius,
-            rays,
-            film_pixels,
-            volume_photons: photons.needs.volume_photons,
-        }
-    }
-}
-
-/// What the fluence grid of a medium holds by its strategy.
-pub(super) fn contents<'a>(
-    scene: &'a Scene,
-    choice: &'a Choice,
-    medium: usize,
-) -> CellContents<'a> {
-    if choice.media[medium].strategy == Strategy::FluenceTowardEye {
-        CellContents::TowardEye(&choice.blurred[medium], &scene.camera)
-    } else if choice.termination.degree(medium) > 1 {
-        CellContents::Moments
-    } else {
-        CellContents::FirstMoments
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use super::photon_pass::{PassSettings, PhotonPass};
+use super::pass_settings::PassSettings;
+use super::photon_pass::PhotonPass;
 use super::stage_settings::{sampled_pass_settings, specialised};
 use crate::error::Result;
 use crate::math::Spectrum;

@@ -5,8 +5,8 @@
 
 use super::control::Control;
 use super::exposure::{RenderRegion, expose};
-use super::integrator::Integrator;
-use super::photon_pass::{PassSettings, PhotonPass, Request};
+use super::pass_settings::{PassSettings, Request};
+use super::photon_pass::PhotonPass;
 use super::stage_settings::{pass_settings, specialised};
 use crate::director::PixelBudget;
 use crate::error::Result;
@@ -70,7 +70,7 @@ impl Pilot {
         let needs = pass.photons.needs;
         let (photons, mut work) = PhotonPass::<S, H>::new(scene, &pass, &|_| ())?;
         let budget = PixelBudget::fixed(RAYS, photons.maps.volume_radius, step);
-        let integrator = Integrator::new(scene, &photons, needs);
+        let integrator = photons.integrator(scene, needs);
         let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
         // All rays of one pixel lead through one pixel of the film, the middle one of its square.
         let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();

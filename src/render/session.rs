@@ -7,7 +7,7 @@ use super::control::{Control, Stop};
 use super::director_pass::DirectorMaps;
 use super::exposure::{Exposure, RenderRegion, expose};
 use super::features::FeatureTracer;
-use super::integrator::{Integrator, PathTracer};
+use super::integrator::PathTracer;
 use super::photon_pass::{PhotonPass, strategies};
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
@@ -115,7 +115,7 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
     let gold = gold_budget(scene, settings, photons.maps.volume_radius);
     let budgets = maps.budgets(scene, settings, gold);
     let width = scene.film.size[0] as usize;
-    let integrator = Integrator::new(scene, &photons, Needs::new(scene, settings));
+    let integrator = photons.integrator(scene, Needs::new(scene, settings));
     let tracer = FeatureTracer::new(scene, settings.denoise);
     let exposed = expose(
         render_region(scene, settings, Stage::March),
@@ -224,7 +224,7 @@ pub fn preview<'a>(
     let (mut stages, start) = (Stages::default(), Instant::now());
     let photons = PhotonPass::<Rgb>::empty(settings.radius.unwrap_or(0.0));
     let budget = PixelBudget::fixed(1, photons.maps.volume_radius, finest_step(scene, settings));
-    let integrator = Integrator::new(scene, &photons, Needs::new(scene, settings));
+    let integrator = photons.integrator(scene, Needs::new(scene, settings));
     let exposed = expose(
         RenderRegion { features: false, ..render_region(scene, settings, Stage::March) },
         |x, y, lens| scene.camera.ray(x, y, lens),

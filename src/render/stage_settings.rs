@@ -1,7 +1,7 @@
 //! What the settings of a render mean for each of its stages: photons, march step, film.
 
 use super::exposure::RenderRegion;
-use super::photon_pass::{PassSettings, Request};
+use super::pass_settings::{PassSettings, Request};
 use crate::image::Window;
 use crate::math::Stage;
 use crate::photon::PhotonSettings;

@@ -5,7 +5,7 @@ use std::mem;
 use rayon::prelude::*;
 
 use super::integrator::Integrator;
-use super::photon_pass::{PassSettings, contents};
+use super::pass_settings::{PassSettings, contents};
 use super::pixel_sampling::{CameraRay, Workspace};
 use crate::cache::{
     Caches, DirectLightCache, FluenceBuilder, FluenceGrid, GATHERS_PER_RAY, SamplePass,
@@ -22,7 +22,7 @@ use crate::transport::{FlightSegment, PathContext, StratifiedSample};
 use crate::work::Work;
 
 /// Photon paths of the render for each path of one half of the pilot.
-const PHOTONS_PER_PATH: u64 = 128;
+const PHOTONS_PER_PATH: u64 = 64;
 
 /// Fewest paths of a half.
 const MIN_PATHS: u64 = 256;
@@ -32,7 +32,7 @@ const MIN_PATHS: u64 = 256;
 const WIDENING: f64 = 2.0;
 
 /// Rays of the picture for each ray of the pilot.
-const RAYS_PER_RAY: f64 = 256.0;
+const RAYS_PER_RAY: f64 = 128.0;
 
 /// Fewest and most rays of the pilot along each side of the film, in blocks.
 const MIN_BLOCKS: usize = 3;
@@ -232,7 +232,7 @@ impl<'a> StrategyPilot<'a, '_> {
         for (number, half) in halves.iter_mut().enumerate() {
             caches.fluence = mem::take(&mut half.fluence[index]);
             let needs = self.settings.photons.needs;
-            let integrator = Integrator::from_parts(self.scene, &half.maps, caches, choice, needs);
+            let integrator = Integrator::new(self.scene, &half.maps, caches, choice, needs);
             let ray = |ray: usize| {
                 let mut workspace = self.workspace();
                 let mut sample =

@@ -21,6 +21,12 @@ const REFERENCE_LENGTH: f64 = 1e6;
 /// Unit: none. Derivation: variance is as 1 / (flights width), squared bias as width⁴.
 const WIDTH_EXPONENT: f64 = -0.2;
 
+/// Quantile of the extinction at visible places for which cells are thin.
+///
+/// Unit: none. Derivation: in the rest, the thickest places, cells may be wider than thin ones: a tenth of
+/// the picture.
+const THICK_SHARE: f64 = 0.9;
+
 /// Optical thickness of a cell up to which light is interpolated linearly across it.
 ///
 /// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
@@ -201,7 +207,7 @@ pub(super) fn pixel_width(footprint: &PixelFootprint, visible: &[WorldPoint]) ->
 /// where none is in it.
 fn thickest(medium: &Medium, visible: &[WorldPoint]) -> Option<f64> {
     let sigma_t = visible.iter().map(|p| medium.sigma_t_at(*p).max_element());
-    quantile(sigma_t.filter(|sigma_t| *sigma_t > 0.0).collect(), 0.9)
+    quantile(sigma_t.filter(|sigma_t| *sigma_t > 0.0).collect(), THICK_SHARE)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use crate::math::WorldPoint;
 use crate::medium::{Medium, Phase, SparseCells};
-use crate::scene::{FinalGather, Scene, Strategy};
+use crate::scene::{Scene, Strategy};
 use crate::transport::{PixelFootprint, is_camera_outside};
 
 use super::cell_width::{
@@ -13,7 +13,6 @@ use super::gather_termination::GatherTermination;
 use super::kind::{Conditions, MediumStrategy, Summary};
 use super::measured::Measured;
 use super::phase_blur::{self, PhaseSplit};
-use super::possible;
 
 /// Values a cell of moments of the first degree: fluence and the three components of flux.
 ///
@@ -187,27 +186,6 @@ pub fn cell_width(
     Some(width.max(SparseCells::min_edge(&of.density, values)?))
 }
 
-/// Strategies that a render may choose among: one for all media that can have it.
-pub fn profiles(scene: &Scene, conditions: &Conditions) -> Vec<Vec<Strategy>> {
-    use Strategy::{Beams, FluenceTowardEye, Moments, Traced};
-    let always = conditions.final_gather == FinalGather::Always;
-    let gathers =
-        possible::gathers(scene, conditions) && (always || !possible::misses_caustics(scene));
-    let strategies = match gathers && conditions.final_gather != FinalGather::Never {
-        false => &[Beams, FluenceTowardEye][..],
-        true => &[Beams, FluenceTowardEye, Moments, Traced],
-    };
-    let media = scene.media.iter().len();
-    strategies.iter().map(|strategy| vec![*strategy; media]).collect()
-}
-
-/// Whether a profile may be chosen: where final gathers must be, one with those.
-pub fn is_allowed(profile: &[Strategy], conditions: &Conditions) -> bool {
-    let gathers =
-        |strategy: &Strategy| matches!(strategy, Strategy::Moments | Strategy::SharedGathers);
-    conditions.final_gather != FinalGather::Always || profile.iter().any(gathers)
-}
-
 /// Pixels whose gathers a pixel shares where final gathers are cached, the fewest of all media; `None`
 /// where one of them cannot have cells for them. A pixel reads cells by trilinear interpolation: the
 /// square of a pixel convolved with tents of cells of e pixels, whose effective area, one over the integral
@@ -347,6 +325,7 @@ fn needs_beams(scene: &Scene) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::FinalGather;
 
     const CONDITIONS: Conditions = Conditions {
         photons: 100_000,

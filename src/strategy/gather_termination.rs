@@ -46,6 +46,8 @@ pub struct GatherTermination {
 
 impl GatherTermination {
     /// No medium, and no gather that ends.
+    ///
+    /// Unit: none. Definition: what a picture without photons has.
     pub const NEVER: Self = Self { legendre: Vec::new(), tolerance: [0.0; 2] };
 
     /// In the media of `scene`, for this number of photon paths.

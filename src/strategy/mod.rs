@@ -16,11 +16,11 @@ mod unit_costs;
 pub use crate::scene::Strategy;
 pub use cell_width::{thin_width, thin_width_for_moments, width_for_flights, width_for_photons};
 pub use choose::{
-    Choice, Evidence, MediumCells, Wish, cell_width, choose, direct_cells, is_allowed, profiles,
-    shared_footprint,
+    Choice, Evidence, MediumCells, Wish, cell_width, choose, direct_cells, shared_footprint,
 };
 pub use gather_termination::GatherTermination;
 pub use kind::{Conditions, MediumStrategy, Summary, away_from_camera};
 pub use measured::{BLOCK, Errors, Measured, PhotonScale, RaySamples, errors, weights};
 pub use phase_blur::{PhaseSplit, phases, scatterings};
+pub use possible::{is_allowed, profiles};
 pub use unit_costs::{cost, cost_of_crossings, cost_of_storing};

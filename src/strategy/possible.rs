@@ -2,15 +2,35 @@
 
 use crate::light::Light;
 use crate::medium::Medium;
-use crate::scene::Scene;
+use crate::scene::{FinalGather, Scene, Strategy};
 
 use super::kind::Conditions;
+
+/// Strategies that a render may choose among: one for all media that can have it.
+pub fn profiles(scene: &Scene, conditions: &Conditions) -> Vec<Vec<Strategy>> {
+    use Strategy::{Beams, FluenceTowardEye, Moments, Traced};
+    let always = conditions.final_gather == FinalGather::Always;
+    let gathers = gathers(scene, conditions) && (always || !misses_caustics(scene));
+    let strategies = match gathers && conditions.final_gather != FinalGather::Never {
+        false => &[Beams, FluenceTowardEye][..],
+        true => &[Beams, FluenceTowardEye, Moments, Traced],
+    };
+    let media = scene.media.iter().len();
+    strategies.iter().map(|strategy| vec![*strategy; media]).collect()
+}
+
+/// Whether a profile may be chosen: where final gathers must be, one with those.
+pub fn is_allowed(profile: &[Strategy], conditions: &Conditions) -> bool {
+    let gathers =
+        |strategy: &Strategy| matches!(strategy, Strategy::Moments | Strategy::SharedGathers);
+    conditions.final_gather != FinalGather::Always || profile.iter().any(gathers)
+}
 
 /// Whether final gathers are possible: not where orders of scattering are counted, and not where a
 /// lamp is in a medium. Light sampling at the scatterings of a path has infinite variance there:
 /// irradiance is as one over the squared distance, and the volume of places near the lamp only grows with
 /// its cube.
-pub(super) fn gathers(scene: &Scene, conditions: &Conditions) -> bool {
+fn gathers(scene: &Scene, conditions: &Conditions) -> bool {
     let lights = &scene.lights.lights;
     let holds_lamp = |medium: &Medium| {
         let bounds = medium.density.bounds();
@@ -22,6 +42,6 @@ pub(super) fn gathers(scene: &Scene, conditions: &Conditions) -> bool {
 
 /// Whether gathers seldom find, or miss, light that mirrors and glass throw on media: they seldom meet a
 /// lamp in a mirror, and never a point.
-pub(super) fn misses_caustics(scene: &Scene) -> bool {
+fn misses_caustics(scene: &Scene) -> bool {
     scene.surfaces.has_specular() && !scene.lights.lights.iter().all(Light::is_environment)
 }

@@ -7,7 +7,6 @@ use crate::cache::Caches;
 use crate::math::{Rgb, Spectrum, Stream, WorldPoint};
 use crate::medium::Phase;
 use crate::photon::{PhotonDirection, PhotonMaps};
-use crate::render::photon_pass::PhotonPass;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
 use crate::strategy::Choice;
@@ -73,14 +72,8 @@ pub(super) struct MediumTraits {
 }
 
 impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
-    /// The integrator of `scene`, as far as `needs` say that it is needed.
-    pub fn new(scene: &'a Scene, photons: &'a PhotonPass<S, H>, needs: Needs) -> Self {
-        let PhotonPass { maps, caches, choice } = photons;
-        Self::from_parts(scene, maps, caches, choice, needs)
-    }
-
-    /// The integrator of `scene` with photons and caches that are lent apart.
-    pub fn from_parts(
+    /// The integrator of `scene` by these photons and caches, as far as `needs` say that it is needed.
+    pub fn new(
         scene: &'a Scene,
         maps: &'a PhotonMaps<S, H>,
         caches: &'a Caches<S>,
