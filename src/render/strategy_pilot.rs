@@ -34,6 +34,13 @@ const WIDENING: f64 = 2.0;
 /// Rays of the picture for each ray of the pilot.
 const RAYS_PER_RAY: f64 = 128.0;
 
+/// Share of the cost of a picture by the cheapest profile so far that measuring another may take. One that
+/// takes more is given up: its rays cost at least twice as much as that whole picture.
+const MAX_SHARE: f64 = 0.1;
+
+/// Samples of a ray by one half of the photons: two, and a wide one.
+const SAMPLES: f64 = 3.0;
+
 /// Fewest and most rays of the pilot along each side of the film, in blocks.
 const MIN_BLOCKS: usize = 3;
 const MAX_BLOCKS: usize = 8;
@@ -45,6 +52,23 @@ struct Profile {
     scale: PhotonScale,
     /// Flights through cells, each with every value that a cell holds, for all photons.
     crossings: f64,
+}
+
+/// Costs of a profile, in nanoseconds of a typical core.
+struct ProfileCost {
+    /// Its index.
+    index: usize,
+    /// Of a ray.
+    ray: f64,
+    /// Of all photons.
+    photons: f64,
+}
+
+impl ProfileCost {
+    /// Of a picture of so many rays.
+    fn total(&self, rays: f64) -> f64 {
+        self.photons + rays * self.ray
+    }
 }
 
 /// One half of the photons.
@@ -66,12 +90,15 @@ pub(super) struct StrategyPilot<'a, 'b> {
 
 impl<'a> StrategyPilot<'a, '_> {
     /// Measures all profiles that differ, and returns the one with the least squared error times cost;
-    /// `None` where no light is seen. `direct` are the caches of direct light.
+    /// `None` where no light is seen, or the picture has too few rays for a pilot. `direct` are the caches of direct light.
     pub fn measure<S: Spectrum, H: PhotonDirection>(
         &self,
         aimed: &mut AimedPhotons<'a>,
         direct: Vec<Option<DirectLightCache<S>>>,
     ) -> Option<Wish> {
+        if self.picture_rays() < RAYS_PER_RAY * ((BLOCK * MIN_BLOCKS).pow(2) as f64) {
+            return None;
+        }
         let paths = (aimed.count() / PHOTONS_PER_PATH).max(MIN_PATHS).min(aimed.count());
         if paths == 0 {
             return None;
@@ -96,32 +123,34 @@ impl<'a> StrategyPilot<'a, '_> {
         let mut halves = [0, 1].map(|index| half(index, aimed));
         // Rays by each profile.
         let mut caches = Caches { direct, ..Caches::default() };
-        let (mut samples, mut works) = (Vec::new(), Vec::new());
-        for index in 0..profiles.len() {
-            let (rays, work) = self.trace(&profiles[index].choice, index, &mut halves, &mut caches);
+        let shot = halves[0].work;
+        let (mut samples, mut costs) = (Vec::new(), Vec::<ProfileCost>::new());
+        for (index, profile) in profiles.iter().enumerate() {
+            let photons = represents * self.photon_cost(&shot, &profile.choice)
+                + strategy::cost_of_crossings(profile.crossings);
+            let cheapest = costs.iter().map(|cost| cost.total(self.picture_rays()));
+            let most = MAX_SHARE * cheapest.fold(f64::INFINITY, f64::min);
+            let grids = halves.each_mut().map(|half| mem::take(&mut half.fluence[index]));
+            let maps = halves.each_ref().map(|half| &half.maps);
+            let traced = self.trace(&profile.choice, maps, grids, &mut caches, most);
+            let Some((rays, ray)) = traced else { continue };
             samples.push(rays);
-            works.push(work);
+            costs.push(ProfileCost { index, ray, photons });
         }
         let weights = strategy::weights(&samples);
         if weights.iter().all(|weight| *weight == 0.0) {
             return None;
         }
         let conditions = self.settings.conditions();
-        let rays = samples[0].len() as f64;
-        let shot = halves[0].work;
-        let measured = |index: usize| {
-            let Profile { choice, scale, crossings } = &profiles[index];
-            Measured {
-                strategies: strategies(&profiles[index]),
-                errors: strategy::errors(&samples[index], &weights, *scale),
-                ray_cost: strategy::cost(&works[index], self.gathering()) / (6.0 * rays),
-                photon_cost: represents * self.photon_cost(&shot, choice)
-                    + strategy::cost_of_crossings(*crossings),
-                pixels: self.pixels(),
-                rays: f64::from(self.settings.rays),
-            }
+        let measured = |(rays, cost): (&Vec<RaySamples>, &ProfileCost)| Measured {
+            strategies: strategies(&profiles[cost.index]),
+            errors: strategy::errors(rays, &weights, profiles[cost.index].scale),
+            ray_cost: cost.ray,
+            photon_cost: cost.photons,
+            pixels: self.pixels(),
+            rays: f64::from(self.settings.rays),
         };
-        let mut all: Vec<Measured> = (0..profiles.len()).map(measured).collect();
+        let mut all: Vec<Measured> = samples.iter().zip(&costs).map(measured).collect();
         all.extend(self.shared(&all));
         let allowed =
             |measured: &&Measured| strategy::is_allowed(&measured.strategies, &conditions);
@@ -218,36 +247,47 @@ impl<'a> StrategyPilot<'a, '_> {
         Half { maps, fluence, work }
     }
 
-    /// Samples of all rays by one profile, and the work of all six of each. `caches` hold direct light, and
-    /// take the profile's grids.
+    /// Samples of all rays by one profile, and the cost of a ray, where measuring it costs at most `most`.
+    /// `caches` hold direct light, and take the profile's grids of each half.
     fn trace<S: Spectrum, H: PhotonDirection>(
         &self,
         choice: &Choice,
-        index: usize,
-        halves: &mut [Half<S, H>; 2],
+        maps: [&PhotonMaps<S, H>; 2],
+        grids: [Vec<Option<FluenceGrid<S>>>; 2],
         caches: &mut Caches<S>,
-    ) -> (Vec<RaySamples>, Work) {
-        let mut work = Work::default();
-        let mut rays = vec![RaySamples::default(); self.side() * self.side()];
-        for (number, half) in halves.iter_mut().enumerate() {
-            caches.fluence = mem::take(&mut half.fluence[index]);
-            let needs = self.settings.photons.needs;
-            let integrator = Integrator::new(self.scene, &half.maps, caches, choice, needs);
-            let ray = |ray: usize| {
+        most: f64,
+    ) -> Option<(Vec<RaySamples>, f64)> {
+        let needs = self.settings.photons.needs;
+        let side = self.side();
+        let mut rays = vec![RaySamples::default(); side * side];
+        let (mut work, mut traced) = (Work::default(), 0.0);
+        for (half, (maps, grids)) in maps.into_iter().zip(grids).enumerate() {
+            caches.fluence = grids;
+            let integrator = Integrator::new(self.scene, maps, caches, choice, needs);
+            let radius = maps.volume_radius;
+            let ray = |(index, ray): (usize, &mut RaySamples)| {
                 let mut workspace = self.workspace();
                 let mut sample =
-                    |radius, set| self.luminance(&integrator, ray, radius, set, &mut workspace);
-                let samples = [0, 1].map(|set| sample(half.maps.volume_radius, set));
-                let wide = sample(2.0 * half.maps.volume_radius, 0);
-                (samples, wide, workspace.ctx.work)
+                    |radius, set| self.luminance(&integrator, index, radius, set, &mut workspace);
+                ray.samples[half] = [0, 1].map(|set| sample(radius, set));
+                ray.wide[half] = sample(2.0 * radius, 0);
+                workspace.ctx.work
             };
-            let all: Vec<_> = (0..rays.len()).into_par_iter().map(ray).collect();
-            for (ray, (samples, wide, done)) in rays.iter_mut().zip(all) {
-                (ray.samples[number], ray.wide[number]) = (samples, wide);
-                work += done;
+            // Row of blocks by row: what is too expensive is given up soon.
+            for (row, rays) in rays.chunks_mut(BLOCK * side).enumerate() {
+                let first = row * BLOCK * side;
+                let indexed = rays.par_iter_mut().enumerate();
+                let works: Vec<Work> =
+                    indexed.map(|(index, rays)| ray((first + index, rays))).collect();
+                works.into_iter().for_each(|done| work += done);
+                traced += SAMPLES * rays.len() as f64;
+                let all = 2.0 * SAMPLES * (side * side) as f64;
+                if strategy::cost(&work, self.gathering()) * all / traced > most {
+                    return None;
+                }
             }
         }
-        (rays, work)
+        Some((rays, strategy::cost(&work, self.gathering()) / traced))
     }
 
     fn workspace<S: Spectrum>(&self) -> Workspace<S> {
@@ -286,9 +326,14 @@ impl<'a> StrategyPilot<'a, '_> {
         if radiance.is_finite() { luminance(Rgb::from(radiance)) } else { 0.0 }
     }
 
+    /// Rays of the picture.
+    fn picture_rays(&self) -> f64 {
+        self.pixels() * f64::from(self.settings.rays)
+    }
+
     /// Rays along each side of the film.
     fn side(&self) -> usize {
-        let rays = self.pixels() * f64::from(self.settings.rays) / RAYS_PER_RAY;
+        let rays = self.picture_rays() / RAYS_PER_RAY;
         let blocks = (rays.sqrt() / BLOCK as f64) as usize;
         BLOCK * blocks.clamp(MIN_BLOCKS, MAX_BLOCKS)
     }
