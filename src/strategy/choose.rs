@@ -2,7 +2,7 @@
 
 use crate::math::WorldPoint;
 use crate::medium::{Medium, Phase, SparseCells};
-use crate::scene::{Scene, Strategy};
+use crate::scene::{FinalGather, Scene, Strategy};
 use crate::transport::{PixelFootprint, is_camera_outside};
 
 use super::cell_width::{
@@ -251,7 +251,14 @@ impl Question<'_> {
                 Beams => vec![Beams],
             };
         }
-        vec![FluenceTowardEye, Beams]
+        let Conditions { final_gather, denoise, .. } = *self.conditions;
+        let gathers = match (final_gather == FinalGather::Always, denoise) {
+            (false, _) => &[][..],
+            // A denoiser removes noise that is independent from ray to ray, not noise that rays share.
+            (true, true) => &[Moments],
+            (true, false) => &[SharedGathers, Moments],
+        };
+        [gathers, &[FluenceTowardEye, Beams]].concat()
     }
 
     /// The cells that a strategy needs; `None` where they cannot exist.
@@ -310,6 +317,7 @@ impl Question<'_> {
             (Strategy::Beams, _) if !volume_photons => "no photons are stored in media",
             (_, Some(wish)) if strategy == wish.strategies[index] => &wish.reason,
             (_, Some(_)) => "the strategy that is asked for is not possible here",
+            (Strategy::Moments | Strategy::SharedGathers, None) => "final gathers are asked for",
             (_, None) => "nothing was measured: cells where they can be, beams elsewhere",
         };
         reason.into()
@@ -325,7 +333,6 @@ fn needs_beams(scene: &Scene) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::FinalGather;
 
     const CONDITIONS: Conditions = Conditions {
         photons: 100_000,
