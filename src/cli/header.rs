@@ -44,6 +44,10 @@ pub(super) fn settings(
         "strategy": Strategy::request_name(render.strategy),
         "final_gather": render.final_gather.name(),
     }));
+    if let Some(strategy) = rendered.and_then(|r| r.strategy.as_ref()) {
+        let media = strategy.media.iter().map(|medium| json!(medium.strategy));
+        settings.insert("strategies".into(), media.collect());
+    }
     if render.photons != requested {
         settings.insert("photons_asked".into(), json!(requested));
     }

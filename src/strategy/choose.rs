@@ -14,7 +14,7 @@ use super::kind::{Conditions, MediumStrategy, Summary};
 use super::measured::Measured;
 use super::phase_blur::{self, PhaseSplit};
 
-/// Values a cell of moments of the first degree: fluence and the three components of flux.
+/// Values a cell of moments of the first degree.
 ///
 /// Unit: count. Definition: one of fluence and three of flux.
 const FIRST_DEGREE_VALUES: usize = 4;
@@ -29,8 +29,7 @@ const PLACES: u32 = 8;
 /// Unit: none. Derivation: that integral is 2/3.
 const TENT_WIDTH: f64 = 1.5;
 
-/// Fewest places along a ray at which caches are sampled: at the widest level, and where the picture
-/// is denoised, which removes the noise of few places.
+/// Fewest places along a ray at which caches are sampled: at the widest level, and in denoised pictures.
 ///
 /// Unit: count. Limit: on the noise of a ray: one place would make it that of a single lookup.
 const MIN_PLACES: u32 = 2;
@@ -99,9 +98,8 @@ pub fn direct_cells(
 ) -> Vec<Option<SparseCells>> {
     let Conditions { film_pixels, rays, volume_photons, .. } = *conditions;
     let cells = |(index, medium): (usize, &Medium)| {
-        (volume_photons && is_camera_outside(scene, medium))
-            .then(|| direct_light_cells(scene, index, visible, film_pixels, rays))
-            .flatten()
+        let can = volume_photons && is_camera_outside(scene, medium);
+        can.then(|| direct_light_cells(scene, index, visible, film_pixels, rays))?
     };
     scene.media.iter().enumerate().map(cells).collect()
 }
@@ -188,17 +186,17 @@ pub fn cell_width(
 
 /// Pixels whose gathers a pixel shares where final gathers are cached, the fewest of all media; `None`
 /// where one of them cannot have cells for them. A pixel reads cells by trilinear interpolation: the
-/// square of a pixel convolved with tents of cells of e pixels, whose effective area, one over the integral
-/// of the squared density, is about 1 + (1.5 e)².
+/// square of a pixel convolved with tents of cells of e pixels. Its effective area, one over the integral of
+/// the squared density, is about 1 + (1.5 e)².
 pub fn shared_footprint(
     scene: &Scene,
     conditions: &Conditions,
     evidence: &Evidence<'_>,
 ) -> Option<f64> {
-    if conditions.denoise {
+    let Conditions { film_pixels, rays, denoise, .. } = *conditions;
+    if denoise {
         return None;
     }
-    let Conditions { film_pixels, rays, .. } = *conditions;
     let footprint = PixelFootprint::new(scene, film_pixels);
     let pixel = pixel_width(&footprint, evidence.visible)?;
     let area = |(index, medium): (usize, &Medium)| {
@@ -210,7 +208,7 @@ pub fn shared_footprint(
     areas?.into_iter().reduce(f64::min)
 }
 
-/// What decides about one picture.
+/// One picture's question.
 struct Question<'a> {
     scene: &'a Scene,
     conditions: &'a Conditions,

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use fogbow::image::{Film, Window, write_exr_layers};
 use fogbow::render::{Silent, render, render_reference};
-use fogbow::scene::{FinalGather, LoadOptions, RenderSettings, Scene};
+use fogbow::scene::{FinalGather, LoadOptions, RenderSettings, Scene, Strategy};
 
 const SIZE: usize = 24;
 
@@ -101,37 +101,40 @@ fn right(scene: &Scene) -> f64 {
     total(&render_reference(scene, &scene.render, &Silent).film)
 }
 
-/// Far from where the choice could go either way it is the one that is known to be right: a strongly
-/// peaked haze is gathered, whether noise is taken off afterwards or not, and one that scatters evenly
-/// tells all by its photons. A crop is lit as the whole picture is, to the byte.
+/// A crop is lit as the whole picture is, to the byte: by all strategies that can be asked for, and by the
+/// one that a pilot of the whole finds best.
 #[test]
-fn a_choice_holds_for_crops_and_with_denoising() {
+fn crops_are_lit_as_the_whole_picture() {
     let matte = EVERYTHING.replace("\"mirror\"", "\"diffuse\"");
     let matte = matte.replace("\"glass\", ior = 1.5", "\"diffuse\", reflectance = 0.5");
+    let scene = scene(&matte, 32, 2000);
     let crop = Window { left: 7, top: 5, width: 12, height: 11 };
-    for (g, denoise, chosen, other) in [
-        (0.85, false, FinalGather::Always, FinalGather::Never),
-        (0.85, true, FinalGather::Always, FinalGather::Never),
-        (0.0, false, FinalGather::Never, FinalGather::Always),
-    ] {
-        let scene = scene(&matte.replace("0.85", &format!("{g:?}")), 2, 2000);
-        let by = |final_gather, crop| {
-            let settings = RenderSettings { final_gather, denoise, crop, ..scene.render };
-            render(&scene, &settings, &Silent).unwrap().film
+    let mut pictures = Vec::new();
+    for &(name, strategy) in Strategy::REQUESTS {
+        let by = |crop| {
+            let settings = RenderSettings { strategy, crop, ..scene.render };
+            render(&scene, &settings, &Silent).unwrap()
         };
-        let whole = by(FinalGather::Auto, None);
-        assert!(whole == by(chosen, None), "g {g}, denoised {denoise}: not as expected");
-        assert!(whole != by(other, None), "g {g}, denoised {denoise}: there is no choice");
-        let part = by(FinalGather::Auto, Some(crop));
-        for name in ["R", "G", "B"] {
-            let [part, whole] = [&part, &whole].map(|film| film.layer(name).unwrap());
+        let (whole, part) = (by(None), by(Some(crop)));
+        assert_eq!(whole.strategy, part.strategy, "{name}");
+        let chosen = &whole.strategy.as_ref().unwrap().media[0];
+        assert!(strategy.is_none_or(|asked| asked == chosen.strategy), "{name}: {chosen}");
+        for channel in ["R", "G", "B"] {
+            let [part, whole] = [&part, &whole].map(|picture| picture.film.layer(channel).unwrap());
             for (row, line) in part.chunks_exact(crop.width as usize).enumerate() {
                 let first = (crop.top as usize + row) * SIZE + crop.left as usize;
                 let expected = &whole[first..first + crop.width as usize];
-                assert!(line == expected, "g {g}, denoised {denoise}: {name}, row {row}");
+                assert!(line == expected, "{name}: {channel}, row {row}");
             }
         }
+        pictures.push((strategy, whole));
     }
+    // The pilot chose among them all.
+    let (auto, asked) = pictures.split_first().unwrap();
+    let summary = auto.1.strategy.as_ref().unwrap();
+    assert!(summary.measured.len() >= 3, "{summary:?}");
+    let same = asked.iter().find(|(asked, _)| *asked == Some(summary.media[0].strategy)).unwrap();
+    assert!(auto.1.film == same.1.film, "{summary:?}");
 }
 
 /// What gathers find in a haze that scatters evenly is what photons tell at once, to 2 %; means of
@@ -182,9 +185,9 @@ fn rays_share_gathers() {
     // At once with what lies about it, of which other noise comes.
     let text = EVERYTHING.split("[[surface]]").next().unwrap();
     let scene = scene(text, 8, 30_000);
-    let [shared, own] = [false, true].map(|denoise| {
+    let [shared, own] = [Strategy::SharedGathers, Strategy::Moments].map(|strategy| {
         let film = |seed| {
-            let settings = RenderSettings { seed, denoise, ..scene.render };
+            let settings = RenderSettings { seed, strategy: Some(strategy), ..scene.render };
             render(&scene, &settings, &Silent).unwrap().film.layer("G").unwrap().to_vec()
         };
         let films: Vec<_> = (0..SEEDS).map(film).collect();
