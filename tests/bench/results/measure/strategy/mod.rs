@@ -30,7 +30,7 @@ use scenes::{StrategyScene, fly_in, scenes};
 use truth::Truth;
 
 /// Seeds that say which candidate is the best, and as many on which it is compared.
-const SEEDS: usize = 8;
+const SEEDS: usize = 4;
 
 /// Largest error of the references over the smallest of the candidates.
 const TRUTH_SHARE: f64 = 0.1;
@@ -40,7 +40,7 @@ const TRUTH_SHARE: f64 = 0.1;
 const MAX_TRUTH_ERROR: f64 = 0.003;
 
 /// Processor seconds that the references of a scene may take.
-const TRUTH_SECONDS: f64 = 30.0;
+const TRUTH_SECONDS: f64 = 16.0;
 
 /// Frames of the flight into a cloud.
 const FRAMES: u32 = 12;
