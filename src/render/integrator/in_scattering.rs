@@ -79,9 +79,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             light.radiance +=
                 self.cached_in_scattering(ray, by, profile, radius, camera_ray.pass, ctx);
         }
-        let weight = camera_ray.indirect_weight;
-        if by.any(|medium| by.gathers_photons(medium)) && weight > 0.0 {
-            let photons = self.volume_photons_along(ray, by, hit, profile, radius, weight, ctx);
+        if by.any(|medium| by.gathers_photons(medium)) && camera_ray.indirect_weight > 0.0 {
+            let photons = self.volume_photons_along(ray, by, hit, profile, camera_ray, ctx);
             light.radiance += photons;
             light.indirect += photons;
         }

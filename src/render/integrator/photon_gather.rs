@@ -5,6 +5,7 @@ use std::time::Instant;
 use crate::math::{Ray, Span, Spectrum, World};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
+use crate::render::pixel_sampling::CameraRay;
 use crate::surface::{SurfaceHit, TransportMode};
 use crate::transport::{PathContext, direct_light};
 
@@ -18,21 +19,22 @@ const MAX_BEYOND: f64 = 4.0;
 impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Light of the volume photons that media scatter along `ray` to its origin, W/(m² sr): the beam
     /// radiance estimate (Jarosz, Zwicker and Jensen 2008) of
-    /// [`PhotonMaps::along`](crate::photon::PhotonMaps::along), times `weight`, in media whose light is gathered so.
+    /// [`PhotonMaps::along`](crate::photon::PhotonMaps::along) in media whose light is gathered so, times
+    /// the weight of indirect light.
     pub(super) fn volume_photons_along(
         &self,
         ray: &Ray<World>,
         by: &RayEstimators,
         hit: Option<&SurfaceHit<'_>>,
         profile: &Profile<S>,
-        radius: f64,
-        weight: f64,
+        camera_ray: &CameraRay<'_>,
         ctx: &mut PathContext,
     ) -> S {
         if self.maps.volume[0].is_empty() || profile.pieces().is_empty() {
             return S::ZERO;
         }
         let start = Instant::now();
+        let radius = camera_ray.budget.radius;
         // Where the ray meets a surface at a slant, the kernel's disk at its end lies partly behind
         // the surface; photons in front of it, beyond the end, replace those.
         let end = hit.map_or(f64::INFINITY, |h| h.t);
@@ -61,7 +63,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let light = self.maps.along(ray, span, radius, &mut work.gathered, respond);
         work.grid_lookups += (work.gathered - before) * self.media.albedo_lookups;
         ctx.amortized.gathers += start.elapsed();
-        light * weight
+        light * camera_ray.indirect_weight
     }
 
     /// Light that a diffuse surface reflects along `ray` back to its origin: direct light, and the
