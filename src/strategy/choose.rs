@@ -13,6 +13,7 @@ use super::gather_termination::GatherTermination;
 use super::kind::{Conditions, MediumStrategy, Summary};
 use super::measured::Measured;
 use super::phase_blur::{self, PhaseSplit};
+use super::possible;
 
 /// Values a cell of moments of the first degree.
 ///
@@ -147,7 +148,7 @@ pub fn choose(
     let near = |medium: &Medium| !is_camera_outside(scene, medium);
     let stores_photons = media.iter().any(|medium| match medium.strategy {
         Strategy::Beams => true,
-        Strategy::FluenceTowardEye => needs_beams(scene),
+        Strategy::FluenceTowardEye => possible::needs_beams(scene),
         Strategy::Moments | Strategy::SharedGathers | Strategy::Traced => false,
     });
     let choice = Choice {
@@ -270,6 +271,7 @@ impl Question<'_> {
             Strategy::Beams => (),
             _ if !volume_photons => return None,
             Strategy::Traced => (),
+            _ if self.conditions.photons == 0 => return None,
             Strategy::FluenceTowardEye => {
                 let width = self.width_toward_eye(medium, &self.blurred[index]);
                 fluence = Some(covering(width.filter(|_| outside)?, 1)?);
@@ -302,11 +304,14 @@ impl Question<'_> {
     }
 
     /// Width of cells, in metres: that which is asked for, or noise-optimal for flights that `phase`
-    /// weighs and at most `thin`; `None` for a medium without an end.
+    /// weighs and at most `thin`; `None` where it would be wider, or the medium has no end.
     fn width(&self, medium: &Medium, thin: f64, phase: &Phase) -> Option<f64> {
         let volume = medium.density.volume()?;
-        let optimal = || width_for_flights(volume, self.evidence.flight_length, phase).min(thin);
-        Some(self.evidence.widening * self.conditions.radius.unwrap_or_else(optimal))
+        let width = match self.conditions.radius {
+            Some(radius) => Some(radius).filter(|radius| *radius <= thin)?,
+            None => width_for_flights(volume, self.evidence.flight_length, phase).min(thin),
+        };
+        Some(self.evidence.widening * width)
     }
 
     fn reason(&self, strategy: Strategy, index: usize) -> String {
@@ -320,12 +325,6 @@ impl Question<'_> {
         };
         reason.into()
     }
-}
-
-/// Whether rays behind mirrors and glass read light that a cache toward the camera does not hold.
-fn needs_beams(scene: &Scene) -> bool {
-    let isotropic = scene.media.iter().all(|m| m.phase.is_isotropic());
-    !isotropic && scene.surfaces.has_specular()
 }
 
 #[cfg(test)]

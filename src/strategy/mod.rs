@@ -1,7 +1,7 @@
 //! Which estimator lights a medium, and why.
 //!
 //! A pilot (`render/strategy_pilot.rs`) measures error and cost of each strategy on a few rays and
-//! photons; [`measured`] says what of the error is noise and what is bias, [`unit_costs`] what counted
+//! photons; `measured` says what of the error is noise and what is bias, `unit_costs` what counted
 //! work costs. [`choose()`] then makes the [`Choice`] that integrator, plan, reports and study read.
 
 mod cell_width;

@@ -45,3 +45,9 @@ fn gathers(scene: &Scene, conditions: &Conditions) -> bool {
 fn misses_caustics(scene: &Scene) -> bool {
     scene.surfaces.has_specular() && !scene.lights.lights.iter().all(Light::is_environment)
 }
+
+/// Whether rays behind mirrors and glass read light that a cache toward the camera does not hold.
+pub(super) fn needs_beams(scene: &Scene) -> bool {
+    let isotropic = scene.media.iter().all(|m| m.phase.is_isotropic());
+    !isotropic && scene.surfaces.has_specular()
+}
