@@ -25,12 +25,6 @@ const MAX_MEDIUM_VALUES: f64 = (1 << 24) as f64;
 /// Largest number of values in all stored bricks, which reach beyond the medium: 256 MiB a channel.
 const MAX_VALUES: usize = 1 << 26;
 
-/// Factor on the edge of cells that are too many.
-const WIDENING: f64 = 1.25;
-
-/// Most of those factors: 1.25^31 is a thousand.
-const MAX_WIDENINGS: i32 = 31;
-
 /// Index of a brick that is not stored.
 const NONE: u32 = u32::MAX;
 
@@ -63,15 +57,9 @@ impl SparseCells {
     /// Cells of `edge` metres round all places where `density` is not 0, each for `planes` values;
     /// `None` where the medium is unbounded or memory limits would be exceeded.
     pub fn covering(density: &Density, edge: f64, planes: usize) -> Option<Self> {
-        let bounds = density.bounds()?.grown(MARGIN * edge);
-        let extent = (bounds.size() / (edge * f64::from(1 << BRICK))).ceil();
-        let fits = extent.is_finite()
-            && extent.min_element() >= 1.0
-            && extent.element_product() <= MAX_SLOTS
-            && density.volume()? * planes as f64 <= MAX_MEDIUM_VALUES * edge.powi(3);
-        if !fits {
-            return None;
-        }
+        let bounds = density.bounds().filter(|_| Self::fits(density, edge, planes))?;
+        let extent = Self::bricks_of(&bounds, edge);
+        let bounds = bounds.grown(MARGIN * edge);
         let mut cells = Self::empty(bounds.min, edge, extent.as_ivec3());
         match density {
             Density::Homogeneous(_) => cells.mark(&bounds),
@@ -87,17 +75,21 @@ impl SparseCells {
         (cells.bricks() * VOLUME * planes <= MAX_VALUES).then_some(cells)
     }
 
-    /// As [`covering`](Self::covering), with an edge of at least `edge` metres: as narrow as memory
-    /// limits allow. `None` where the medium is unbounded.
-    pub fn covering_from(density: &Density, edge: f64, planes: usize) -> Option<Self> {
-        let first = edge.max(Self::min_edge(density, planes)?);
-        let edges = (0..MAX_WIDENINGS).map(|times| first * WIDENING.powi(times));
-        edges.into_iter().find_map(|edge| Self::covering(density, edge, planes))
+    /// Whether cells of `edge` metres, each for `planes` values, are few enough for the box and the volume of
+    /// a medium. Sparse ones may still be too many.
+    pub fn fits(density: &Density, edge: f64, planes: usize) -> bool {
+        let extent = density.bounds().map(|bounds| Self::bricks_of(&bounds, edge));
+        extent.zip(density.volume()).is_some_and(|(extent, volume)| {
+            extent.is_finite()
+                && extent.min_element() >= 1.0
+                && extent.element_product() <= MAX_SLOTS
+                && volume * planes as f64 <= MAX_MEDIUM_VALUES * edge.powi(3)
+        })
     }
 
-    /// Edge in metres below which there would be too many cells in the medium's own volume.
-    pub fn min_edge(density: &Density, planes: usize) -> Option<f64> {
-        Some((density.volume()? * planes as f64 / MAX_MEDIUM_VALUES).cbrt())
+    /// Bricks along each axis that cover `bounds` and its border.
+    fn bricks_of(bounds: &Aabb<World>, edge: f64) -> DVec3 {
+        (bounds.grown(MARGIN * edge).size() / (edge * f64::from(1 << BRICK))).ceil()
     }
 
     /// Bytes in memory.

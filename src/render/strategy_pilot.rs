@@ -169,15 +169,17 @@ impl<'a> StrategyPilot<'a, '_> {
             let wish = Wish { strategies, ..Wish::default() };
             let (choice, cells) = strategy::choose(self.scene, &conditions, &evidence, Some(&wish));
             let of = |choice: &Choice| choice.media.iter().map(|m| m.strategy).collect::<Vec<_>>();
-            if profiles.iter().all(|(profile, _)| of(&profile.choice) != of(&choice)) {
-                profiles.push((self.profile(choice, represents), cells));
+            let is_new = profiles.iter().all(|(profile, _)| of(&profile.choice) != of(&choice));
+            if let Some(profile) = self.profile(choice, represents).filter(|_| is_new) {
+                profiles.push((profile, cells));
             }
         }
         profiles
     }
 
-    /// A profile with its factors from the pilot's cells and photons to the render's.
-    fn profile(&self, choice: Choice, represents: f64) -> Profile {
+    /// A profile with its factors from the pilot's cells and photons to the render's; `None` where those
+    /// cells, which are narrower, are too many.
+    fn profile(&self, choice: Choice, represents: f64) -> Option<Profile> {
         let conditions = self.settings.conditions();
         let (mut narrower, mut crossings) = (0.0_f64, 0.0);
         for (index, medium) in choice.media.iter().enumerate() {
@@ -188,7 +190,8 @@ impl<'a> StrategyPilot<'a, '_> {
                 index,
                 medium.strategy,
             );
-            if let (Some(width), Some(pilot)) = (width, medium.cell_width) {
+            if let Some(pilot) = medium.cell_width {
+                let width = width?;
                 narrower = narrower.max(width / pilot);
                 let values = match medium.strategy {
                     Strategy::FluenceTowardEye => 1.0,
@@ -207,7 +210,7 @@ impl<'a> StrategyPilot<'a, '_> {
             of_ray: 1.0 / represents / narrower.powi(2),
             bias: narrower.powi(4),
         };
-        Profile { choice, scale, crossings }
+        Some(Profile { choice, scale, crossings })
     }
 
     /// Shoots the photons of one half, with what all profiles need.

@@ -3,7 +3,9 @@
 use crate::math::{WorldPoint, quantile};
 use crate::medium::{Medium, Phase, SparseCells};
 use crate::scene::Scene;
-use crate::transport::PixelFootprint;
+use crate::transport::{PixelFootprint, is_camera_outside};
+
+use super::kind::Conditions;
 
 /// Mean number of flights that cross a cell, where all flights together are
 /// [`REFERENCE_LENGTH`] times as long as the edge of a cube of the medium's volume.
@@ -130,10 +132,24 @@ pub fn thin_width_for_moments(medium: &Medium, visible: &[WorldPoint]) -> f64 {
     thin_width(medium, visible) / reduced
 }
 
+/// Cells for direct light in each medium, where it can be cached.
+pub fn direct_cells(
+    scene: &Scene,
+    conditions: &Conditions,
+    visible: &[WorldPoint],
+) -> Vec<Option<SparseCells>> {
+    let Conditions { film_pixels, rays, volume_photons, .. } = *conditions;
+    let cells = |(index, medium): (usize, &Medium)| {
+        let can = volume_photons && is_camera_outside(scene, medium);
+        can.then(|| direct_light_cells(scene, index, visible, film_pixels, rays))?
+    };
+    scene.media.iter().enumerate().map(cells).collect()
+}
+
 /// Cells for the direct light that the medium of this index scatters, of which the camera sees
 /// `visible` places, in a picture whose pixels cover `film_pixels` of the film along each side and get
 /// so many rays. `None` where cells would be optically thick or too many.
-pub fn direct_light_cells(
+fn direct_light_cells(
     scene: &Scene,
     medium: usize,
     visible: &[WorldPoint],

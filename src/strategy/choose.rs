@@ -6,8 +6,7 @@ use crate::scene::{FinalGather, Scene, Strategy};
 use crate::transport::{PixelFootprint, is_camera_outside};
 
 use super::cell_width::{
-    direct_light_cells, final_gather_cells, pixel_width, thin_width, thin_width_for_moments,
-    width_for_flights,
+    final_gather_cells, pixel_width, thin_width, thin_width_for_moments, width_for_flights,
 };
 use super::gather_termination::GatherTermination;
 use super::kind::{Conditions, MediumStrategy, Summary};
@@ -91,20 +90,6 @@ impl Choice {
     }
 }
 
-/// Cells for direct light in each medium, where it can be cached.
-pub fn direct_cells(
-    scene: &Scene,
-    conditions: &Conditions,
-    visible: &[WorldPoint],
-) -> Vec<Option<SparseCells>> {
-    let Conditions { film_pixels, rays, volume_photons, .. } = *conditions;
-    let cells = |(index, medium): (usize, &Medium)| {
-        let can = volume_photons && is_camera_outside(scene, medium);
-        can.then(|| direct_light_cells(scene, index, visible, film_pixels, rays))?
-    };
-    scene.media.iter().enumerate().map(cells).collect()
-}
-
 /// What the camera and a pilot of the photons tell of a scene.
 #[derive(Debug, Clone, Copy)]
 pub struct Evidence<'a> {
@@ -164,7 +149,8 @@ pub fn choose(
     (choice, cells)
 }
 
-/// Width in metres of the cells that a strategy has in a medium, if any.
+/// Width in metres of the cells that a strategy has in a medium; `None` where it has none or they are too
+/// many.
 pub fn cell_width(
     scene: &Scene,
     conditions: &Conditions,
@@ -173,7 +159,8 @@ pub fn cell_width(
     strategy: Strategy,
 ) -> Option<f64> {
     let blurred = phase_blur::phases(scene, conditions.photons);
-    let question = Question { scene, conditions, evidence, wish: None, blurred: &blurred };
+    let wish = Wish::default();
+    let question = Question { scene, conditions, evidence, wish: Some(&wish), blurred: &blurred };
     let of = scene.media.get(medium);
     let (width, values) = match strategy {
         Strategy::FluenceTowardEye => (question.width_toward_eye(of, &blurred[medium])?, 1),
@@ -182,7 +169,7 @@ pub fn cell_width(
         }
         Strategy::Beams | Strategy::Traced => return None,
     };
-    Some(width.max(SparseCells::min_edge(&of.density, values)?))
+    Some(width).filter(|width| SparseCells::fits(&of.density, *width, values))
 }
 
 /// Pixels whose gathers a pixel shares where final gathers are cached, the fewest of all media; `None`
@@ -264,7 +251,7 @@ impl Question<'_> {
     fn cells(&self, strategy: Strategy, index: usize) -> Option<MediumCells> {
         let medium = self.scene.media.get(index);
         let outside = is_camera_outside(self.scene, medium);
-        let covering = |width, values| SparseCells::covering_from(&medium.density, width, values);
+        let covering = |width, values| SparseCells::covering(&medium.density, width, values);
         let volume_photons = self.conditions.volume_photons;
         let (mut fluence, mut final_gathers) = (None, None);
         match strategy {
@@ -309,7 +296,11 @@ impl Question<'_> {
         let volume = medium.density.volume()?;
         let width = match self.conditions.radius {
             Some(radius) => Some(radius).filter(|radius| *radius <= thin)?,
-            None => width_for_flights(volume, self.evidence.flight_length, phase).min(thin),
+            None => {
+                let width = width_for_flights(volume, self.evidence.flight_length, phase);
+                // Unmeasured, cells are not made narrower than suits the flights.
+                Some(width).filter(|width| self.wish.is_some() || *width <= thin)?.min(thin)
+            }
         };
         Some(self.evidence.widening * width)
     }
@@ -330,6 +321,7 @@ impl Question<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::strategy::direct_cells;
 
     const CONDITIONS: Conditions = Conditions {
         photons: 100_000,

@@ -14,10 +14,10 @@ mod possible;
 mod unit_costs;
 
 pub use crate::scene::Strategy;
-pub use cell_width::{thin_width, thin_width_for_moments, width_for_flights, width_for_photons};
-pub use choose::{
-    Choice, Evidence, MediumCells, Wish, cell_width, choose, direct_cells, shared_footprint,
+pub use cell_width::{
+    direct_cells, thin_width, thin_width_for_moments, width_for_flights, width_for_photons,
 };
+pub use choose::{Choice, Evidence, MediumCells, Wish, cell_width, choose, shared_footprint};
 pub use gather_termination::GatherTermination;
 pub use kind::{Conditions, MediumStrategy, Summary, away_from_camera};
 pub use measured::{BLOCK, Errors, Measured, PhotonScale, RaySamples, errors, weights};
