@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::partial::COMPLETE;
 use crate::render::Rendered;
-use crate::scene::{Director, Planning, Scene, Strategy};
+use crate::scene::{Director, Planning, Scene};
 
 /// The attribute of a complete picture that holds its [`recipe`].
 pub(super) const RECIPE: &str = "fogbow:recipe";
@@ -41,7 +41,7 @@ pub(super) fn settings(
         "director": render.director.name(),
         "seed": render.seed,
         "max_scatter": render.max_scatter,
-        "strategy": Strategy::request_name(render.strategy),
+        "strategy": render.strategy.name(),
         "final_gather": render.final_gather.name(),
     }));
     if let Some(strategy) = rendered.and_then(|r| r.strategy.as_ref()) {

@@ -45,7 +45,7 @@ pub use control::{Control, Stop};
 pub use costs::{Costs, StageSeconds, costs, memory_needed};
 pub use director_pass::{DirectorMaps, Extent, maps};
 pub use memory::{Memory, MemoryParts, memory_without_photons};
-pub use pass_settings::{PassSettings, Request};
+pub use pass_settings::PassSettings;
 pub use photon_pass::PhotonPass;
 pub use photon_rate::photons_within;
 pub use pilot::exposure;

@@ -2,7 +2,7 @@
 
 use crate::cache::CellContents;
 use crate::photon::PhotonSettings;
-use crate::scene::{FinalGather, Scene};
+use crate::scene::{FinalGather, Scene, StrategyRequest};
 use crate::strategy::{Choice, Conditions, Strategy};
 
 /// Settings of a photon pass.
@@ -10,8 +10,10 @@ use crate::strategy::{Choice, Conditions, Strategy};
 pub struct PassSettings {
     /// How photons are shot.
     pub photons: PhotonSettings,
-    /// Who decides on the strategies.
-    pub strategy: Request,
+    /// Who decides on the strategies of media.
+    pub strategy: StrategyRequest,
+    /// March step of a pilot's rays, in metres.
+    pub step: f64,
     /// Whether final gathers may be chosen.
     pub final_gather: FinalGather,
     /// Whether the picture is denoised.
@@ -21,20 +23,6 @@ pub struct PassSettings {
     /// Pixels of the film, along each side, that one pixel of the picture covers: cells that rays fill
     /// are as much wider.
     pub film_pixels: f64,
-}
-
-/// Who decides on the strategies of media.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Request {
-    /// The user: one for all media that can have it.
-    Asked(Strategy),
-    /// A pilot, whose rays march with this step in metres.
-    Measured {
-        /// The step.
-        step: f64,
-    },
-    /// Nobody: pictures that are too small to be worth a measurement.
-    Default,
 }
 
 impl PassSettings {

@@ -1,7 +1,7 @@
 //! The photon pass: strategy, photons and caches of a render, tied together.
 
 use super::integrator::Integrator;
-use super::pass_settings::{PassSettings, Request, contents};
+use super::pass_settings::{PassSettings, contents};
 use super::strategy_pilot::StrategyPilot;
 use crate::cache::{Caches, DirectLightCache, FinalGatherCache, FluenceBuilder, FluenceGrid};
 use crate::error::Result;
@@ -11,8 +11,8 @@ use crate::photon::{
     AimedPhotons, CameraImportance, Octahedral, PhotonDirection, PhotonMaps, PhotonSettings,
     Recording,
 };
-use crate::scene::Scene;
 use crate::scene::plan::Needs;
+use crate::scene::{Scene, StrategyRequest};
 use crate::strategy::{self, Choice, Evidence, MediumCells, Wish};
 use crate::transport::{FlightSegment, PixelFootprint};
 use crate::work::Work;
@@ -82,7 +82,7 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
 
 /// The strategies that [`PhotonPass::new`] has for `scene`: those that are asked for, or those that a
 /// pilot finds best. They do not depend on the seed, so that pictures of several seeds have the same.
-/// `None` where there is no choice.
+/// `None` where a rule decides.
 ///
 /// # Errors
 /// As [`PhotonPass::new`].
@@ -91,19 +91,19 @@ pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
     settings: &PassSettings,
 ) -> Result<Option<Wish>> {
     match settings.strategy {
-        Request::Asked(strategy) => Ok(Some(Wish {
+        StrategyRequest::Asked(strategy) => Ok(Some(Wish {
             strategies: vec![strategy; scene.media.iter().len()],
             reason: "it is asked for".into(),
             measured: Vec::new(),
         })),
-        Request::Measured { step } if settings.photons.needs.photons() => {
+        StrategyRequest::Measured if settings.photons.needs.photons() => {
             let photons = PhotonSettings { seed: PILOT_SEED, ..settings.photons };
             let settings = PassSettings { photons, ..*settings };
             let importance = CameraImportance::look(scene, photons.seed, photons.needs);
             let prepared = Prepared::<S>::new::<H>(scene, &settings, &importance)?;
-            Ok(prepared.measure::<H>(step))
+            Ok(prepared.measure::<H>())
         }
-        Request::Measured { .. } | Request::Default => Ok(None),
+        StrategyRequest::Measured | StrategyRequest::Auto => Ok(None),
     }
 }
 
@@ -144,12 +144,12 @@ impl<'a, S: Spectrum> Prepared<'a, S> {
         Evidence { visible: self.visible, direct: &self.widths, flight_length, widening: 1.0 }
     }
 
-    /// The strategies that a pilot finds best, whose rays march with this step in metres.
-    fn measure<H: PhotonDirection>(self, step: f64) -> Option<Wish> {
+    /// The strategies that a pilot finds best.
+    fn measure<H: PhotonDirection>(self) -> Option<Wish> {
         let Self { scene, settings, visible, mut aimed, direct, widths } = self;
         let flight_length = aimed.flight_length();
         let evidence = Evidence { visible, direct: &widths, flight_length, widening: 1.0 };
-        StrategyPilot { scene, settings, evidence, step }.measure::<S, H>(&mut aimed, direct)
+        StrategyPilot { scene, settings, evidence }.measure::<S, H>(&mut aimed, direct)
     }
 
     /// Makes caches, shoots the photons and finishes what they fill.

@@ -5,7 +5,7 @@
 
 use super::control::Control;
 use super::exposure::{RenderRegion, expose};
-use super::pass_settings::{PassSettings, Request};
+use super::pass_settings::PassSettings;
 use super::photon_pass::PhotonPass;
 use super::stage_settings::{pass_settings, specialised};
 use crate::director::PixelBudget;
@@ -64,7 +64,6 @@ impl Pilot {
             rays: RAYS,
             film_pixels: pixels,
             denoise: false,
-            strategy: Request::Default,
             ..whole
         };
         let needs = pass.photons.needs;

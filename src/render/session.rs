@@ -48,7 +48,7 @@ pub struct Earlier<'a> {
 }
 
 /// The strategies that suit `scene`, which stands for all frames of a shot: decided once, they cannot
-/// make pictures flicker. `None` where there is no choice.
+/// make pictures flicker. `None` where a rule decides.
 ///
 /// # Errors
 /// As [`render()`].

@@ -1,7 +1,7 @@
 //! What the settings of a render mean for each of its stages: photons, march step, film.
 
 use super::exposure::RenderRegion;
-use super::pass_settings::{PassSettings, Request};
+use super::pass_settings::PassSettings;
 use crate::image::Window;
 use crate::math::Stage;
 use crate::photon::PhotonSettings;
@@ -40,9 +40,8 @@ pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSet
             levels: 0,
             needs: Needs::new(scene, settings),
         },
-        strategy: settings
-            .strategy
-            .map_or(Request::Measured { step: finest_step(scene, settings) }, Request::Asked),
+        strategy: settings.strategy,
+        step: finest_step(scene, settings),
         final_gather: settings.final_gather,
         denoise: settings.denoise,
         rays: settings.rays,

@@ -84,8 +84,6 @@ pub(super) struct StrategyPilot<'a, 'b> {
     pub scene: &'a Scene,
     pub settings: &'b PassSettings,
     pub evidence: Evidence<'b>,
-    /// March step, in metres.
-    pub step: f64,
 }
 
 impl<'a> StrategyPilot<'a, '_> {
@@ -319,7 +317,7 @@ impl<'a> StrategyPilot<'a, '_> {
         let [x, y] = [(x, u), (y, v)].map(|(at, u)| ((at / pixels).floor() + u) * pixels);
         let camera_ray = CameraRay {
             ray: self.scene.camera.ray(x, y, workspace.ctx.rng.uniform2()),
-            budget: &PixelBudget::fixed(self.settings.rays, radius, self.step),
+            budget: &PixelBudget::fixed(self.settings.rays, radius, self.settings.step),
             indirect_weight: 1.0,
             pass: SamplePass { index: 0, rays: self.settings.rays },
         };

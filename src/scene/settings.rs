@@ -59,19 +59,39 @@ pub enum Strategy {
 }
 
 impl Strategy {
-    /// What can be asked for by name; `None` leaves the choice to a measurement.
-    pub const REQUESTS: &[(&str, Option<Self>)] = &[
-        ("auto", None),
-        ("beams", Some(Self::Beams)),
-        ("fluence-toward-eye", Some(Self::FluenceTowardEye)),
-        ("moments", Some(Self::Moments)),
-        ("shared-gathers", Some(Self::SharedGathers)),
-        ("traced", Some(Self::Traced)),
+    /// Its name in scene files, on the command line and in reports.
+    pub fn name(self) -> &'static str {
+        StrategyRequest::Asked(self).name()
+    }
+}
+
+/// Who decides which estimator lights a medium.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum StrategyRequest {
+    /// A rule by thickness, phase function, number of photons and what the camera sees.
+    #[default]
+    Auto,
+    /// A pilot, which measures error and cost of each.
+    Measured,
+    /// The user, for all media that can have it.
+    Asked(Strategy),
+}
+
+impl StrategyRequest {
+    /// Each by its name.
+    pub const ALL: &[(&str, Self)] = &[
+        ("auto", Self::Auto),
+        ("measured", Self::Measured),
+        ("beams", Self::Asked(Strategy::Beams)),
+        ("fluence-toward-eye", Self::Asked(Strategy::FluenceTowardEye)),
+        ("moments", Self::Asked(Strategy::Moments)),
+        ("shared-gathers", Self::Asked(Strategy::SharedGathers)),
+        ("traced", Self::Asked(Strategy::Traced)),
     ];
 
-    /// The name of a request in scene files, on the command line and in reports.
-    pub fn request_name(request: Option<Self>) -> &'static str {
-        name_of(Self::REQUESTS, request)
+    /// Its name in scene files, on the command line and in reports.
+    pub fn name(self) -> &'static str {
+        name_of(Self::ALL, self)
     }
 }
 
@@ -127,8 +147,8 @@ pub struct RenderSettings {
     pub seed: u64,
     /// Highest order of volume scattering, 1 being single scattering; no limit by default.
     pub max_scatter: Option<u32>,
-    /// The estimator of light in all media that can have it; `None` where it is chosen.
-    pub strategy: Option<Strategy>,
+    /// Who decides which estimator lights a medium.
+    pub strategy: StrategyRequest,
     /// Whether final gathers may be chosen.
     pub final_gather: FinalGather,
     /// Whether the finished picture is denoised.

@@ -2,7 +2,7 @@
 
 use crate::math::WorldPoint;
 use crate::medium::{Medium, Phase, SparseCells};
-use crate::scene::{FinalGather, Scene, Strategy};
+use crate::scene::{Scene, Strategy};
 use crate::transport::{PixelFootprint, is_camera_outside};
 
 use super::cell_width::{
@@ -13,6 +13,7 @@ use super::kind::{Conditions, MediumStrategy, Summary};
 use super::measured::Measured;
 use super::phase_blur::{self, PhaseSplit};
 use super::possible;
+use super::rule;
 
 /// Values a cell of moments of the first degree.
 ///
@@ -159,11 +160,12 @@ pub fn cell_width(
     strategy: Strategy,
 ) -> Option<f64> {
     let blurred = phase_blur::phases(scene, conditions.photons);
-    let wish = Wish::default();
-    let question = Question { scene, conditions, evidence, wish: Some(&wish), blurred: &blurred };
+    let question = Question { scene, conditions, evidence, wish: None, blurred: &blurred };
     let of = scene.media.get(medium);
     let (width, values) = match strategy {
-        Strategy::FluenceTowardEye => (question.width_toward_eye(of, &blurred[medium])?, 1),
+        Strategy::FluenceTowardEye => {
+            (question.width_toward_eye(of, &blurred[medium], f64::INFINITY)?, 1)
+        }
         Strategy::Moments | Strategy::SharedGathers => {
             (question.width_of_moments(of)?, FIRST_DEGREE_VALUES)
         }
@@ -212,7 +214,7 @@ impl Question<'_> {
         let preferred = self.preferred(medium);
         let (strategy, cells) = preferred
             .iter()
-            .find_map(|&strategy| Some((strategy, self.cells(strategy, medium)?)))
+            .find_map(|&strategy| Some((strategy, self.cells(strategy, &preferred, medium)?)))
             .unwrap_or_default();
         let width = |cells: &Option<SparseCells>| cells.as_ref().map(|cells| cells.edge);
         let decided = MediumStrategy {
@@ -237,18 +239,16 @@ impl Question<'_> {
                 Beams => vec![Beams],
             };
         }
-        let Conditions { final_gather, denoise, .. } = *self.conditions;
-        let gathers = match (final_gather == FinalGather::Always, denoise) {
-            (false, _) => &[][..],
-            // A denoiser removes noise that is independent from ray to ray, not noise that rays share.
-            (true, true) => &[Moments],
-            (true, false) => &[SharedGathers, Moments],
-        };
-        [gathers, &[FluenceTowardEye, Beams]].concat()
+        rule::preferred(self.scene, self.conditions, medium)
     }
 
     /// The cells that a strategy needs; `None` where they cannot exist.
-    fn cells(&self, strategy: Strategy, index: usize) -> Option<MediumCells> {
+    fn cells(
+        &self,
+        strategy: Strategy,
+        preferred: &[Strategy],
+        index: usize,
+    ) -> Option<MediumCells> {
         let medium = self.scene.media.get(index);
         let outside = is_camera_outside(self.scene, medium);
         let covering = |width, values| SparseCells::covering(&medium.density, width, values);
@@ -260,11 +260,17 @@ impl Question<'_> {
             Strategy::Traced => (),
             _ if self.conditions.photons == 0 => return None,
             Strategy::FluenceTowardEye => {
-                let width = self.width_toward_eye(medium, &self.blurred[index]);
+                let refinement = match self.wish {
+                    Some(_) => f64::INFINITY,
+                    None => rule::max_refinement(preferred),
+                };
+                let width = self.width_toward_eye(medium, &self.blurred[index], refinement);
                 fluence = Some(covering(width.filter(|_| outside)?, 1)?);
             }
             Strategy::Moments => {
-                fluence = Some(covering(self.width_of_moments(medium)?, FIRST_DEGREE_VALUES)?);
+                let can = outside || self.wish.is_some();
+                let width = self.width_of_moments(medium).filter(|_| can)?;
+                fluence = Some(covering(width, FIRST_DEGREE_VALUES)?);
             }
             Strategy::SharedGathers => {
                 let Conditions { film_pixels, rays, .. } = *self.conditions;
@@ -278,41 +284,42 @@ impl Question<'_> {
         Some(MediumCells { fluence, final_gathers })
     }
 
-    /// Width, in metres, of cells that hold light scattered toward the camera.
-    fn width_toward_eye(&self, medium: &Medium, phase: &Phase) -> Option<f64> {
-        self.width(medium, thin_width(medium, self.evidence.visible), phase)
+    /// Width, in metres, of cells that hold light scattered toward the camera, at most `refinement` times
+    /// finer than suits the flights.
+    fn width_toward_eye(&self, medium: &Medium, phase: &Phase, refinement: f64) -> Option<f64> {
+        self.width(medium, thin_width(medium, self.evidence.visible), phase, refinement)
     }
 
     /// Width, in metres, of cells that hold moments. They are read at many places, whose mean evens
     /// out what wide cells blur.
     fn width_of_moments(&self, medium: &Medium) -> Option<f64> {
         let thin = thin_width_for_moments(medium, self.evidence.visible);
-        self.width(medium, thin, &Phase::ISOTROPIC)
+        self.width(medium, thin, &Phase::ISOTROPIC, f64::INFINITY)
     }
 
     /// Width of cells, in metres: that which is asked for, or noise-optimal for flights that `phase`
-    /// weighs and at most `thin`; `None` where it would be wider, or the medium has no end.
-    fn width(&self, medium: &Medium, thin: f64, phase: &Phase) -> Option<f64> {
+    /// weighs, and at most `thin`; `None` where `thin` is finer than what is asked for or by more than
+    /// `refinement` than what suits the flights, or the medium has no end.
+    fn width(&self, medium: &Medium, thin: f64, phase: &Phase, refinement: f64) -> Option<f64> {
         let volume = medium.density.volume()?;
-        let width = match self.conditions.radius {
-            Some(radius) => Some(radius).filter(|radius| *radius <= thin)?,
+        let (wanted, most) = match self.conditions.radius {
+            Some(radius) => (radius, thin),
             None => {
-                let width = width_for_flights(volume, self.evidence.flight_length, phase);
-                // Unmeasured, cells are not made narrower than suits the flights.
-                Some(width).filter(|width| self.wish.is_some() || *width <= thin)?.min(thin)
+                let length = self.evidence.flight_length;
+                (width_for_flights(volume, length, phase), refinement * thin)
             }
         };
-        Some(self.evidence.widening * width)
+        (wanted <= most).then_some(self.evidence.widening * wanted.min(thin))
     }
 
     fn reason(&self, strategy: Strategy, index: usize) -> String {
         let volume_photons = self.conditions.volume_photons;
+        let medium = self.scene.media.get(index);
         let reason = match (strategy, self.wish) {
             (Strategy::Beams, _) if !volume_photons => "no photons are stored in media",
             (_, Some(wish)) if strategy == wish.strategies[index] => &wish.reason,
             (_, Some(_)) => "the strategy that is asked for is not possible here",
-            (Strategy::Moments | Strategy::SharedGathers, None) => "final gathers are asked for",
-            (_, None) => "nothing was measured: cells where they can be, beams elsewhere",
+            (_, None) => rule::reason(self.scene, self.conditions, medium, strategy),
         };
         reason.into()
     }
@@ -321,6 +328,7 @@ impl Question<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::FinalGather;
     use crate::strategy::direct_cells;
 
     const CONDITIONS: Conditions = Conditions {
@@ -369,7 +377,7 @@ mod tests {
         let stored = &CONDITIONS;
         let none = &Conditions { volume_photons: false, ..CONDITIONS };
         for (position, conditions, asked, right) in [
-            (6.0, stored, None, FluenceTowardEye),
+            (6.0, stored, None, SharedGathers),
             (0.0, stored, None, Beams),
             (6.0, stored, Some(Beams), Beams),
             (6.0, stored, Some(FluenceTowardEye), FluenceTowardEye),

@@ -9,18 +9,13 @@
 
 use crate::scene::Scene;
 
-/// Largest second Legendre moment left unresolved when a gather ends, for [`REFERENCE_PHOTONS`]
-/// photons, where cells hold moments of the first degree.
+/// Largest Legendre moments left unresolved when a gather ends, for [`REFERENCE_PHOTONS`] photons: the
+/// second where cells hold moments of the first degree, the third where they hold the second.
 ///
 /// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
-const MAX_SECOND_MOMENT: f64 = 0.15;
+const MAX_MOMENTS: [f64; 2] = [0.15, 0.0525];
 
-/// As [`MAX_SECOND_MOMENT`], for the third moment where cells hold the second degree.
-///
-/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
-const MAX_THIRD_MOMENT: f64 = 0.0525;
-
-/// Photons for which [`MAX_SECOND_MOMENT`] and [`MAX_THIRD_MOMENT`] hold.
+/// Photons for which [`MAX_MOMENTS`] hold.
 ///
 /// Unit: count. Definition: the number for which the tolerances are stated.
 const REFERENCE_PHOTONS: f64 = 1e5;
@@ -54,7 +49,7 @@ impl GatherTermination {
     pub(super) fn new(scene: &Scene, photons: u64) -> Self {
         let legendre = scene.media.iter().map(|m| m.phase.legendre()).collect();
         let photons = (photons.max(1) as f64 / REFERENCE_PHOTONS).powf(PHOTONS_EXPONENT);
-        let tolerance = [MAX_SECOND_MOMENT, MAX_THIRD_MOMENT].map(|moment| moment * photons);
+        let tolerance = MAX_MOMENTS.map(|moment| moment * photons);
         Self { legendre, tolerance }
     }
 

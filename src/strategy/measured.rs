@@ -91,7 +91,7 @@ impl Measured {
 
 impl fmt::Display for Measured {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names = self.strategies.iter().map(|strategy| Strategy::request_name(Some(*strategy)));
+        let names = self.strategies.iter().map(|strategy| strategy.name());
         let names = names.collect::<Vec<_>>().join(", ");
         let (error, seconds) = (self.error().sqrt(), self.cost() / NANOSECONDS);
         write!(f, "{names}: relative error {error:.4} for about {seconds:.2} CPU s")

@@ -1,8 +1,8 @@
 //! Which estimator lights a medium, and why.
 //!
-//! A pilot (`render/strategy_pilot.rs`) measures error and cost of each strategy on a few rays and
-//! photons; `measured` says what of the error is noise and what is bias, `unit_costs` what counted
-//! work costs. [`choose()`] then makes the [`Choice`] that integrator, plan, reports and study read.
+//! [`choose()`] makes the [`Choice`] that integrator, plan, reports and study read: what is asked for, what a
+//! pilot measured (`render/strategy_pilot.rs`), or what a rule says. `measured` tells what of a pilot's error
+//! is noise and what is bias, `unit_costs` what counted work costs.
 
 mod cell_width;
 mod choose;
@@ -11,9 +11,10 @@ mod kind;
 mod measured;
 mod phase_blur;
 mod possible;
+mod rule;
 mod unit_costs;
 
-pub use crate::scene::Strategy;
+pub use crate::scene::{Strategy, StrategyRequest};
 pub use cell_width::{
     direct_cells, thin_width, thin_width_for_moments, width_for_flights, width_for_photons,
 };

@@ -30,7 +30,7 @@ pub fn is_allowed(profile: &[Strategy], conditions: &Conditions) -> bool {
 /// lamp is in a medium. Light sampling at the scatterings of a path has infinite variance there:
 /// irradiance is as one over the squared distance, and the volume of places near the lamp only grows with
 /// its cube.
-fn gathers(scene: &Scene, conditions: &Conditions) -> bool {
+pub(super) fn gathers(scene: &Scene, conditions: &Conditions) -> bool {
     let lights = &scene.lights.lights;
     let holds_lamp = |medium: &Medium| {
         let bounds = medium.density.bounds();
@@ -42,7 +42,7 @@ fn gathers(scene: &Scene, conditions: &Conditions) -> bool {
 
 /// Whether gathers seldom find, or miss, light that mirrors and glass throw on media: they seldom meet a
 /// lamp in a mirror, and never a point.
-fn misses_caustics(scene: &Scene) -> bool {
+pub(super) fn misses_caustics(scene: &Scene) -> bool {
     scene.surfaces.has_specular() && !scene.lights.lights.iter().all(Light::is_environment)
 }
 

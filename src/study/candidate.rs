@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Directed, Director, Importance, Operator, RenderSettings, Strategy};
+use crate::scene::{Directed, Director, Importance, Operator, RenderSettings, StrategyRequest};
 
 /// The name of the gold standard among candidates: every pixel at the ceiling of rays, the finest
 /// step, the smallest radius.
@@ -158,7 +158,7 @@ pub(super) fn at_finest_step(settings: &RenderSettings) -> Option<RenderSettings
 
 /// The strategy of settings that were written down without one.
 fn chosen() -> String {
-    Strategy::request_name(None).into()
+    StrategyRequest::Auto.name().into()
 }
 
 /// Render settings as they are written down, without the seed.
@@ -193,7 +193,7 @@ impl From<&RenderSettings> for Settings {
             radius: settings.radius,
             step: settings.step,
             max_scatter: settings.max_scatter,
-            strategy: Strategy::request_name(settings.strategy).into(),
+            strategy: settings.strategy.name().into(),
             final_gather: settings.final_gather.name().into(),
             director: settings.director.name().into(),
             x: directing.x.name().into(),

@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 use fogbow::image::{Film, Window, write_exr_layers};
 use fogbow::render::{Silent, render, render_reference};
-use fogbow::scene::{FinalGather, LoadOptions, RenderSettings, Scene, Strategy};
+use fogbow::scene::{FinalGather, LoadOptions, RenderSettings, Scene, Strategy, StrategyRequest};
 
 const SIZE: usize = 24;
 
@@ -110,7 +110,7 @@ fn crops_are_lit_as_the_whole_picture() {
     let scene = scene(&matte, 32, 2000);
     let crop = Window { left: 7, top: 5, width: 12, height: 11 };
     let mut pictures = Vec::new();
-    for &(name, strategy) in Strategy::REQUESTS {
+    for &(name, strategy) in StrategyRequest::ALL {
         let by = |crop| {
             let settings = RenderSettings { strategy, crop, ..scene.render };
             render(&scene, &settings, &Silent).unwrap()
@@ -118,7 +118,11 @@ fn crops_are_lit_as_the_whole_picture() {
         let (whole, part) = (by(None), by(Some(crop)));
         assert_eq!(whole.strategy, part.strategy, "{name}");
         let chosen = &whole.strategy.as_ref().unwrap().media[0];
-        assert!(strategy.is_none_or(|asked| asked == chosen.strategy), "{name}: {chosen}");
+        let is_followed = match strategy {
+            StrategyRequest::Asked(asked) => chosen.strategy == asked,
+            StrategyRequest::Auto | StrategyRequest::Measured => true,
+        };
+        assert!(is_followed, "{name}: {chosen}");
         for channel in ["R", "G", "B"] {
             let [part, whole] = [&part, &whole].map(|picture| picture.film.layer(channel).unwrap());
             for (row, line) in part.chunks_exact(crop.width as usize).enumerate() {
@@ -130,11 +134,13 @@ fn crops_are_lit_as_the_whole_picture() {
         pictures.push((strategy, whole));
     }
     // The pilot chose among them all.
-    let (auto, asked) = pictures.split_first().unwrap();
-    let summary = auto.1.strategy.as_ref().unwrap();
+    let of =
+        |request| pictures.iter().find(|(asked, _)| *asked == request).map(|(_, p)| p).unwrap();
+    let measured = of(StrategyRequest::Measured);
+    let summary = measured.strategy.as_ref().unwrap();
     assert!(summary.measured.len() >= 3, "{summary:?}");
-    let same = asked.iter().find(|(asked, _)| *asked == Some(summary.media[0].strategy)).unwrap();
-    assert!(auto.1.film == same.1.film, "{summary:?}");
+    let same = of(StrategyRequest::Asked(summary.media[0].strategy));
+    assert!(measured.film == same.film, "{summary:?}");
 }
 
 /// What gathers find in a haze that scatters evenly is what photons tell at once, to 2 %; means of
@@ -187,7 +193,8 @@ fn rays_share_gathers() {
     let scene = scene(text, 8, 30_000);
     let [shared, own] = [Strategy::SharedGathers, Strategy::Moments].map(|strategy| {
         let film = |seed| {
-            let settings = RenderSettings { seed, strategy: Some(strategy), ..scene.render };
+            let strategy = StrategyRequest::Asked(strategy);
+            let settings = RenderSettings { seed, strategy, ..scene.render };
             render(&scene, &settings, &Silent).unwrap().film.layer("G").unwrap().to_vec()
         };
         let films: Vec<_> = (0..SEEDS).map(film).collect();

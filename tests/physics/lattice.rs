@@ -3,9 +3,9 @@
 
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, WorldPoint, warp};
 use fogbow::photon::PhotonSettings;
-use fogbow::render::{PassSettings, PhotonPass, Request};
+use fogbow::render::{PassSettings, PhotonPass};
 use fogbow::scene::plan::Needs;
-use fogbow::scene::{FinalGather, LoadOptions, Scene, Strategy};
+use fogbow::scene::{FinalGather, LoadOptions, Scene, Strategy, StrategyRequest};
 use fogbow::transport::{PathContext, direct_light};
 use glam::DVec3;
 
@@ -49,7 +49,8 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         PhotonSettings { photons, seed: 3, max_scatter, radius: None, levels, needs, traced: None };
     let settings = PassSettings {
         photons,
-        strategy: Request::Asked(Strategy::FluenceTowardEye),
+        strategy: StrategyRequest::Asked(Strategy::FluenceTowardEye),
+        step: 0.0,
         final_gather: FinalGather::Auto,
         denoise: false,
         rays: 4,

@@ -5,7 +5,9 @@ use crate::image::ViewTransform;
 use crate::scene::directing::{Directing, Director};
 use crate::scene::keys::{film as film_keys, render as keys};
 use crate::scene::reader::Section;
-use crate::scene::settings::{FilmSettings, FinalGather, Planning, RenderSettings, Strategy};
+use crate::scene::settings::{
+    FilmSettings, FinalGather, Planning, RenderSettings, StrategyRequest,
+};
 
 /// Reads the table `[film]`.
 pub(super) fn film(section: &Section<'_>) -> Result<FilmSettings> {
@@ -33,7 +35,7 @@ pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<Rend
         directing,
         seed: section.whole(&keys::SEED)?,
         max_scatter: section.maybe_whole(&keys::MAX_ORDER)?.map(|orders| orders as u32),
-        strategy: section.word(&keys::STRATEGY, Strategy::REQUESTS)?,
+        strategy: section.word(&keys::STRATEGY, StrategyRequest::ALL)?,
         final_gather: section.word(&keys::FINAL_GATHER, FinalGather::ALL)?,
         denoise: section.switch(&keys::DENOISE)?,
         planning: Planning::Needed,

@@ -4,7 +4,7 @@ use super::Without::{Default, Other};
 use super::{Key, Kind, Table};
 use crate::scene::directing::{Director, names};
 use crate::scene::reader::Range;
-use crate::scene::settings::{FinalGather, MAX_PHOTONS, MAX_RAYS, MAX_SCATTER, Strategy};
+use crate::scene::settings::{FinalGather, MAX_PHOTONS, MAX_RAYS, MAX_SCATTER, StrategyRequest};
 
 pub(in crate::scene) const RAYS: Key =
     Key::new("rays", Kind::Whole(1, MAX_RAYS as u64), "", Default("16"), "Camera rays a pixel.")
@@ -54,10 +54,10 @@ pub(in crate::scene) const MAX_ORDER: Key = Key::new(
 .flag("max-scatter");
 pub(in crate::scene) const STRATEGY: Key = Key::new(
     "strategy",
-    Kind::Word(|| names(Strategy::REQUESTS)),
+    Kind::Word(|| names(StrategyRequest::ALL)),
     "",
     Default("\"auto\""),
-    "Estimator of light scattered in media; `auto` chooses one for each medium.",
+    "Estimator of light scattered in media; `auto` takes one for each medium by a rule, `measured` by a pilot.",
 )
 .flag("strategy");
 pub(in crate::scene) const FINAL_GATHER: Key = Key::new(
@@ -65,7 +65,7 @@ pub(in crate::scene) const FINAL_GATHER: Key = Key::new(
     Kind::Word(|| names(FinalGather::ALL)),
     "",
     Default("\"auto\""),
-    "Whether `strategy = \"auto\"` may choose final gathers, or must where it can.",
+    "Whether `auto` and `measured` strategies may be final gathers, or must where they can.",
 )
 .flag("final-gather");
 pub(in crate::scene) const DENOISE: Key = Key::new(

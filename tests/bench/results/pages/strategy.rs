@@ -188,8 +188,7 @@ fn chosen_names(chosen: &Measured) -> String {
 
 /// The names of the media's strategies; one where all have the same.
 fn names(media: &[Strategy]) -> String {
-    let mut names: Vec<&str> =
-        media.iter().map(|strategy| Strategy::request_name(Some(*strategy))).collect();
+    let mut names: Vec<&str> = media.iter().map(|strategy| strategy.name()).collect();
     if names.windows(2).all(|pair| pair[0] == pair[1]) {
         names.truncate(1);
     }

@@ -7,9 +7,9 @@ mod crates;
 
 use fogbow::math::{Ray, Rgb, Span, Stage, Stream, World, WorldPoint, warp};
 use fogbow::photon::{Photon, PhotonAt, PhotonMap, PhotonMaps, PhotonSettings};
-use fogbow::render::{PassSettings, PhotonPass, Request, Silent, render};
+use fogbow::render::{PassSettings, PhotonPass, Silent, render};
 use fogbow::scene::plan::Needs;
-use fogbow::scene::{FinalGather, LoadOptions, Scene, Strategy};
+use fogbow::scene::{FinalGather, LoadOptions, Scene, Strategy, StrategyRequest};
 use fogbow::work::Work;
 use rayon::prelude::*;
 
@@ -101,7 +101,8 @@ fn shot(scene: &Scene, strategy: Strategy) -> (PhotonMaps, Work) {
     };
     let settings = PassSettings {
         photons,
-        strategy: Request::Asked(strategy),
+        strategy: StrategyRequest::Asked(strategy),
+        step: 0.0,
         final_gather: FinalGather::Auto,
         denoise: false,
         rays: 4,

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use fogbow::image::Image;
 use fogbow::math::{Stage, Stream};
-use fogbow::scene::Strategy;
+use fogbow::scene::{Strategy, StrategyRequest};
 
 use super::truth::{Truth, mean, trimmed_mean};
 use crate::pages::strategy::{Figures, Measured};
@@ -17,8 +17,8 @@ const ENDS: [f64; 2] = [0.025, 0.975];
 
 /// A request, and what it gave.
 pub struct Candidate {
-    /// `None` where the choice was left to fogbow.
-    pub request: Option<Strategy>,
+    /// Who decided.
+    pub request: StrategyRequest,
     /// The strategy that each medium has with the seed of the scene.
     pub media: Vec<Strategy>,
     /// Seeds with which the media have others: what is chosen can depend on the pilot's paths.
@@ -30,6 +30,11 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// Whether its strategy was asked for by name.
+    pub fn is_asked(&self) -> bool {
+        matches!(self.request, StrategyRequest::Asked(_))
+    }
+
     /// Trimmed and untrimmed relative squared errors of each picture.
     pub fn errors(&self, truth: &Truth) -> [Vec<f64>; 2] {
         let products = self.pictures.iter().map(|picture| {
@@ -47,7 +52,7 @@ impl Candidate {
         let totals = pictures.map(|p| p.pixels().iter().flatten().map(|v| f64::from(*v)).sum());
         let totals: Vec<f64> = totals.collect();
         Measured {
-            request: Strategy::request_name(self.request).into(),
+            request: self.request.name().into(),
             media: self.media.clone(),
             other_seeds: self.other_seeds,
             figures: Figures { error: mean(&trimmed), seconds: mean(&self.seconds) },

@@ -19,7 +19,7 @@ use std::fs;
 use std::path::Path;
 
 use fogbow::render::{Rendered, Silent, render};
-use fogbow::scene::{LoadOptions, RenderSettings, Scene, Strategy};
+use fogbow::scene::{LoadOptions, RenderSettings, Scene, Strategy, StrategyRequest};
 
 use super::Kept;
 use super::spent::Spent;
@@ -132,12 +132,15 @@ fn load(scene: &StrategyScene, extent: &Extent, work: &Path) -> Result<Scene> {
 /// What is chosen, and all requests that differ, without pictures.
 fn candidates(scene: &Scene) -> Result<Vec<Candidate>> {
     let mut candidates: Vec<Candidate> = Vec::new();
-    for &(_, request) in Strategy::REQUESTS {
+    for &(_, request) in StrategyRequest::ALL {
         let settings = RenderSettings { strategy: request, ..scene.render };
         let media = media(&render(scene, &settings, &Silent)?);
-        let is_followed = request.is_none_or(|request| media.contains(&request));
+        let is_followed = match request {
+            StrategyRequest::Asked(asked) => media.contains(&asked),
+            StrategyRequest::Auto | StrategyRequest::Measured => true,
+        };
         // What is chosen stands beside the same by name: choosing takes time.
-        let is_new = candidates.iter().all(|c| c.request.is_none() || c.media != media);
+        let is_new = candidates.iter().all(|c| !c.is_asked() || c.media != media);
         if is_followed && is_new {
             let (pictures, seconds) = (Vec::new(), Vec::new());
             candidates.push(Candidate { request, media, other_seeds: 0, pictures, seconds });
@@ -174,7 +177,7 @@ fn row(
     let first: Vec<usize> = (0..seeds).collect();
     let second: Vec<usize> = (seeds..2 * seeds).collect();
     let cost = |index: &usize| series[*index].figures(&first).cost();
-    let requested = (0..candidates.len()).filter(|&index| candidates[index].request.is_some());
+    let requested = (0..candidates.len()).filter(|&index| candidates[index].is_asked());
     let best = requested.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
     let (regret, interval) = regret(&series[0], &series[best], seeds..2 * seeds);
     Row {
@@ -183,7 +186,7 @@ fn row(
         reference_error: truth.error(),
         is_reference_enough: is_enough,
         candidates: candidates.iter().map(|candidate| candidate.measured(truth)).collect(),
-        best: Strategy::request_name(candidates[best].request).into(),
+        best: candidates[best].request.name().into(),
         compared: [0, best].map(|index| series[index].figures(&second)),
         regret,
         interval,
