@@ -25,7 +25,7 @@ use crate::image::{Denoiser, read_layers};
 use crate::render::{Clock, Earlier};
 use crate::scene::{Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
-use crate::strategy::Wish;
+use crate::strategy::Assignment;
 
 /// Renders `frames`, each as it would be alone.
 pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
@@ -83,7 +83,7 @@ fn exposure(sequence: &Sequence) -> Result<Option<f64>> {
 }
 
 /// The strategies of all frames where the scene leaves them open: measured in one of them.
-fn strategies(sequence: &Sequence) -> Result<Option<Wish>> {
+fn strategies(sequence: &Sequence) -> Result<Option<Assignment>> {
     let scene = sequence.metered_frame().map(|frame| sequence.load(frame));
     // A frame that cannot be used is picture of where it is rendered.
     let Some(Ok(scene)) = scene else { return Ok(None) };
@@ -124,7 +124,7 @@ struct FrameLoop<'a> {
     /// The denoiser, once a frame needed it.
     denoiser: Option<Denoiser>,
     /// The strategies of all frames.
-    strategies: Option<Wish>,
+    strategies: Option<Assignment>,
 }
 
 impl<'a> FrameLoop<'a> {

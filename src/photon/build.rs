@@ -17,7 +17,7 @@ use super::{BeamMap, Photon, PhotonAt, PhotonDirection, SurfaceMap};
 const MAX_SURFACE_RADIUS: f64 = 0.1;
 
 /// What maps are built with.
-pub(super) struct Building<'a> {
+pub(super) struct MapBuilder<'a> {
     pub scene: &'a Scene,
     pub extents: &'a Extents,
     pub importance: &'a CameraImportance,
@@ -25,7 +25,7 @@ pub(super) struct Building<'a> {
     pub represents: f64,
 }
 
-impl Building<'_> {
+impl MapBuilder<'_> {
     /// The map of the photons in media with `levels` thinned ones, and the gather radius in metres that
     /// is typical of what the camera sees. `phases` scatter the photons of each medium.
     pub fn in_media<S: Spectrum, H: PhotonDirection>(

@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::transport::{FlightSegment, camera_position, is_camera_outside};
 use crate::work::Work;
 
-use super::build::Building;
+use super::build::MapBuilder;
 use super::camera_importance::CameraImportance;
 use super::deposit_regions::DepositRegions;
 use super::emitters::Emitters;
@@ -94,7 +94,7 @@ impl<'a> AimedPhotons<'a> {
         let count = if needed { self.count } else { 0 };
         let paths = 0..traced.map_or(count, |traced| traced.min(count));
         let levels = self.tracer.settings.levels;
-        let part = Part { paths, represents: 1.0, levels };
+        let part = PathSample { paths, represents: 1.0, levels };
         self.shoot_part(recording, phases, &part, advance)
     }
 
@@ -103,7 +103,7 @@ impl<'a> AimedPhotons<'a> {
         &mut self,
         recording: Recording<'_, S>,
         phases: &[Phase],
-        part: &Part,
+        part: &PathSample,
         advance: &(dyn Fn(u64) + Sync),
     ) -> (PhotonMaps<S, H>, Work) {
         // What paths leave behind.
@@ -112,11 +112,12 @@ impl<'a> AimedPhotons<'a> {
             if volume_photons { self.pilot.store_probability } else { 0.0 };
         self.tracer.flight_bounds = flight_bounds;
         // Trace them.
-        let Part { paths, represents, levels } = part;
+        let PathSample { paths, represents, levels } = part;
         let deposits = trace::<S, H>(&self.tracer, paths.clone(), flights, advance);
         // Build the maps.
         let Self { tracer, extents, importance, .. } = self;
-        let build = Building { scene: tracer.scene, extents, importance, represents: *represents };
+        let build =
+            MapBuilder { scene: tracer.scene, extents, importance, represents: *represents };
         let ((volume, volume_radius), surface) = rayon::join(
             || build.in_media(*levels, phases, &deposits),
             || build.on_surfaces(&deposits.surface),
@@ -139,7 +140,7 @@ impl<'a> AimedPhotons<'a> {
 
 /// Some photon paths that stand for all of a render.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct PathSample {
     /// Their indices.
     pub paths: Range<u64>,
     /// Number of paths of the render that each represents: its light counts as often, and kernels are

@@ -1,6 +1,8 @@
-//! Settings of a photon pass, and what the grids of its strategies hold.
+//! Settings of a photon pass, and the fluence grids that its strategies ask for.
 
-use crate::cache::CellContents;
+use crate::cache::{CellContents, FluenceBuilder};
+use crate::math::{Spectrum, WorldPoint};
+use crate::medium::SparseCells;
 use crate::photon::PhotonSettings;
 use crate::scene::{FinalGather, Scene, StrategyRequest};
 use crate::strategy::{Choice, Conditions, Strategy};
@@ -48,17 +50,23 @@ impl PassSettings {
     }
 }
 
-/// What the fluence grid of a medium holds by its strategy.
-pub(super) fn contents<'a>(
+/// Empty fluence grids on the cells of each medium that has any, for what its strategy reads from them.
+/// Flights are given relative to `origin`.
+pub(super) fn fluence_builders<'a, S: Spectrum>(
     scene: &'a Scene,
     choice: &'a Choice,
-    medium: usize,
-) -> CellContents<'a> {
-    if choice.media[medium].strategy == Strategy::FluenceTowardEye {
-        CellContents::TowardEye(&choice.blurred[medium], &scene.camera)
-    } else if choice.termination.degree(medium) > 1 {
-        CellContents::Moments
-    } else {
-        CellContents::FirstMoments
-    }
+    cells: Vec<Option<SparseCells>>,
+    origin: WorldPoint,
+) -> Vec<Option<FluenceBuilder<'a, S>>> {
+    let builder = |(medium, cells): (usize, Option<SparseCells>)| {
+        let contents = match choice.media[medium].strategy {
+            Strategy::FluenceTowardEye => {
+                CellContents::TowardEye(&choice.blurred[medium], &scene.camera)
+            }
+            _ if choice.termination.degree(medium) > 1 => CellContents::Moments,
+            _ => CellContents::FirstMoments,
+        };
+        Some(FluenceBuilder::new(cells?, origin, contents))
+    };
+    cells.into_iter().enumerate().map(builder).collect()
 }

@@ -1,7 +1,7 @@
 //! The photon pass: strategy, photons and caches of a render, tied together.
 
 use super::integrator::Integrator;
-use super::pass_settings::{PassSettings, contents};
+use super::pass_settings::{PassSettings, fluence_builders};
 use super::strategy_pilot::StrategyPilot;
 use crate::cache::{Caches, DirectLightCache, FinalGatherCache, FluenceBuilder, FluenceGrid};
 use crate::error::Result;
@@ -13,7 +13,7 @@ use crate::photon::{
 };
 use crate::scene::plan::Needs;
 use crate::scene::{Scene, StrategyRequest};
-use crate::strategy::{self, Choice, Evidence, MediumCells, Wish};
+use crate::strategy::{self, Assignment, Choice, Evidence};
 use crate::transport::{FlightSegment, PixelFootprint};
 use crate::work::Work;
 
@@ -57,24 +57,24 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         Self::with_strategies(scene, settings, None, advance)
     }
 
-    /// As [`new`](Self::new), by the strategies of `wish`, if there is one.
+    /// As [`new`](Self::new), by the strategies of `assignment`, if there is one.
     ///
     /// # Errors
     /// As [`new`](Self::new).
     pub fn with_strategies(
         scene: &Scene,
         settings: &PassSettings,
-        wish: Option<&Wish>,
+        assignment: Option<&Assignment>,
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<(Self, Work)> {
         let PassSettings { photons, .. } = settings;
         if !photons.needs.photons() {
             return Ok((Self::empty(photons.radius.unwrap_or(0.0)), Work::default()));
         }
-        let own = if wish.is_none() { strategies::<S, H>(scene, settings)? } else { None };
+        let own = if assignment.is_none() { strategies::<S, H>(scene, settings)? } else { None };
         let importance = CameraImportance::look(scene, photons.seed, photons.needs);
-        let prepared = Prepared::<S>::new::<H>(scene, settings, &importance)?;
-        let (pass, mut work) = prepared.shoot::<H>(wish.or(own.as_ref()), advance);
+        let prepared = PreparedPass::<S>::new::<H>(scene, settings, &importance)?;
+        let (pass, mut work) = prepared.shoot::<H>(assignment.or(own.as_ref()), advance);
         work += importance.work;
         Ok((pass, work))
     }
@@ -89,9 +89,9 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
 pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &PassSettings,
-) -> Result<Option<Wish>> {
+) -> Result<Option<Assignment>> {
     match settings.strategy {
-        StrategyRequest::Asked(strategy) => Ok(Some(Wish {
+        StrategyRequest::Asked(strategy) => Ok(Some(Assignment {
             strategies: vec![strategy; scene.media.iter().len()],
             reason: "it is asked for".into(),
             measured: Vec::new(),
@@ -100,7 +100,7 @@ pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
             let photons = PhotonSettings { seed: PILOT_SEED, ..settings.photons };
             let settings = PassSettings { photons, ..*settings };
             let importance = CameraImportance::look(scene, photons.seed, photons.needs);
-            let prepared = Prepared::<S>::new::<H>(scene, &settings, &importance)?;
+            let prepared = PreparedPass::<S>::new::<H>(scene, &settings, &importance)?;
             Ok(prepared.measure::<H>())
         }
         StrategyRequest::Measured | StrategyRequest::Auto => Ok(None),
@@ -108,7 +108,7 @@ pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
 }
 
 /// A photon pass before its strategies are decided.
-struct Prepared<'a, S: Spectrum> {
+struct PreparedPass<'a, S: Spectrum> {
     scene: &'a Scene,
     settings: &'a PassSettings,
     visible: &'a [WorldPoint],
@@ -119,7 +119,7 @@ struct Prepared<'a, S: Spectrum> {
     widths: Vec<Option<f64>>,
 }
 
-impl<'a, S: Spectrum> Prepared<'a, S> {
+impl<'a, S: Spectrum> PreparedPass<'a, S> {
     fn new<H: PhotonDirection>(
         scene: &'a Scene,
         settings: &'a PassSettings,
@@ -138,42 +138,30 @@ impl<'a, S: Spectrum> Prepared<'a, S> {
         Ok(Self { scene, settings, visible, aimed, direct, widths })
     }
 
-    /// What is known before a strategy is chosen.
-    fn evidence(&self) -> Evidence<'_> {
-        let flight_length = self.aimed.flight_length();
-        Evidence { visible: self.visible, direct: &self.widths, flight_length, widening: 1.0 }
-    }
-
     /// The strategies that a pilot finds best.
-    fn measure<H: PhotonDirection>(self) -> Option<Wish> {
+    fn measure<H: PhotonDirection>(self) -> Option<Assignment> {
         let Self { scene, settings, visible, mut aimed, direct, widths } = self;
-        let flight_length = aimed.flight_length();
-        let evidence = Evidence { visible, direct: &widths, flight_length, widening: 1.0 };
+        let evidence = Evidence::new(visible, &widths, aimed.flight_length());
         StrategyPilot { scene, settings, evidence }.measure::<S, H>(&mut aimed, direct)
     }
 
     /// Makes caches, shoots the photons and finishes what they fill.
     fn shoot<H: PhotonDirection>(
         self,
-        wish: Option<&Wish>,
+        assignment: Option<&Assignment>,
         advance: &(dyn Fn(u64) + Sync),
     ) -> (PhotonPass<S, H>, Work) {
-        let Self { scene, settings, .. } = self;
-        let photons = &settings.photons;
-        let (choice, cells) =
-            strategy::choose(scene, &settings.conditions(), &self.evidence(), wish);
-        let Self { aimed, direct, .. } = self;
+        let Self { scene, settings, visible, aimed, direct, widths } = self;
+        let (photons, conditions) = (&settings.photons, settings.conditions());
+        let evidence = Evidence::new(visible, &widths, aimed.flight_length());
+        let (choice, cells) = strategy::choose(scene, &conditions, &evidence, assignment);
         // Make the other caches.
-        let mut caches = Caches { direct, ..Caches::default() };
-        let mut builders = Vec::new();
-        for (medium, cells) in cells.into_iter().enumerate() {
-            let MediumCells { fluence, final_gathers } = cells;
-            let contents = contents(scene, &choice, medium);
-            let builder = |cells| FluenceBuilder::new(cells, aimed.origin(), contents);
-            builders.push(fluence.map(builder));
-            let gathers = final_gathers.map(|cells| gather_cache(scene, medium, cells, settings));
-            caches.final_gathers.push(gathers);
-        }
+        let (fluence, gathers): (Vec<_>, Vec<_>) =
+            cells.into_iter().map(|cells| (cells.fluence, cells.final_gathers)).unzip();
+        let mut builders = fluence_builders(scene, &choice, fluence, aimed.origin());
+        let gathers = gathers.into_iter().enumerate();
+        let gathers = gathers.map(|(medium, cells)| gather_cache(scene, medium, cells?, settings));
+        let mut caches = Caches { direct, final_gathers: gathers.collect(), ..Caches::default() };
         // Shoot photons, whose flights fill the fluence grids.
         let flight_unit = aimed.flight_unit();
         let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
@@ -200,8 +188,8 @@ fn gather_cache<S: Spectrum>(
     medium: usize,
     cells: SparseCells,
     settings: &PassSettings,
-) -> FinalGatherCache<S> {
+) -> Option<FinalGatherCache<S>> {
     let PhotonSettings { seed, traced, .. } = settings.photons;
     let footprint = PixelFootprint::new(scene, settings.film_pixels);
-    FinalGatherCache::new(medium, cells, footprint, seed, traced.is_some())
+    Some(FinalGatherCache::new(medium, cells, footprint, seed, traced.is_some()))
 }

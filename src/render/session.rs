@@ -20,7 +20,7 @@ use crate::math::{Rgb, Spectrum, Stage};
 use crate::photon::PhotonDirection;
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
-use crate::strategy::Wish;
+use crate::strategy::Assignment;
 use crate::work::Work;
 
 /// Renders `scene` by photon maps and ray marching, directed as `settings` say. The picture is the
@@ -44,7 +44,7 @@ pub struct Earlier<'a> {
     /// new one; the picture and the work that it reports are the same.
     pub snapshot: Option<CachedSnapshot>,
     /// The strategies of the shot, of [`shot_strategies`].
-    pub strategies: Option<&'a Wish>,
+    pub strategies: Option<&'a Assignment>,
 }
 
 /// The strategies that suit `scene`, which stands for all frames of a shot: decided once, they cannot
@@ -52,7 +52,7 @@ pub struct Earlier<'a> {
 ///
 /// # Errors
 /// As [`render()`].
-pub fn shot_strategies(scene: &Scene, settings: &RenderSettings) -> Result<Option<Wish>> {
+pub fn shot_strategies(scene: &Scene, settings: &RenderSettings) -> Result<Option<Assignment>> {
     let pass = pass_settings(scene, settings);
     specialised!(pass.photons.needs, strategies(scene, &pass))
 }
@@ -85,7 +85,7 @@ struct Directed<'a> {
     settings: &'a RenderSettings,
     maps: &'a DirectorMaps,
     /// The strategies of the shot.
-    strategies: Option<&'a Wish>,
+    strategies: Option<&'a Assignment>,
 }
 
 /// Renders the picture that maps direct. `stages` are those that ran before.

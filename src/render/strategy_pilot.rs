@@ -5,48 +5,53 @@ use std::mem;
 use rayon::prelude::*;
 
 use super::integrator::Integrator;
-use super::pass_settings::{PassSettings, contents};
+use super::pass_settings::{PassSettings, fluence_builders};
 use super::pixel_sampling::{CameraRay, Workspace};
 use crate::cache::{
     Caches, DirectLightCache, FluenceBuilder, FluenceGrid, GATHERS_PER_RAY, SamplePass,
 };
 use crate::director::PixelBudget;
 use crate::math::{Aabb, Rgb, Spectrum, Stage, Stream, luminance};
-use crate::photon::{AimedPhotons, Part, PhotonDirection, PhotonMaps, Recording};
+use crate::photon::{AimedPhotons, PathSample, PhotonDirection, PhotonMaps, Recording};
 use crate::scene::Scene;
 use crate::strategy::{
-    self, BLOCK, Choice, Errors, Evidence, Measured, MediumCells, PhotonScale, RaySamples,
-    Strategy, Wish,
+    self, Assignment, BLOCK, Choice, Errors, Evidence, Measured, MediumCells, PhotonScale,
+    RaySamples, Strategy,
 };
 use crate::transport::{FlightSegment, PathContext, StratifiedSample};
 use crate::work::Work;
 
-/// Photon paths of the render for each path of one half of the pilot.
+/// Photon paths of the render for each path of one half of the pilot: both halves together cost a
+/// thirty-second of all photons.
 const PHOTONS_PER_PATH: u64 = 64;
 
-/// Fewest paths of a half.
+/// Fewest paths of a half, if there are so many: variances by 256 paths have a relative error of about 1 /
+/// sqrt(128), a tenth.
 const MIN_PATHS: u64 = 256;
 
 /// Width of the pilot's cells over that which suits its photons: wider ones show more bias and less noise,
 /// and are fewer.
 const WIDENING: f64 = 2.0;
 
-/// Rays of the picture for each ray of the pilot.
+/// Rays of the picture for each ray of the pilot. With six samples of each by up to four contenders the
+/// pilot costs a fifth of the picture's rays where it is smallest, and less than a hundredth at 512 x 512.
 const RAYS_PER_RAY: f64 = 128.0;
 
-/// Share of the cost of a picture by the cheapest profile so far that measuring another may take. One that
+/// Share of the cost of a picture by the cheapest contender so far that measuring another may take. One that
 /// takes more is given up: its rays cost at least twice as much as that whole picture.
 const MAX_SHARE: f64 = 0.1;
 
 /// Samples of a ray by one half of the photons: two, and a wide one.
 const SAMPLES: f64 = 3.0;
 
-/// Fewest and most rays of the pilot along each side of the film, in blocks.
+/// Fewest rays of the pilot along each side of the film, in blocks: nine blocks to tell bias from noise by.
 const MIN_BLOCKS: usize = 3;
+
+/// Most of them: variances by 32² rays are known to a few per cent.
 const MAX_BLOCKS: usize = 8;
 
-/// One profile on trial.
-struct Profile {
+/// An assignment of strategies that the pilot measures.
+struct Contender {
     choice: Choice,
     /// Factors for all photons.
     scale: PhotonScale,
@@ -54,8 +59,8 @@ struct Profile {
     crossings: f64,
 }
 
-/// Costs of a profile, in nanoseconds of a typical core.
-struct ProfileCost {
+/// Costs of a contender, in nanoseconds of a typical core.
+struct ContenderCost {
     /// Its index.
     index: usize,
     /// Of a ray.
@@ -64,7 +69,7 @@ struct ProfileCost {
     photons: f64,
 }
 
-impl ProfileCost {
+impl ContenderCost {
     /// Of a picture of so many rays.
     fn total(&self, rays: f64) -> f64 {
         self.photons + rays * self.ray
@@ -74,7 +79,7 @@ impl ProfileCost {
 /// One half of the photons.
 struct Half<S: Spectrum, H: PhotonDirection> {
     maps: PhotonMaps<S, H>,
-    /// Grids of each profile.
+    /// Grids of each contender.
     fluence: Vec<Vec<Option<FluenceGrid<S>>>>,
     work: Work,
 }
@@ -87,13 +92,13 @@ pub(super) struct StrategyPilot<'a, 'b> {
 }
 
 impl<'a> StrategyPilot<'a, '_> {
-    /// Measures all profiles that differ, and returns the one with the least squared error times cost;
+    /// Measures all contenders that differ, and returns the one with the least squared error times cost;
     /// `None` where no light is seen, or the picture has too few rays for a pilot. `direct` are the caches of direct light.
     pub fn measure<S: Spectrum, H: PhotonDirection>(
         &self,
         aimed: &mut AimedPhotons<'a>,
         direct: Vec<Option<DirectLightCache<S>>>,
-    ) -> Option<Wish> {
+    ) -> Option<Assignment> {
         if self.picture_rays() < RAYS_PER_RAY * ((BLOCK * MIN_BLOCKS).pow(2) as f64) {
             return None;
         }
@@ -102,47 +107,47 @@ impl<'a> StrategyPilot<'a, '_> {
             return None;
         }
         let represents = aimed.count() as f64 / paths as f64;
-        let (profiles, cells): (Vec<_>, Vec<_>) = self.profiles(represents).into_iter().unzip();
-        let strategies = |profile: &Profile| -> Vec<Strategy> {
-            profile.choice.media.iter().map(|medium| medium.strategy).collect()
+        let (contenders, cells): (Vec<_>, Vec<_>) = self.contenders(represents).into_iter().unzip();
+        let strategies = |contender: &Contender| -> Vec<Strategy> {
+            contender.choice.media.iter().map(|medium| medium.strategy).collect()
         };
-        if let [only] = &profiles[..]
+        if let [only] = &contenders[..]
             && !strategies(only).contains(&Strategy::Moments)
         {
             let reason = "no other is possible".into();
-            return Some(Wish { strategies: strategies(only), reason, measured: Vec::new() });
+            return Some(Assignment { strategies: strategies(only), reason, measured: Vec::new() });
         }
         // Two halves of photons, others than those of the render.
         let half = |half: u64, aimed: &mut AimedPhotons<'a>| {
             let first = aimed.count() + half * paths;
-            let part = Part { paths: first..first + paths, represents, levels: 1 };
-            self.shoot::<S, H>(aimed, &profiles, &cells, &part)
+            let part = PathSample { paths: first..first + paths, represents, levels: 1 };
+            self.shoot::<S, H>(aimed, &contenders, &cells, &part)
         };
         let mut halves = [0, 1].map(|index| half(index, aimed));
-        // Rays by each profile.
+        // Rays by each contender.
         let mut caches = Caches { direct, ..Caches::default() };
         let shot = halves[0].work;
-        let (mut samples, mut costs) = (Vec::new(), Vec::<ProfileCost>::new());
-        for (index, profile) in profiles.iter().enumerate() {
-            let photons = represents * self.photon_cost(&shot, &profile.choice)
-                + strategy::cost_of_crossings(profile.crossings);
+        let (mut samples, mut costs) = (Vec::new(), Vec::<ContenderCost>::new());
+        for (index, contender) in contenders.iter().enumerate() {
+            let photons = represents * self.photon_cost(&shot, &contender.choice)
+                + strategy::cost_of_crossings(contender.crossings);
             let cheapest = costs.iter().map(|cost| cost.total(self.picture_rays()));
             let most = MAX_SHARE * cheapest.fold(f64::INFINITY, f64::min);
             let grids = halves.each_mut().map(|half| mem::take(&mut half.fluence[index]));
             let maps = halves.each_ref().map(|half| &half.maps);
-            let traced = self.trace(&profile.choice, maps, grids, &mut caches, most);
+            let traced = self.trace(&contender.choice, maps, grids, &mut caches, most);
             let Some((rays, ray)) = traced else { continue };
             samples.push(rays);
-            costs.push(ProfileCost { index, ray, photons });
+            costs.push(ContenderCost { index, ray, photons });
         }
         let weights = strategy::weights(&samples);
         if weights.iter().all(|weight| *weight == 0.0) {
             return None;
         }
         let conditions = self.settings.conditions();
-        let measured = |(rays, cost): (&Vec<RaySamples>, &ProfileCost)| Measured {
-            strategies: strategies(&profiles[cost.index]),
-            errors: strategy::errors(rays, &weights, profiles[cost.index].scale),
+        let measured = |(rays, cost): (&Vec<RaySamples>, &ContenderCost)| Measured {
+            strategies: strategies(&contenders[cost.index]),
+            errors: strategy::errors(rays, &weights, contenders[cost.index].scale),
             ray_cost: cost.ray,
             photon_cost: cost.photons,
             pixels: self.pixels(),
@@ -154,30 +159,32 @@ impl<'a> StrategyPilot<'a, '_> {
             |measured: &&Measured| strategy::is_allowed(&measured.strategies, &conditions);
         let best = all.iter().filter(allowed).min_by(|a, b| a.product().total_cmp(&b.product()))?;
         let reason = "in a pilot it has the least squared error times cost".into();
-        Some(Wish { strategies: best.strategies.clone(), reason, measured: all })
+        Some(Assignment { strategies: best.strategies.clone(), reason, measured: all })
     }
 
     /// Profiles that differ, with their cells for a pilot whose paths each represent so many.
-    fn profiles(&self, represents: f64) -> Vec<(Profile, Vec<MediumCells>)> {
+    fn contenders(&self, represents: f64) -> Vec<(Contender, Vec<MediumCells>)> {
         let conditions = self.settings.conditions();
         let widening = WIDENING * strategy::width_for_photons(1.0 / represents);
         let evidence = Evidence { widening, ..self.evidence };
-        let mut profiles: Vec<(Profile, Vec<MediumCells>)> = Vec::new();
-        for strategies in strategy::profiles(self.scene, &conditions) {
-            let wish = Wish { strategies, ..Wish::default() };
-            let (choice, cells) = strategy::choose(self.scene, &conditions, &evidence, Some(&wish));
+        let mut contenders: Vec<(Contender, Vec<MediumCells>)> = Vec::new();
+        for strategies in strategy::assignments(self.scene, &conditions) {
+            let assignment = Assignment { strategies, ..Assignment::default() };
+            let (choice, cells) =
+                strategy::choose(self.scene, &conditions, &evidence, Some(&assignment));
             let of = |choice: &Choice| choice.media.iter().map(|m| m.strategy).collect::<Vec<_>>();
-            let is_new = profiles.iter().all(|(profile, _)| of(&profile.choice) != of(&choice));
-            if let Some(profile) = self.profile(choice, represents).filter(|_| is_new) {
-                profiles.push((profile, cells));
+            let is_new =
+                contenders.iter().all(|(contender, _)| of(&contender.choice) != of(&choice));
+            if let Some(contender) = self.contender(choice, represents).filter(|_| is_new) {
+                contenders.push((contender, cells));
             }
         }
-        profiles
+        contenders
     }
 
-    /// A profile with its factors from the pilot's cells and photons to the render's; `None` where those
+    /// A contender with its factors from the pilot's cells and photons to the render's; `None` where those
     /// cells, which are narrower, are too many.
-    fn profile(&self, choice: Choice, represents: f64) -> Option<Profile> {
+    fn contender(&self, choice: Choice, represents: f64) -> Option<Contender> {
         let conditions = self.settings.conditions();
         let (mut narrower, mut crossings) = (0.0_f64, 0.0);
         for (index, medium) in choice.media.iter().enumerate() {
@@ -208,32 +215,27 @@ impl<'a> StrategyPilot<'a, '_> {
             of_ray: 1.0 / represents / narrower.powi(2),
             bias: narrower.powi(4),
         };
-        Some(Profile { choice, scale, crossings })
+        Some(Contender { choice, scale, crossings })
     }
 
-    /// Shoots the photons of one half, with what all profiles need.
+    /// Shoots the photons of one half, with what all contenders need.
     fn shoot<S: Spectrum, H: PhotonDirection>(
         &self,
         aimed: &mut AimedPhotons<'a>,
-        profiles: &[Profile],
+        contenders: &[Contender],
         cells: &[Vec<MediumCells>],
-        part: &Part,
+        part: &PathSample,
     ) -> Half<S, H> {
         let (origin, unit) = (aimed.origin(), aimed.flight_unit() * part.represents);
         let mut builders: Vec<Vec<Option<FluenceBuilder<'_, S>>>> = Vec::new();
-        for (profile, cells) in profiles.iter().zip(cells) {
-            let mut own = Vec::new();
-            for (medium, cells) in cells.iter().enumerate() {
-                let contents = contents(self.scene, &profile.choice, medium);
-                let cells = cells.fluence.clone();
-                own.push(cells.map(|cells| FluenceBuilder::new(cells, origin, contents)));
-            }
-            builders.push(own);
+        for (contender, cells) in contenders.iter().zip(cells) {
+            let cells = cells.iter().map(|cells| cells.fluence.clone()).collect();
+            builders.push(fluence_builders(self.scene, &contender.choice, cells, origin));
         }
         let bounds = builders.iter().flatten().flatten().map(FluenceBuilder::bounds);
-        let phases: Vec<_> = profiles[0].choice.splits.iter().map(|split| split.phase).collect();
+        let phases: Vec<_> = contenders[0].choice.splits.iter().map(|split| split.phase).collect();
         let recording = Recording {
-            volume_photons: profiles.iter().any(|profile| profile.choice.stores_photons),
+            volume_photons: contenders.iter().any(|contender| contender.choice.stores_photons),
             flight_bounds: bounds.reduce(Aabb::union),
             flights: &mut |segments: &[&[FlightSegment<S>]]| {
                 builders.iter_mut().flatten().flatten().for_each(|builder| builder.add(segments));
@@ -248,8 +250,8 @@ impl<'a> StrategyPilot<'a, '_> {
         Half { maps, fluence, work }
     }
 
-    /// Samples of all rays by one profile, and the cost of a ray, where measuring it costs at most `most`.
-    /// `caches` hold direct light, and take the profile's grids of each half.
+    /// Samples of all rays by one contender, and the cost of a ray, where measuring it costs at most `most`.
+    /// `caches` hold direct light, and take the contender's grids of each half.
     fn trace<S: Spectrum, H: PhotonDirection>(
         &self,
         choice: &Choice,
@@ -351,7 +353,7 @@ impl<'a> StrategyPilot<'a, '_> {
         f64::from(budget.gathers.min(budget.rays)) / f64::from(budget.rays.max(1))
     }
 
-    /// Cost of the photons of a half by a profile; none where it does without them.
+    /// Cost of the photons of a half by a contender; none where it does without them.
     fn photon_cost(&self, shot: &Work, choice: &Choice) -> f64 {
         let reads_flights = choice.media.iter().any(|medium| medium.cell_width.is_some());
         let surfaces = self.settings.photons.needs.surface_photons;

@@ -1,6 +1,5 @@
 //! Which estimator lights each medium, decided once before photons are shot.
 
-use crate::math::WorldPoint;
 use crate::medium::{Medium, Phase, SparseCells};
 use crate::scene::{Scene, Strategy};
 use crate::transport::{PixelFootprint, is_camera_outside};
@@ -9,7 +8,7 @@ use super::cell_width::{
     final_gather_cells, pixel_width, thin_width, thin_width_for_moments, width_for_flights,
 };
 use super::gather_termination::GatherTermination;
-use super::kind::{Conditions, MediumStrategy, Summary};
+use super::kind::{Assignment, Conditions, Evidence, MediumStrategy, Summary};
 use super::measured::Measured;
 use super::phase_blur::{self, PhaseSplit};
 use super::possible;
@@ -49,7 +48,7 @@ pub struct MediumCells {
 pub struct Choice {
     /// Each medium's strategy, in the scene's order; empty where no photons are needed.
     pub media: Vec<MediumStrategy>,
-    /// What a pilot measured of each profile that was possible; empty where it did not measure.
+    /// What a pilot measured of each assignment that was possible; empty where it did not measure.
     pub measured: Vec<Measured>,
     /// Whether flights straight from the sky are recorded in grids.
     pub records_sky: bool,
@@ -91,43 +90,19 @@ impl Choice {
     }
 }
 
-/// What the camera and a pilot of the photons tell of a scene.
-#[derive(Debug, Clone, Copy)]
-pub struct Evidence<'a> {
-    /// Places in media that the camera sees.
-    pub visible: &'a [WorldPoint],
-    /// Width in metres of each medium's cells of direct light, where that is cached.
-    pub direct: &'a [Option<f64>],
-    /// Length of all flights of photons together, in metres.
-    pub flight_length: f64,
-    /// Width of cells over that which suits those flights.
-    pub widening: f64,
-}
-
-/// A strategy for each medium, and why.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Wish {
-    /// The strategies, in the scene's order of media.
-    pub strategies: Vec<Strategy>,
-    /// Why, as one sentence.
-    pub reason: String,
-    /// What a pilot measured of each profile; empty where it did not measure.
-    pub measured: Vec<Measured>,
-}
-
-/// How light in the media of `scene` is estimated: as `wish` says where that is possible, and as near as
+/// How light in the media of `scene` is estimated: as `assignment` says where that is possible, and as near as
 /// possible elsewhere; by a rule of thumb without one.
 pub fn choose(
     scene: &Scene,
     conditions: &Conditions,
     evidence: &Evidence<'_>,
-    wish: Option<&Wish>,
+    assignment: Option<&Assignment>,
 ) -> (Choice, Vec<MediumCells>) {
     let blurred = phase_blur::phases(scene, conditions.photons);
     let records_sky = evidence.direct.iter().any(Option::is_some);
-    let question = Question { scene, conditions, evidence, wish, blurred: &blurred };
+    let chooser = Chooser { scene, conditions, evidence, assignment, blurred: &blurred };
     let media = 0..scene.media.iter().len();
-    let (media, cells): (Vec<_>, Vec<_>) = media.map(|medium| question.decide(medium)).unzip();
+    let (media, cells): (Vec<_>, Vec<_>) = media.map(|medium| chooser.decide(medium)).unzip();
     let is_beams = |medium: &MediumStrategy| medium.strategy == Strategy::Beams;
     // Peaks are followed only by rays that gather photons, and orders are not counted along rays.
     let follows_peaks = media.iter().all(is_beams) && conditions.max_scatter.is_none();
@@ -139,7 +114,7 @@ pub fn choose(
     });
     let choice = Choice {
         media,
-        measured: wish.map(|wish| wish.measured.clone()).unwrap_or_default(),
+        measured: assignment.map(|assignment| assignment.measured.clone()).unwrap_or_default(),
         records_sky,
         termination: GatherTermination::new(scene, conditions.photons),
         splits: phase_blur::scatterings(scene, &blurred, follows_peaks, near),
@@ -160,14 +135,14 @@ pub fn cell_width(
     strategy: Strategy,
 ) -> Option<f64> {
     let blurred = phase_blur::phases(scene, conditions.photons);
-    let question = Question { scene, conditions, evidence, wish: None, blurred: &blurred };
+    let chooser = Chooser { scene, conditions, evidence, assignment: None, blurred: &blurred };
     let of = scene.media.get(medium);
     let (width, values) = match strategy {
         Strategy::FluenceTowardEye => {
-            (question.width_toward_eye(of, &blurred[medium], f64::INFINITY)?, 1)
+            (chooser.width_toward_eye(of, &blurred[medium], f64::INFINITY)?, 1)
         }
         Strategy::Moments | Strategy::SharedGathers => {
-            (question.width_of_moments(of)?, FIRST_DEGREE_VALUES)
+            (chooser.width_of_moments(of)?, FIRST_DEGREE_VALUES)
         }
         Strategy::Beams | Strategy::Traced => return None,
     };
@@ -198,16 +173,16 @@ pub fn shared_footprint(
     areas?.into_iter().reduce(f64::min)
 }
 
-/// One picture's question.
-struct Question<'a> {
+/// What the strategies of one picture are chosen by.
+struct Chooser<'a> {
     scene: &'a Scene,
     conditions: &'a Conditions,
     evidence: &'a Evidence<'a>,
-    wish: Option<&'a Wish>,
+    assignment: Option<&'a Assignment>,
     blurred: &'a [Phase],
 }
 
-impl Question<'_> {
+impl Chooser<'_> {
     /// The strategy of a medium and its cells: the first of those that are preferred whose cells exist.
     fn decide(&self, medium: usize) -> (MediumStrategy, MediumCells) {
         let direct_cell_width = self.evidence.direct[medium];
@@ -230,8 +205,8 @@ impl Question<'_> {
     /// Strategies for a medium, the best first.
     fn preferred(&self, medium: usize) -> Vec<Strategy> {
         use Strategy::{Beams, FluenceTowardEye, Moments, SharedGathers, Traced};
-        if let Some(wish) = self.wish {
-            return match wish.strategies[medium] {
+        if let Some(assignment) = self.assignment {
+            return match assignment.strategies[medium] {
                 SharedGathers => vec![SharedGathers, Moments, Traced],
                 Moments => vec![Moments, Traced],
                 Traced => vec![Traced],
@@ -260,7 +235,7 @@ impl Question<'_> {
             Strategy::Traced => (),
             _ if self.conditions.photons == 0 => return None,
             Strategy::FluenceTowardEye => {
-                let refinement = match self.wish {
+                let refinement = match self.assignment {
                     Some(_) => f64::INFINITY,
                     None => rule::max_refinement(preferred),
                 };
@@ -268,7 +243,7 @@ impl Question<'_> {
                 fluence = Some(covering(width.filter(|_| outside)?, 1)?);
             }
             Strategy::Moments => {
-                let can = outside || self.wish.is_some();
+                let can = outside || self.assignment.is_some();
                 let width = self.width_of_moments(medium).filter(|_| can)?;
                 fluence = Some(covering(width, FIRST_DEGREE_VALUES)?);
             }
@@ -315,9 +290,9 @@ impl Question<'_> {
     fn reason(&self, strategy: Strategy, index: usize) -> String {
         let volume_photons = self.conditions.volume_photons;
         let medium = self.scene.media.get(index);
-        let reason = match (strategy, self.wish) {
+        let reason = match (strategy, self.assignment) {
             (Strategy::Beams, _) if !volume_photons => "no photons are stored in media",
-            (_, Some(wish)) if strategy == wish.strategies[index] => &wish.reason,
+            (_, Some(assignment)) if strategy == assignment.strategies[index] => &assignment.reason,
             (_, Some(_)) => "the strategy that is asked for is not possible here",
             (_, None) => rule::reason(self.scene, self.conditions, medium, strategy),
         };
@@ -328,6 +303,7 @@ impl Question<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::WorldPoint;
     use crate::scene::FinalGather;
     use crate::strategy::direct_cells;
 
@@ -365,10 +341,10 @@ mod tests {
         let visible = [WorldPoint::new(0.0, 0.0, 0.9)];
         let direct = direct_cells(&scene, conditions, &visible);
         let direct: Vec<_> = direct.iter().map(|c| c.as_ref().map(|c| c.edge)).collect();
-        let evidence =
-            Evidence { visible: &visible, direct: &direct, flight_length: 1e6, widening: 1.0 };
-        let wish = asked.map(|strategy| Wish { strategies: vec![strategy], ..Wish::default() });
-        choose(&scene, conditions, &evidence, wish.as_ref()).0
+        let evidence = Evidence::new(&visible, &direct, 1e6);
+        let assignment = asked
+            .map(|strategy| Assignment { strategies: vec![strategy], ..Assignment::default() });
+        choose(&scene, conditions, &evidence, assignment.as_ref()).0
     }
 
     #[test]

@@ -65,7 +65,7 @@ impl GatherTermination {
 
     /// Values of a cell that holds those moments.
     pub fn values(&self, medium: usize) -> usize {
-        if self.degree(medium) > 1 { 9 } else { 4 }
+        (self.degree(medium) + 1).pow(2)
     }
 
     /// The moment left unresolved after a scattering in a medium, where `unresolved` was before, 1 at

@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use super::measured::Measured;
+use crate::math::WorldPoint;
 use crate::scene::{FinalGather, Strategy};
 
 /// The estimator for rays whose light is not scattered toward the camera, as behind a mirror: what
@@ -16,6 +17,11 @@ pub const fn away_from_camera(strategy: Strategy) -> Strategy {
         Strategy::SharedGathers => Strategy::Moments,
         Strategy::Beams | Strategy::Moments | Strategy::Traced => strategy,
     }
+}
+
+/// Whether a medium of this strategy has a grid of moments, at which final gathers end.
+pub const fn holds_moments(strategy: Strategy) -> bool {
+    matches!(strategy, Strategy::Moments | Strategy::SharedGathers)
 }
 
 /// The strategy in words, for a table.
@@ -48,6 +54,41 @@ pub struct Conditions {
     pub film_pixels: f64,
     /// Whether photons are stored in media at all.
     pub volume_photons: bool,
+}
+
+/// What the camera and a pilot of the photons tell of a scene.
+#[derive(Debug, Clone, Copy)]
+pub struct Evidence<'a> {
+    /// Places in media that the camera sees.
+    pub visible: &'a [WorldPoint],
+    /// Width in metres of each medium's cells of direct light, where that is cached.
+    pub direct: &'a [Option<f64>],
+    /// Length of all flights of photons together, in metres.
+    pub flight_length: f64,
+    /// Width of cells over that which suits those flights.
+    pub widening: f64,
+}
+
+impl<'a> Evidence<'a> {
+    /// With cells as wide as suits the flights.
+    pub const fn new(
+        visible: &'a [WorldPoint],
+        direct: &'a [Option<f64>],
+        flight_length: f64,
+    ) -> Self {
+        Self { visible, direct, flight_length, widening: 1.0 }
+    }
+}
+
+/// A strategy for each medium, and why.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Assignment {
+    /// The strategies, in the scene's order of media.
+    pub strategies: Vec<Strategy>,
+    /// Why, as one sentence.
+    pub reason: String,
+    /// What a pilot measured of each assignment; empty where it did not measure.
+    pub measured: Vec<Measured>,
 }
 
 /// The strategy of one medium, for estimators and reports.
@@ -84,13 +125,13 @@ impl fmt::Display for MediumStrategy {
 pub struct Summary {
     /// Each medium's strategy, in the scene's order; empty where no medium needs photons.
     pub media: Vec<MediumStrategy>,
-    /// What a pilot measured of each profile that was possible.
+    /// What a pilot measured of each assignment that was possible.
     #[serde(default)]
     pub measured: Vec<Measured>,
 }
 
 impl Summary {
-    /// One line for each medium and for each profile that was measured, or one that says that no medium
+    /// One line for each medium and for each assignment that was measured, or one that says that no medium
     /// needs photons.
     pub fn lines(&self) -> Vec<String> {
         if self.media.is_empty() {
@@ -98,7 +139,9 @@ impl Summary {
         }
         let media = (1..).zip(&self.media);
         let media = media.map(|(number, medium)| format!("medium {number}: {medium}"));
-        media.chain(self.measured.iter().map(|profile| format!("measured: {profile}"))).collect()
+        media
+            .chain(self.measured.iter().map(|assignment| format!("measured: {assignment}")))
+            .collect()
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a pilot measured of each strategy, and which has the least error for its time.
 //!
-//! A profile is a strategy for each medium. Its efficiency is that of Monte Carlo estimators, one over
+//! An assignment is a strategy for each medium. Its efficiency is that of Monte Carlo estimators, one over
 //! squared error times cost (Veach 1997, section 2.2), with bias among the error. Photons are shot in
 //! two halves A and B, and each ray is traced with the random numbers x and y by both. Products of
 //! differences tell the parts of the error apart:
@@ -33,7 +33,7 @@ const EPSILON: f64 = 0.5;
 /// Unit: count. Definition: of the prefix.
 const NANOSECONDS: f64 = 1e9;
 
-/// Luminance that one ray brings by one profile, W/(m² sr).
+/// Luminance that one ray brings by one assignment, W/(m² sr).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RaySamples {
     /// By each half of the photons, with two sets of random numbers.
@@ -53,7 +53,7 @@ pub struct PhotonScale {
     pub bias: f64,
 }
 
-/// What one profile brings and takes.
+/// What one assignment brings and takes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Strategy of each medium.
@@ -99,13 +99,13 @@ impl fmt::Display for Measured {
 }
 
 /// Weights of the rays' squared errors: one over the squared radiance of their block plus that of an
-/// epsilon, as in the relative error of studies. `profiles` are the samples of each, on a square grid of
+/// epsilon, as in the relative error of studies. `assignments` are the samples of each, on a square grid of
 /// rays, row by row.
-pub fn weights(profiles: &[Vec<RaySamples>]) -> Vec<f64> {
-    let rays = profiles.first().map_or(0, Vec::len);
+pub fn weights(assignments: &[Vec<RaySamples>]) -> Vec<f64> {
+    let rays = assignments.first().map_or(0, Vec::len);
     let mean_of = |ray: usize| {
-        let all = profiles.iter().flat_map(|samples| samples[ray].samples).flatten();
-        all.sum::<f64>() / (4 * profiles.len()) as f64
+        let all = assignments.iter().flat_map(|samples| samples[ray].samples).flatten();
+        all.sum::<f64>() / (4 * assignments.len()) as f64
     };
     let means: Vec<f64> = (0..rays).map(mean_of).collect();
     let epsilon = EPSILON * means.iter().sum::<f64>() / rays.max(1) as f64;
@@ -117,7 +117,7 @@ pub fn weights(profiles: &[Vec<RaySamples>]) -> Vec<f64> {
     (0..rays).map(weight).collect()
 }
 
-/// Relative squared errors of one profile.
+/// Relative squared errors of one assignment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Variance that averages out over the rays of a pixel, of one ray.
@@ -128,7 +128,7 @@ pub struct Errors {
     pub squared_bias: f64,
 }
 
-/// Errors of one profile with all photons, from rays whose squared errors have these weights.
+/// Errors of one assignment with all photons, from rays whose squared errors have these weights.
 pub fn errors(rays: &[RaySamples], weights: &[f64], scale: PhotonScale) -> Errors {
     let count = rays.len().max(1) as f64;
     let mean = |f: &dyn Fn(&RaySamples) -> f64| {

@@ -18,10 +18,12 @@ pub use crate::scene::{Strategy, StrategyRequest};
 pub use cell_width::{
     direct_cells, thin_width, thin_width_for_moments, width_for_flights, width_for_photons,
 };
-pub use choose::{Choice, Evidence, MediumCells, Wish, cell_width, choose, shared_footprint};
+pub use choose::{Choice, MediumCells, cell_width, choose, shared_footprint};
 pub use gather_termination::GatherTermination;
-pub use kind::{Conditions, MediumStrategy, Summary, away_from_camera};
+pub use kind::{
+    Assignment, Conditions, Evidence, MediumStrategy, Summary, away_from_camera, holds_moments,
+};
 pub use measured::{BLOCK, Errors, Measured, PhotonScale, RaySamples, errors, weights};
 pub use phase_blur::{PhaseSplit, phases, scatterings};
-pub use possible::{is_allowed, profiles};
+pub use possible::{assignments, is_allowed};
 pub use unit_costs::{cost, cost_of_crossings, cost_of_storing};

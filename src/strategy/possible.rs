@@ -4,10 +4,10 @@ use crate::light::Light;
 use crate::medium::Medium;
 use crate::scene::{FinalGather, Scene, Strategy};
 
-use super::kind::Conditions;
+use super::kind::{Conditions, holds_moments};
 
 /// Strategies that a render may choose among: one for all media that can have it.
-pub fn profiles(scene: &Scene, conditions: &Conditions) -> Vec<Vec<Strategy>> {
+pub fn assignments(scene: &Scene, conditions: &Conditions) -> Vec<Vec<Strategy>> {
     use Strategy::{Beams, FluenceTowardEye, Moments, Traced};
     let always = conditions.final_gather == FinalGather::Always;
     let gathers = gathers(scene, conditions) && (always || !misses_caustics(scene));
@@ -19,11 +19,10 @@ pub fn profiles(scene: &Scene, conditions: &Conditions) -> Vec<Vec<Strategy>> {
     strategies.iter().map(|strategy| vec![*strategy; media]).collect()
 }
 
-/// Whether a profile may be chosen: where final gathers must be, one with those.
-pub fn is_allowed(profile: &[Strategy], conditions: &Conditions) -> bool {
-    let gathers =
-        |strategy: &Strategy| matches!(strategy, Strategy::Moments | Strategy::SharedGathers);
-    conditions.final_gather != FinalGather::Always || profile.iter().any(gathers)
+/// Whether an assignment may be chosen: where final gathers must be, one with those.
+pub fn is_allowed(assignment: &[Strategy], conditions: &Conditions) -> bool {
+    conditions.final_gather != FinalGather::Always
+        || assignment.iter().any(|strategy| holds_moments(*strategy))
 }
 
 /// Whether final gathers are possible: not where orders of scattering are counted, and not where a

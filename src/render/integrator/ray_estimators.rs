@@ -4,7 +4,7 @@ use crate::cache::Caches;
 use crate::light::Light;
 use crate::math::Spectrum;
 use crate::scene::Scene;
-use crate::strategy::{Choice, Strategy, away_from_camera};
+use crate::strategy::{Choice, Strategy, away_from_camera, holds_moments};
 
 /// Estimators for one kind of ray: caches hold light scattered toward the camera, so that they serve rays
 /// from there, and all rays where a medium scatters isotropically.
@@ -107,9 +107,4 @@ pub(super) fn handled_by_gather(scene: &Scene, choice: &Choice) -> Vec<bool> {
     let gathers = any(|s| !matches!(s, Strategy::Beams | Strategy::FluenceTowardEye));
     let is_handled = gathers && (choice.records_sky || !any(holds_moments));
     scene.lights.lights.iter().map(|light| is_handled && light.is_environment()).collect()
-}
-
-/// Whether a medium of this strategy has a grid of moments, at which final gathers end.
-pub(super) fn holds_moments(strategy: Strategy) -> bool {
-    matches!(strategy, Strategy::Moments | Strategy::SharedGathers)
 }

@@ -9,9 +9,9 @@ use crate::medium::Phase;
 use crate::photon::{PhotonDirection, PhotonMaps};
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
-use crate::strategy::Choice;
+use crate::strategy::{Choice, holds_moments};
 
-use super::ray_estimators::{RayEstimators, handled_by_gather, holds_moments};
+use super::ray_estimators::{RayEstimators, handled_by_gather};
 
 /// [`concentration`](Phase::concentration) of a phase function above which final gathers sample it
 /// jointly with lights, without unit. Broader lobes hit lights often enough by themselves, and joint
