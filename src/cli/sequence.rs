@@ -44,13 +44,12 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
     if let Some(warning) = reader.check(frames)? {
         console::warn(&[warning]);
     }
-    let exposure = pool.install(|| exposure(&sequence))?;
-    if let Some(frame) = sequence.metered_frame().filter(|_| args.write_scene.is_some()) {
-        let mut scene = sequence.load(frame)?;
+    let Shot { metered, exposure, strategies } = pool.install(|| Shot::new(&sequence))?;
+    if let Some(scene) = metered.filter(|_| args.write_scene.is_some()) {
+        let mut scene = scene?;
         scene.film.exposure = scene.film.exposure.or(exposure);
         render_args::write_scene(args, &scene)?;
     }
-    let strategies = pool.install(|| strategies(&sequence))?;
     let mut run = FrameLoop::new(args, &interrupt, program, frames.len());
     (run.denoiser, run.strategies) = (denoiser, strategies);
     std::thread::scope(|scope| {
@@ -71,23 +70,27 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
     Ok(())
 }
 
-/// The exposure of all frames where the scene leaves it open: metered in one of them.
-fn exposure(sequence: &Sequence) -> Result<Option<f64>> {
-    let Some(frame) = sequence.metered_frame() else { return Ok(None) };
-    // A frame that cannot be used is picture of where it is rendered.
-    let Ok(scene) = sequence.load(frame) else { return Ok(None) };
-    match scene.film.exposure {
-        Some(_) => Ok(None),
-        None => crate::render::exposure(&scene).map(Some),
-    }
+/// What all frames have in common, found in one of them.
+struct Shot {
+    /// That frame; an error where it cannot be used, which is told where it is rendered.
+    metered: Option<Result<Scene>>,
+    /// The exposure, where the scene leaves it open.
+    exposure: Option<f64>,
+    /// The strategies, where a rule does not decide for each frame.
+    strategies: Option<Assignment>,
 }
 
-/// The strategies of all frames where the scene leaves them open: measured in one of them.
-fn strategies(sequence: &Sequence) -> Result<Option<Assignment>> {
-    let scene = sequence.metered_frame().map(|frame| sequence.load(frame));
-    // A frame that cannot be used is picture of where it is rendered.
-    let Some(Ok(scene)) = scene else { return Ok(None) };
-    crate::render::shot_strategies(&scene, &scene.render)
+impl Shot {
+    fn new(sequence: &Sequence) -> Result<Self> {
+        let metered = sequence.metered_frame().map(|frame| sequence.load(frame));
+        let (mut exposure, mut strategies) = (None, None);
+        if let Some(Ok(scene)) = &metered {
+            let is_open = scene.film.exposure.is_none();
+            exposure = is_open.then(|| crate::render::exposure(scene)).transpose()?;
+            strategies = crate::render::shot_strategies(scene, &scene.render)?;
+        }
+        Ok(Self { metered, exposure, strategies })
+    }
 }
 
 /// The pattern that `-o path` is; a name without one gets `.####` before its ending.
