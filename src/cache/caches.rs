@@ -1,5 +1,7 @@
 //! The caches of one render.
 
+use std::sync::Arc;
+
 use crate::math::Spectrum;
 
 use super::direct_light::DirectLightCache;
@@ -11,8 +13,9 @@ use super::lazy_cells::LazyCells;
 /// strategy asks for. The session owns them and lends them to the integrator.
 #[derive(Debug)]
 pub struct Caches<S: Spectrum> {
-    /// Light straight from lights, scattered toward the camera. Filled by rays.
-    pub direct: Vec<Option<DirectLightCache<S>>>,
+    /// Light straight from lights, scattered toward the camera. Filled by rays, and the same whatever the
+    /// strategy.
+    pub direct: Arc<[Option<DirectLightCache<S>>]>,
     /// Photons' light: scattered toward the camera, or its moments. Where phase functions are isotropic it holds for all directions.
     /// Complete before the first ray.
     pub fluence: Vec<Option<FluenceGrid<S>>>,
@@ -22,7 +25,7 @@ pub struct Caches<S: Spectrum> {
 
 impl<S: Spectrum> Default for Caches<S> {
     fn default() -> Self {
-        Self { direct: Vec::new(), fluence: Vec::new(), final_gathers: Vec::new() }
+        Self { direct: Arc::new([]), fluence: Vec::new(), final_gathers: Vec::new() }
     }
 }
 

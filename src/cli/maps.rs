@@ -14,7 +14,7 @@ use crate::image::{
     Image, Picture, ScalarMap, View, ViewTransform, contact_sheet, titled, write_exr_image,
     write_exr_layers, write_picture,
 };
-use crate::render::{self, DirectorMaps, Extent, Stages};
+use crate::render::{self, DirectorMaps, Earlier, Extent, Stages};
 use crate::scene::{LoadOptions, Scene};
 
 /// Panels side by side on the contact sheet.
@@ -65,14 +65,15 @@ pub(super) fn run(args: &Args) -> Result<()> {
         .map_err(|e| Error::file(&args.output, format!("cannot be made: {e}; give a folder")))?;
     let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
     let (scene, pool, _) = load::scene_to_show(&args.scene, options, &args.run)?;
-    let cached = args
+    let snapshot = args
         .z
         .as_ref()
         .map(|path| CachedSnapshot::read(path, &scene, &scene.render))
         .transpose()?;
+    let earlier = Earlier { snapshot, ..Earlier::default() };
     let mut stages = Stages::default();
     let maps =
-        pool.install(|| render::maps(&scene, &scene.render, cached, Extent::All, &mut stages))?;
+        pool.install(|| render::maps(&scene, &scene.render, earlier, Extent::All, &mut stages))?;
     let outputs = write(&args.output, &scene, &maps)?;
     if args.run.json {
         let seconds: Map<String, Value> = stages

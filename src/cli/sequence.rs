@@ -76,7 +76,7 @@ struct Shot {
     metered: Option<Result<Scene>>,
     /// The exposure, where the scene leaves it open.
     exposure: Option<f64>,
-    /// The strategies, where a rule does not decide for each frame.
+    /// The strategies.
     strategies: Option<Assignment>,
 }
 
@@ -87,7 +87,7 @@ impl Shot {
         if let Some(Ok(scene)) = &metered {
             let is_open = scene.film.exposure.is_none();
             exposure = is_open.then(|| crate::render::exposure(scene)).transpose()?;
-            strategies = crate::render::shot_strategies(scene, &scene.render)?;
+            strategies = Some(crate::render::shot_strategies(scene, &scene.render)?);
         }
         Ok(Self { metered, exposure, strategies })
     }

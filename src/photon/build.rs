@@ -21,36 +21,39 @@ pub(super) struct MapBuilder<'a> {
     pub scene: &'a Scene,
     pub extents: &'a Extents,
     pub importance: &'a CameraImportance,
-    /// Number of photons that each stands for: radii are chosen for all of those.
+    /// Number of photons that each stands for: radii on surfaces are chosen for all of those.
     pub represents: f64,
 }
 
 impl MapBuilder<'_> {
-    /// The map of the photons in media with `levels` thinned ones, and the gather radius in metres that
-    /// is typical of what the camera sees. `phases` scatter the photons of each medium.
+    /// The map of the photons in media with `levels` thinned ones, and the gather radii in metres that
+    /// are typical of what the camera sees: of these photons, and of all that they stand for. `phases` scatter
+    /// the photons of each medium.
     pub fn in_media<S: Spectrum, H: PhotonDirection>(
         &self,
         levels: u32,
         phases: &[Phase],
         deposits: &Deposits<S, H>,
-    ) -> (Vec<BeamMap<S, H>>, f64) {
+    ) -> (Vec<BeamMap<S, H>>, [f64; 2]) {
         let Extents { origin, depth, margin, .. } = *self.extents;
         let photons = &deposits.volume;
-        let radii = match self.extents.radius {
+        let independent: Vec<PhotonAt<S, H>> =
+            deposits.independent.iter().map(|index| photons[*index]).collect();
+        let radii = |represents: f64| match self.extents.radius {
             Some(radius) => Radii::constant(radius, photons.len()),
             None => {
                 let weight =
                     |p: &PhotonAt<S, H>| toward_camera(self.scene, phases, p.at(origin), &p.photon);
-                let independent = deposits.independent.iter();
-                let independent: Vec<PhotonAt<S, H>> =
-                    independent.map(|index| photons[*index]).collect();
-                let probes =
-                    Probes { photons: &independent, count: photons.len() as f64 * self.represents };
+                let count = photons.len() as f64 * represents;
+                let probes = Probes { photons: &independent, count };
                 let visible = &self.importance.media;
                 Radii::adaptive(origin, photons, &probes, visible, depth, weight, margin)
             }
         };
-        (thinned_maps(origin, photons, &radii.each, levels), radii.typical)
+        let own = radii(1.0);
+        let of_all =
+            if self.represents == 1.0 { own.typical } else { radii(self.represents).typical };
+        (thinned_maps(origin, photons, &own.each, levels), [own.typical, of_all])
     }
 
     /// The map of the photons on surfaces.

@@ -95,7 +95,8 @@ impl<'a> AimedPhotons<'a> {
         let paths = 0..traced.map_or(count, |traced| traced.min(count));
         let levels = self.tracer.settings.levels;
         let part = PathSample { paths, represents: 1.0, levels };
-        self.shoot_part(recording, phases, &part, advance)
+        let ShotPart { maps, work, .. } = self.shoot_part(recording, phases, &part, advance);
+        (maps, work)
     }
 
     /// As [`shoot`](Self::shoot), for some of the paths or others that stand for them.
@@ -105,7 +106,7 @@ impl<'a> AimedPhotons<'a> {
         phases: &[Phase],
         part: &PathSample,
         advance: &(dyn Fn(u64) + Sync),
-    ) -> (PhotonMaps<S, H>, Work) {
+    ) -> ShotPart<S, H> {
         // What paths leave behind.
         let Recording { volume_photons, flight_bounds, flights } = recording;
         self.tracer.store_probability =
@@ -118,7 +119,7 @@ impl<'a> AimedPhotons<'a> {
         let Self { tracer, extents, importance, .. } = self;
         let build =
             MapBuilder { scene: tracer.scene, extents, importance, represents: *represents };
-        let ((volume, volume_radius), surface) = rayon::join(
+        let ((volume, [volume_radius, radius_of_all]), surface) = rayon::join(
             || build.in_media(*levels, phases, &deposits),
             || build.on_surfaces(&deposits.surface),
         );
@@ -129,7 +130,8 @@ impl<'a> AimedPhotons<'a> {
         work.surface_photons = deposits.surface.len() as u64;
         let [volume_unit, surface_unit] =
             [tracer.units.volume, tracer.units.surface].map(|unit| unit * represents);
-        (PhotonMaps { volume, volume_radius, surface, volume_unit, surface_unit }, work)
+        let maps = PhotonMaps { volume, volume_radius, surface, volume_unit, surface_unit };
+        ShotPart { maps, work, radius_of_all }
     }
 
     /// Paths of a whole render.
@@ -143,11 +145,22 @@ impl<'a> AimedPhotons<'a> {
 pub struct PathSample {
     /// Their indices.
     pub paths: Range<u64>,
-    /// Number of paths of the render that each represents: its light counts as often, and kernels are
-    /// as narrow as they are for all paths.
+    /// Number of paths of the render that each represents: its light counts as often, and kernels on
+    /// surfaces are as narrow as they are for all paths.
     pub represents: f64,
     /// Levels of thinned volume photons beside the full one.
     pub levels: u32,
+}
+
+/// What some photon paths leave.
+#[derive(Debug)]
+pub struct ShotPart<S: Spectrum, H: PhotonDirection> {
+    /// Their photons.
+    pub maps: PhotonMaps<S, H>,
+    /// The work of shooting them.
+    pub work: Work,
+    /// Gather radius in metres in media that is typical of all paths that they stand for.
+    pub radius_of_all: f64,
 }
 
 /// What all paths share, for pilots that record all photons and flights.

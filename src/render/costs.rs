@@ -12,15 +12,15 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::control::Control;
-use super::director_pass::DirectorMaps;
+use super::director_pass::{DirectorMaps, Earlier};
 use super::exposure::{self, RenderRegion};
 use super::features::FeatureTracer;
 use super::memory::{Memory, map_pixels, memory_with};
-use super::photon_pass::PhotonPass;
+use super::photon_pass::{PhotonPass, strategies};
 use super::photon_rate::PhotonRate;
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
-use super::stage_settings::{finest_step, sampled_pass_settings, specialised};
+use super::stage_settings::{finest_step, pass_settings, sampled_pass_settings, specialised};
 use crate::director::PixelBudget;
 use crate::error::Result;
 use crate::film::Sample;
@@ -29,7 +29,7 @@ use crate::math::{Spectrum, Stage};
 use crate::photon::{self, PhotonDirection, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
-use crate::strategy::Summary;
+use crate::strategy::{Assignment, Summary};
 use crate::work::Work;
 
 /// Rays that an estimate shoots each time, about.
@@ -84,9 +84,10 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     settings: &RenderSettings,
     program: u64,
 ) -> Result<Costs> {
+    let assignment = strategies::<S, H>(scene, &pass_settings(scene, settings))?;
     let start = Instant::now();
-    let (photons, mut work) = sample_photons::<S, H>(scene, settings)?;
-    let rate = PhotonRate::from_sample(scene, settings, start.elapsed())?;
+    let (photons, mut work) = sample_photons::<S, H>(scene, settings, &assignment)?;
+    let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
 
     let gold =
         PixelBudget::fixed(settings.rays, photons.maps.volume_radius, finest_step(scene, settings));
@@ -178,7 +179,8 @@ fn photon_memory<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
 ) -> Result<PhotonMemory> {
-    let (photons, work) = sample_photons::<S, H>(scene, settings)?;
+    let assignment = strategies::<S, H>(scene, &pass_settings(scene, settings))?;
+    let (photons, work) = sample_photons::<S, H>(scene, settings, &assignment)?;
     Ok(photon_pass_memory(&work, &photons))
 }
 
@@ -186,9 +188,10 @@ fn photon_memory<S: Spectrum, H: PhotonDirection>(
 fn sample_photons<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
+    assignment: &Assignment,
 ) -> Result<(PhotonPass<S, H>, Work)> {
     let (shooting, paths) = sampled_pass_settings(scene, settings);
-    let (photons, shot) = PhotonPass::new(scene, &shooting, &|_| ())?;
+    let (photons, shot) = PhotonPass::new(scene, &shooting, assignment, &|_| ())?;
     Ok((photons, scaled(&shot, settings.photons as f64 / paths.max(1) as f64)))
 }
 
@@ -219,7 +222,7 @@ fn directed_share(
     let mut small = *settings;
     small.directing.resolution *= (MAP_PIXELS / all).sqrt().min(1.0);
     let mut stages = Stages::default();
-    let maps = DirectorMaps::for_render(scene, &small, None, &mut stages)?;
+    let maps = DirectorMaps::for_render(scene, &small, Earlier::default(), &mut stages)?;
     let ratio = all / map_pixels(scene, &small) as f64;
     let budgets = maps.budgets(scene, settings, gold);
     let rays: f64 = budgets.iter().map(|budget| f64::from(budget.rays)).sum();

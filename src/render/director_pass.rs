@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::pass_settings::PassSettings;
+use super::photon_pass::strategies;
 use super::pilot::director_pilot;
 use super::progress::Stages;
 use super::rendered::DirectorWork;
@@ -16,6 +17,7 @@ use crate::image::Image;
 use crate::photon::PhotonSettings;
 use crate::scene::plan::Needs;
 use crate::scene::{Director, Importance, RenderSettings, Scene};
+use crate::strategy::Assignment;
 use crate::work::Work;
 
 /// The director's maps, one value for each of `size` pixels, row by row from the top. A map that was
@@ -58,16 +60,26 @@ pub enum Extent {
     All,
 }
 
+/// What a frame of a sequence takes over from earlier ones.
+#[derive(Debug, Default)]
+pub struct Earlier<'a> {
+    /// The director's snapshot of the frame before. Where it matches the scene, no rays are traced for a
+    /// new one; the picture and the work that it reports are the same.
+    pub snapshot: Option<CachedSnapshot>,
+    /// The strategies of the shot, of [`shot_strategies`](super::shot_strategies).
+    pub strategies: Option<&'a Assignment>,
+}
+
 /// Makes the maps of the director that `settings` name, or of `xs` where they name one without maps.
-/// Their size is the film's times the resolution of `settings`. `cached` is used in place of a new
-/// snapshot where it [matches](CachedSnapshot::matches).
+/// Their size is the film's times the resolution of `settings`. The snapshot of `earlier` is used in place of a
+/// new one where it [matches](CachedSnapshot::matches).
 ///
 /// # Errors
 /// Where an emitter cannot be sampled.
 pub fn maps(
     scene: &Scene,
     settings: &RenderSettings,
-    cached: Option<CachedSnapshot>,
+    earlier: Earlier<'_>,
     extent: Extent,
     stages: &mut Stages,
 ) -> Result<DirectorMaps> {
@@ -83,13 +95,13 @@ pub fn maps(
     let size = directing.map_size(scene.film.size);
     let mut maps = DirectorMaps { size, ..DirectorMaps::default() };
     if needs_saliency || !needs_pilot {
-        maps.make_transmittance(scene, settings, cached, stages);
+        maps.make_transmittance(scene, settings, earlier.snapshot, stages);
     }
     if needs_saliency {
         maps.make_saliency(stages);
     }
     if needs_pilot {
-        maps.make_pilot(scene, settings, stages)?;
+        maps.make_pilot(scene, settings, earlier.strategies, stages)?;
     }
     let saliency = maps.saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
     maps.xs = xs_map(&maps.x, saliency, weights, directing.operator);
@@ -106,13 +118,13 @@ impl DirectorMaps {
     pub(super) fn for_render(
         scene: &Scene,
         settings: &RenderSettings,
-        cached: Option<CachedSnapshot>,
+        earlier: Earlier<'_>,
         stages: &mut Stages,
     ) -> Result<Self> {
         if !Needs::new(scene, settings).maps {
             return Ok(Self::default());
         }
-        let mut made = maps(scene, settings, cached, Extent::Needed, stages)?;
+        let mut made = maps(scene, settings, earlier, Extent::Needed, stages)?;
         if matches!(settings.director, Director::Fixed | Director::Variance) {
             made.xs.clear();
         }
@@ -161,11 +173,21 @@ impl DirectorMaps {
         &mut self,
         scene: &Scene,
         settings: &RenderSettings,
+        of_render: Option<&Assignment>,
         stages: &mut Stages,
     ) -> Result<()> {
         let start = Instant::now();
         let needs = Needs::new(scene, settings);
-        let (pilot, work) = specialised!(needs, director_pilot(scene, settings))?;
+        let own;
+        let assignment = match of_render {
+            Some(assignment) => assignment,
+            None => {
+                let pass = pass_settings(scene, settings);
+                own = specialised!(needs, strategies(scene, &pass))?;
+                &own
+            }
+        };
+        let (pilot, work) = specialised!(needs, director_pilot(scene, settings, assignment))?;
         self.pilot_work = work;
         let coarse = [pilot.width(), pilot.height()].map(|side| side as u32);
         self.scattering_x = resampled(&scattering_x_map(&pilot), coarse, self.size);

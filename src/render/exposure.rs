@@ -16,7 +16,7 @@ use crate::film::{Pass, Pixel, Tile, TiledFilm, passes, sample_pass};
 use crate::image::{Film, FilmPixel, Window};
 use crate::math::{Ray, Spectrum, Stage, Stream, World};
 use crate::scene::plan::Needs;
-use crate::transport::{PathContext, StratifiedSample};
+use crate::transport::PathContext;
 use crate::work::Work;
 
 use super::checkpoint::{CheckpointWriter, Checkpoints};
@@ -24,7 +24,7 @@ use super::checkpoint_file::CheckpointState;
 use super::control::{Control, Halt};
 use super::cost_model::{CostModel, Remaining, Timing};
 use super::pixel_sampling::{
-    CameraRay, Workspace, indirect_correction, indirect_weight, sobol_point,
+    CameraRay, Workspace, begin_sample, indirect_correction, indirect_weight,
 };
 use super::rendered::Ended;
 
@@ -238,13 +238,9 @@ where
     ) -> Sample {
         let RenderRegion { size, seed, stage, rays, .. } = self.region;
         let pixel = u64::from(y) * u64::from(size[0]) + u64::from(x);
-        let point = sobol_point(seed, pixel, index);
         let ctx = &mut of.workspace.ctx;
-        ctx.rng = Stream::new(seed, stage, pixel, u64::from(index));
-        ctx.stratified = StratifiedSample::new(point);
-        ctx.work.rays += 1;
+        let [u, v, a, b] = begin_sample(ctx, [seed, pixel], stage, index);
         ctx.work.colored_paths += u64::from(S::CHANNELS > 1);
-        let [u, v, a, b] = point.film_and_lens();
         let ray = (self.camera)(f64::from(x) + u, f64::from(y) + v, [a, b]);
         let indirect_weight = indirect_weight(index, budget);
         of.timing.gathers += u64::from(indirect_weight > 1.0);

@@ -1,11 +1,12 @@
 //! Settings of a photon pass, and the fluence grids that its strategies ask for.
 
-use crate::cache::{CellContents, FluenceBuilder};
+use crate::cache::{CellContents, FinalGatherCache, FluenceBuilder};
 use crate::math::{Spectrum, WorldPoint};
 use crate::medium::SparseCells;
 use crate::photon::PhotonSettings;
 use crate::scene::{FinalGather, Scene, StrategyRequest};
 use crate::strategy::{Choice, Conditions, Strategy};
+use crate::transport::PixelFootprint;
 
 /// Settings of a photon pass.
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +34,22 @@ impl PassSettings {
     pub const fn pilot(self, paths: u64) -> Self {
         let photons = PhotonSettings { traced: Some(paths), ..self.photons };
         Self { photons, ..self }
+    }
+
+    /// Empty caches of final gathers on the cells of each medium that has any. In a `pilot` each ray does its
+    /// part of a cell's gathers.
+    pub(super) fn final_gathers<S: Spectrum>(
+        &self,
+        scene: &Scene,
+        cells: Vec<Option<SparseCells>>,
+        pilot: bool,
+    ) -> Vec<Option<FinalGatherCache<S>>> {
+        let seed = self.photons.seed;
+        let cache = |(medium, cells): (usize, Option<SparseCells>)| {
+            let footprint = PixelFootprint::new(scene, self.film_pixels);
+            Some(FinalGatherCache::new(medium, cells?, footprint, seed, pilot))
+        };
+        cells.into_iter().enumerate().map(cache).collect()
     }
 
     pub(super) fn conditions(&self) -> Conditions {

@@ -3,7 +3,7 @@
 use super::integrator::Integrator;
 use super::pass_settings::{PassSettings, fluence_builders};
 use super::strategy_pilot::StrategyPilot;
-use crate::cache::{Caches, DirectLightCache, FinalGatherCache, FluenceBuilder, FluenceGrid};
+use crate::cache::{Caches, DirectLightCache, FluenceBuilder, FluenceGrid};
 use crate::error::Result;
 use crate::math::{Aabb, Rgb, Spectrum, WorldPoint};
 use crate::medium::SparseCells;
@@ -14,7 +14,7 @@ use crate::photon::{
 use crate::scene::plan::Needs;
 use crate::scene::{Scene, StrategyRequest};
 use crate::strategy::{self, Assignment, Choice, Evidence};
-use crate::transport::{FlightSegment, PixelFootprint};
+use crate::transport::FlightSegment;
 use crate::work::Work;
 
 /// Seed of the pilot of strategies. Any number does; this one has no pattern (pi in hexadecimal).
@@ -43,68 +43,56 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         Integrator::new(scene, &self.maps, &self.caches, &self.choice, needs)
     }
 
-    /// Shoots the photons of `scene` and prepares its caches. `advance` is called with numbers of
-    /// paths done. One channel suffices where the scene is grey, photons without direction where all
-    /// phase functions are isotropic.
+    /// Shoots the photons of `scene` and prepares its caches, by the strategies of `assignment`. `advance` is
+    /// called with numbers of paths done. One channel suffices where the scene is grey, photons without
+    /// direction where all phase functions are isotropic.
     ///
     /// # Errors
     /// Where an emitter cannot be sampled: an unbounded medium that emits light.
     pub fn new(
         scene: &Scene,
         settings: &PassSettings,
-        advance: &(dyn Fn(u64) + Sync),
-    ) -> Result<(Self, Work)> {
-        Self::with_strategies(scene, settings, None, advance)
-    }
-
-    /// As [`new`](Self::new), by the strategies of `assignment`, if there is one.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub fn with_strategies(
-        scene: &Scene,
-        settings: &PassSettings,
-        assignment: Option<&Assignment>,
+        assignment: &Assignment,
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<(Self, Work)> {
         let PassSettings { photons, .. } = settings;
         if !photons.needs.photons() {
             return Ok((Self::empty(photons.radius.unwrap_or(0.0)), Work::default()));
         }
-        let own = if assignment.is_none() { strategies::<S, H>(scene, settings)? } else { None };
         let importance = CameraImportance::look(scene, photons.seed, photons.needs);
         let prepared = PreparedPass::<S>::new::<H>(scene, settings, &importance)?;
-        let (pass, mut work) = prepared.shoot::<H>(assignment.or(own.as_ref()), advance);
+        let (pass, mut work) = prepared.shoot::<H>(assignment, advance);
         work += importance.work;
         Ok((pass, work))
     }
 }
 
-/// The strategies that [`PhotonPass::new`] has for `scene`: those that are asked for, or those that a
-/// pilot finds best. They do not depend on the seed, so that pictures of several seeds have the same.
-/// `None` where a rule decides.
+/// The strategies that suit `scene`: those that are asked for, or those that a pilot finds best. They do
+/// not depend on the seed, so that pictures of several seeds have the same.
 ///
 /// # Errors
 /// As [`PhotonPass::new`].
 pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &PassSettings,
-) -> Result<Option<Assignment>> {
-    match settings.strategy {
-        StrategyRequest::Asked(strategy) => Ok(Some(Assignment {
-            strategies: vec![strategy; scene.media.iter().len()],
-            reason: "it is asked for".into(),
-            measured: Vec::new(),
-        })),
-        StrategyRequest::Measured if settings.photons.needs.photons() => {
-            let photons = PhotonSettings { seed: PILOT_SEED, ..settings.photons };
-            let settings = PassSettings { photons, ..*settings };
-            let importance = CameraImportance::look(scene, photons.seed, photons.needs);
-            let prepared = PreparedPass::<S>::new::<H>(scene, &settings, &importance)?;
-            Ok(prepared.measure::<H>())
+) -> Result<Assignment> {
+    let media = scene.media.iter().len();
+    let first = match settings.strategy {
+        StrategyRequest::Asked(strategy) => {
+            return Ok(Assignment::uniform(strategy, media, "it is asked for"));
         }
-        StrategyRequest::Measured | StrategyRequest::Auto => Ok(None),
+        StrategyRequest::Auto => strategy::first_allowed(scene, &settings.conditions()),
+    };
+    let mut measured = None;
+    if settings.photons.needs.photons() {
+        let photons = PhotonSettings { seed: PILOT_SEED, ..settings.photons };
+        let settings = PassSettings { photons, ..*settings };
+        let importance = CameraImportance::look(scene, photons.seed, photons.needs);
+        let prepared = PreparedPass::<S>::new::<H>(scene, &settings, &importance)?;
+        measured = prepared.measure::<H>();
     }
+    let reason = "a pilot sees no light by which others differ";
+    Ok(measured.unwrap_or_else(|| Assignment::uniform(first, media, reason)))
 }
 
 /// A photon pass before its strategies are decided.
@@ -148,7 +136,7 @@ impl<'a, S: Spectrum> PreparedPass<'a, S> {
     /// Makes caches, shoots the photons and finishes what they fill.
     fn shoot<H: PhotonDirection>(
         self,
-        assignment: Option<&Assignment>,
+        assignment: &Assignment,
         advance: &(dyn Fn(u64) + Sync),
     ) -> (PhotonPass<S, H>, Work) {
         let Self { scene, settings, visible, aimed, direct, widths } = self;
@@ -159,9 +147,8 @@ impl<'a, S: Spectrum> PreparedPass<'a, S> {
         let (fluence, gathers): (Vec<_>, Vec<_>) =
             cells.into_iter().map(|cells| (cells.fluence, cells.final_gathers)).unzip();
         let mut builders = fluence_builders(scene, &choice, fluence, aimed.origin());
-        let gathers = gathers.into_iter().enumerate();
-        let gathers = gathers.map(|(medium, cells)| gather_cache(scene, medium, cells?, settings));
-        let mut caches = Caches { direct, final_gathers: gathers.collect(), ..Caches::default() };
+        let final_gathers = settings.final_gathers(scene, gathers, photons.traced.is_some());
+        let mut caches = Caches { direct: direct.into(), final_gathers, ..Caches::default() };
         // Shoot photons, whose flights fill the fluence grids.
         let flight_unit = aimed.flight_unit();
         let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
@@ -181,15 +168,4 @@ impl<'a, S: Spectrum> PreparedPass<'a, S> {
         let width = widths.fold(f64::INFINITY, f64::min);
         (PhotonPass { maps: maps.with_radius_at_most(width), caches, choice }, work)
     }
-}
-
-fn gather_cache<S: Spectrum>(
-    scene: &Scene,
-    medium: usize,
-    cells: SparseCells,
-    settings: &PassSettings,
-) -> Option<FinalGatherCache<S>> {
-    let PhotonSettings { seed, traced, .. } = settings.photons;
-    let footprint = PixelFootprint::new(scene, settings.film_pixels);
-    Some(FinalGatherCache::new(medium, cells, footprint, seed, traced.is_some()))
 }

@@ -3,13 +3,14 @@
 use std::time::{Duration, Instant};
 
 use super::pass_settings::PassSettings;
-use super::photon_pass::PhotonPass;
-use super::stage_settings::{sampled_pass_settings, specialised};
+use super::photon_pass::{PhotonPass, strategies};
+use super::stage_settings::{pass_settings, sampled_pass_settings, specialised};
 use crate::error::Result;
 use crate::math::Spectrum;
 use crate::photon::PhotonDirection;
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
+use crate::strategy::Assignment;
 
 /// Photon paths below which their number is not reduced: so few are noise.
 const MIN_PATHS: u64 = 1000;
@@ -53,9 +54,10 @@ impl PhotonRate {
             return Ok(None);
         }
         let (shooting, _) = sampled_pass_settings(scene, settings);
+        let assignment = specialised!(needs, strategies(scene, &pass_settings(scene, settings)))?;
         let start = Instant::now();
-        specialised!(needs, shoot(scene, &shooting))?;
-        Self::from_sample(scene, settings, start.elapsed())
+        specialised!(needs, shoot(scene, &shooting, &assignment))?;
+        Self::from_sample(scene, settings, &assignment, start.elapsed())
     }
 
     /// Measures it where the larger sample, of
@@ -63,6 +65,7 @@ impl PhotonRate {
     pub(super) fn from_sample(
         scene: &Scene,
         settings: &RenderSettings,
+        assignment: &Assignment,
         long: Duration,
     ) -> Result<Option<Self>> {
         let needs = Needs::new(scene, settings);
@@ -72,7 +75,7 @@ impl PhotonRate {
         let (shooting, many) = sampled_pass_settings(scene, settings);
         let few = many / SAMPLE_RATIO;
         let start = Instant::now();
-        specialised!(needs, shoot(scene, &shooting.pilot(few)))?;
+        specialised!(needs, shoot(scene, &shooting.pilot(few), assignment))?;
         let (short, long) = (start.elapsed().as_secs_f64(), long.as_secs_f64());
         let path = (long - short) / (many - few) as f64;
         let path = path.max(MIN_PATH_SHARE * long / many as f64).max(f64::MIN_POSITIVE);
@@ -88,6 +91,10 @@ impl PhotonRate {
 }
 
 /// Shoots photons for the time it takes, and drops their maps.
-fn shoot<S: Spectrum, H: PhotonDirection>(scene: &Scene, shooting: &PassSettings) -> Result<()> {
-    PhotonPass::<S, H>::new(scene, shooting, &|_| ()).map(drop)
+fn shoot<S: Spectrum, H: PhotonDirection>(
+    scene: &Scene,
+    shooting: &PassSettings,
+    assignment: &Assignment,
+) -> Result<()> {
+    PhotonPass::<S, H>::new(scene, shooting, assignment, &|_| ()).map(drop)
 }

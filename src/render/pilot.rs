@@ -15,6 +15,7 @@ use crate::math::{Rgb, Spectrum, Stage, luminance};
 use crate::photon::{PhotonDirection, PhotonSettings};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
+use crate::strategy::{Assignment, Strategy};
 use crate::work::Work;
 
 /// Ratio of the picture's photon paths to the director's pilot's; also the fewest paths of the pilot,
@@ -55,6 +56,7 @@ impl Pilot {
         self,
         scene: &Scene,
         settings: &RenderSettings,
+        assignment: &Assignment,
     ) -> Result<(Film, Work)> {
         let Self { photons, size, pixels, step } = self;
         let whole = pass_settings(scene, settings);
@@ -67,7 +69,7 @@ impl Pilot {
             ..whole
         };
         let needs = pass.photons.needs;
-        let (photons, mut work) = PhotonPass::<S, H>::new(scene, &pass, &|_| ())?;
+        let (photons, mut work) = PhotonPass::<S, H>::new(scene, &pass, assignment, &|_| ())?;
         let budget = PixelBudget::fixed(RAYS, photons.maps.volume_radius, step);
         let integrator = photons.integrator(scene, needs);
         let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
@@ -94,10 +96,11 @@ impl Pilot {
     }
 }
 
-/// Renders the director's pilot: photons and pixels in proportion to the picture's, the coarsest step.
+/// Renders the director's pilot by the strategies of the picture: photons and pixels in proportion to the picture's, the coarsest step.
 pub(super) fn director_pilot<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
+    assignment: &Assignment,
 ) -> Result<(Film, Work)> {
     let directing = &settings.directing;
     let pilot = Pilot {
@@ -106,7 +109,7 @@ pub(super) fn director_pilot<S: Spectrum, H: PhotonDirection>(
         size: directing.map_size(scene.film.size).map(|side| side.div_ceil(DIRECTOR_PIXELS)),
         step: scene.media.detail().map_or(0.0, |voxel| voxel * directing.coarsest_step),
     };
-    pilot.render::<S, H>(scene, settings)
+    pilot.render::<S, H>(scene, settings, assignment)
 }
 
 /// Exposure of the PNG of `scene`, in stops, metered in a pilot of the whole film: the same for any
@@ -134,7 +137,9 @@ fn metered_pilot(scene: &Scene) -> Result<Film> {
         settings: &RenderSettings,
         pilot: Pilot,
     ) -> Result<Film> {
-        pilot.render::<S, H>(scene, settings).map(|(film, _)| film)
+        let (strategy, media) = (Strategy::FluenceTowardEye, scene.media.iter().len());
+        let assignment = Assignment::uniform(strategy, media, "a meter needs no better one");
+        pilot.render::<S, H>(scene, settings, &assignment).map(|(film, _)| film)
     }
     let size = scene.film.size.map(f64::from);
     let pixels = (size[0].max(size[1]) / METERED_PIXELS).max(1.0);

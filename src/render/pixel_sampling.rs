@@ -6,7 +6,7 @@ use crate::director::PixelBudget;
 use crate::film::Accumulator;
 use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World};
 use crate::medium::Profile;
-use crate::transport::{PathContext, SobolPoint};
+use crate::transport::{PathContext, SobolPoint, StratifiedSample};
 
 /// A camera ray and what it may spend.
 #[derive(Debug, Clone, Copy)]
@@ -48,11 +48,26 @@ impl<S: Spectrum> Workspace<S> {
 }
 
 /// The Sobol point of a sample of the pixel with this index.
-pub(super) fn sobol_point(seed: u64, pixel: u64, sample: u32) -> SobolPoint {
+fn sobol_point(seed: u64, pixel: u64, sample: u32) -> SobolPoint {
     // The sequence is good for 2^16 points; further samples start another one.
     let (block, index) = (sample >> 16, sample & 0xffff);
     let mut key = Stream::new(seed, Stage::March, pixel, u64::from(block) | 1 << 63);
     SobolPoint { index, scramble: key.scramble() }
+}
+
+/// Makes `ctx` draw the random numbers of one sample of a pixel, by the seed and the number of the pixel.
+/// Returns two numbers for the film and two for the lens.
+pub(super) fn begin_sample(
+    ctx: &mut PathContext,
+    [seed, pixel]: [u64; 2],
+    stage: Stage,
+    sample: u32,
+) -> [f64; 4] {
+    let point = sobol_point(seed, pixel, sample);
+    ctx.rng = Stream::new(seed, stage, pixel, u64::from(sample));
+    ctx.stratified = StratifiedSample::new(point);
+    ctx.work.rays += 1;
+    point.film_and_lens()
 }
 
 /// Weight of the indirect light of a sample: see [`CameraRay::indirect_weight`]. The samples that gather

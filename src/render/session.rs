@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use super::control::{Control, Stop};
-use super::director_pass::DirectorMaps;
+use super::director_pass::{DirectorMaps, Earlier};
 use super::exposure::{Exposure, RenderRegion, expose};
 use super::features::FeatureTracer;
 use super::integrator::PathTracer;
@@ -13,7 +13,7 @@ use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
 use super::rendered::{Ended, Rendered};
 use super::stage_settings::{finest_step, pass_settings, render_region, specialised};
-use crate::director::{CachedSnapshot, PixelBudget};
+use crate::director::PixelBudget;
 use crate::error::Result;
 use crate::film::Sample;
 use crate::math::{Rgb, Spectrum, Stage};
@@ -37,22 +37,12 @@ pub fn render<'a>(
     render_next(scene, settings, Earlier::default(), control)
 }
 
-/// What a frame of a sequence takes over from earlier ones.
-#[derive(Debug, Default)]
-pub struct Earlier<'a> {
-    /// The director's snapshot of the frame before. Where it matches the scene, no rays are traced for a
-    /// new one; the picture and the work that it reports are the same.
-    pub snapshot: Option<CachedSnapshot>,
-    /// The strategies of the shot, of [`shot_strategies`].
-    pub strategies: Option<&'a Assignment>,
-}
-
-/// The strategies that suit `scene`, which stands for all frames of a shot: decided once, they cannot
-/// make pictures flicker. `None` where a rule decides.
+/// The strategies that suit `scene`, which may stand for all frames of a shot: decided once, they cannot
+/// make pictures flicker.
 ///
 /// # Errors
 /// As [`render()`].
-pub fn shot_strategies(scene: &Scene, settings: &RenderSettings) -> Result<Option<Assignment>> {
+pub fn shot_strategies(scene: &Scene, settings: &RenderSettings) -> Result<Assignment> {
     let pass = pass_settings(scene, settings);
     specialised!(pass.photons.needs, strategies(scene, &pass))
 }
@@ -69,12 +59,22 @@ pub fn render_next<'a>(
 ) -> Result<Rendered> {
     let control = control.into();
     let mut stages = Stages::default();
+    // Strategies.
+    let own;
+    let strategies = match earlier.strategies {
+        Some(of_shot) => of_shot,
+        None => {
+            own = shot_strategies(scene, settings)?;
+            &own
+        }
+    };
     // Pilot and director.
-    let mut maps = DirectorMaps::for_render(scene, settings, earlier.snapshot, &mut stages)?;
+    let earlier = Earlier { strategies: Some(strategies), ..earlier };
+    let mut maps = DirectorMaps::for_render(scene, settings, earlier, &mut stages)?;
     let (director, snapshot) = (maps.director_work(), maps.snapshot.take());
     // Photons, caches, rays and film.
     let needs = Needs::new(scene, settings);
-    let job = Directed { scene, settings, maps: &maps, strategies: earlier.strategies };
+    let job = Directed { scene, settings, maps: &maps, strategies };
     let rendered = specialised!(needs, render_directed(&job, &control, stages))?;
     Ok(Rendered { director, snapshot, ..rendered })
 }
@@ -84,8 +84,7 @@ struct Directed<'a> {
     scene: &'a Scene,
     settings: &'a RenderSettings,
     maps: &'a DirectorMaps,
-    /// The strategies of the shot.
-    strategies: Option<&'a Assignment>,
+    strategies: &'a Assignment,
 }
 
 /// Renders the picture that maps direct. `stages` are those that ran before.
@@ -155,7 +154,7 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
             progress.stage("photon map", 0);
         }
     };
-    let shot = PhotonPass::with_strategies(scene, &settings, strategies, &advance)?;
+    let shot = PhotonPass::new(scene, &settings, strategies, &advance)?;
     progress.finish();
     Ok(shot)
 }

@@ -68,11 +68,9 @@ impl Strategy {
 /// Who decides which estimator lights a medium.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum StrategyRequest {
-    /// A rule by thickness, phase function, number of photons and what the camera sees.
+    /// A pilot, which measures noise and cost of each.
     #[default]
     Auto,
-    /// A pilot, which measures error and cost of each.
-    Measured,
     /// The user, for all media that can have it.
     Asked(Strategy),
 }
@@ -81,7 +79,6 @@ impl StrategyRequest {
     /// Each by its name.
     pub const ALL: &[(&str, Self)] = &[
         ("auto", Self::Auto),
-        ("measured", Self::Measured),
         ("beams", Self::Asked(Strategy::Beams)),
         ("fluence-toward-eye", Self::Asked(Strategy::FluenceTowardEye)),
         ("moments", Self::Asked(Strategy::Moments)),

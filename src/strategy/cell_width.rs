@@ -1,5 +1,7 @@
 //! How wide the cells of a cache are: as flights of photons, the medium and the pixels allow.
 
+use std::f64::consts::PI;
+
 use crate::math::{WorldPoint, quantile};
 use crate::medium::{Medium, Phase, SparseCells};
 use crate::scene::Scene;
@@ -102,6 +104,11 @@ const GATHER_RAYS: u32 = 32;
 /// would fall as the variance does.
 const GATHER_EXPONENT: f64 = -1.0 / 3.0;
 
+/// Effective width of a tent function of half width 1: one over the integral of its square.
+///
+/// Unit: none. Derivation: that integral is 2/3.
+const TENT_WIDTH: f64 = 1.5;
+
 /// Width of the cells, in metres, that suits a medium of this volume in m³ in which all flights
 /// together are `flight_length` metres long and `phase` weighs each. A pixel's variance is as
 /// 1 / (flights width), its squared bias as width⁴; the sum is least for flights^(-1/5) (as in
@@ -130,6 +137,27 @@ pub fn thin_width(medium: &Medium, visible: &[WorldPoint]) -> f64 {
 pub fn thin_width_for_moments(medium: &Medium, visible: &[WorldPoint]) -> f64 {
     let reduced = (MOMENT_REFINEMENT * (1.0 - medium.phase.mean_cosine())).min(1.0);
     thin_width(medium, visible) / reduced
+}
+
+/// Variance of a pixel of the picture, up to a factor, whose rays gather photons with kernels of this radius
+/// in metres, where the camera sees `visible` places. A ray meets photons in an area as radius², a pixel in
+/// one that is larger by its own.
+pub fn noise_of_kernels(
+    scene: &Scene,
+    conditions: &Conditions,
+    visible: &[WorldPoint],
+    radius: f64,
+) -> f64 {
+    let footprint = PixelFootprint::new(scene, conditions.film_pixels);
+    let pixel = pixel_width(&footprint, visible).unwrap_or(0.0);
+    1.0 / (PI * radius.powi(2) + pixel.powi(2))
+}
+
+/// Effective number of pixels that share what they read from cells of `edge` metres by trilinear
+/// interpolation, where a pixel is `pixel` metres wide: the square of a pixel convolved with tents. Its
+/// effective area, one over the integral of the squared density, is about 1 + (1.5 e)² for cells of e pixels.
+pub fn sharing_pixels(edge: f64, pixel: f64) -> f64 {
+    1.0 + (TENT_WIDTH * edge / pixel).powi(2)
 }
 
 /// Cells for direct light in each medium, where it can be cached.

@@ -5,29 +5,30 @@ use crate::scene::{Scene, Strategy};
 use crate::transport::{PixelFootprint, is_camera_outside};
 
 use super::cell_width::{
-    final_gather_cells, pixel_width, thin_width, thin_width_for_moments, width_for_flights,
+    final_gather_cells, pixel_width, sharing_pixels, thin_width, thin_width_for_moments,
+    width_for_flights,
 };
 use super::gather_termination::GatherTermination;
 use super::kind::{Assignment, Conditions, Evidence, MediumStrategy, Summary};
 use super::measured::Measured;
 use super::phase_blur::{self, PhaseSplit};
 use super::possible;
-use super::rule;
 
 /// Values a cell of moments of the first degree.
 ///
 /// Unit: count. Definition: one of fluence and three of flux.
 const FIRST_DEGREE_VALUES: usize = 4;
 
+/// Widths of cells of moments over thin ones, where those are too many.
+///
+/// Unit: none. Limit: on the optical thickness of cells, beyond which light does not vary linearly across
+/// them; from each to the next there are half as many cells.
+const WIDER_FOR_MOMENTS: [f64; 4] = [1.0, 1.26, 1.59, 2.0];
+
 /// Places along a ray at which caches of the finest level are sampled.
 ///
 /// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
 const PLACES: u32 = 8;
-
-/// Effective width of a tent function of half width 1: one over the integral of its square.
-///
-/// Unit: none. Derivation: that integral is 2/3.
-const TENT_WIDTH: f64 = 1.5;
 
 /// Fewest places along a ray at which caches are sampled: at the widest level, and in denoised pictures.
 ///
@@ -91,12 +92,12 @@ impl Choice {
 }
 
 /// How light in the media of `scene` is estimated: as `assignment` says where that is possible, and as near as
-/// possible elsewhere; by a rule of thumb without one.
+/// possible elsewhere.
 pub fn choose(
     scene: &Scene,
     conditions: &Conditions,
     evidence: &Evidence<'_>,
-    assignment: Option<&Assignment>,
+    assignment: &Assignment,
 ) -> (Choice, Vec<MediumCells>) {
     let blurred = phase_blur::phases(scene, conditions.photons);
     let records_sky = evidence.direct.iter().any(Option::is_some);
@@ -114,7 +115,7 @@ pub fn choose(
     });
     let choice = Choice {
         media,
-        measured: assignment.map(|assignment| assignment.measured.clone()).unwrap_or_default(),
+        measured: assignment.measured.clone(),
         records_sky,
         termination: GatherTermination::new(scene, conditions.photons),
         splits: phase_blur::scatterings(scene, &blurred, follows_peaks, near),
@@ -135,12 +136,11 @@ pub fn cell_width(
     strategy: Strategy,
 ) -> Option<f64> {
     let blurred = phase_blur::phases(scene, conditions.photons);
-    let chooser = Chooser { scene, conditions, evidence, assignment: None, blurred: &blurred };
+    let assignment = &Assignment::default();
+    let chooser = Chooser { scene, conditions, evidence, assignment, blurred: &blurred };
     let of = scene.media.get(medium);
     let (width, values) = match strategy {
-        Strategy::FluenceTowardEye => {
-            (chooser.width_toward_eye(of, &blurred[medium], f64::INFINITY)?, 1)
-        }
+        Strategy::FluenceTowardEye => (chooser.width_toward_eye(of, &blurred[medium])?, 1),
         Strategy::Moments | Strategy::SharedGathers => {
             (chooser.width_of_moments(of)?, FIRST_DEGREE_VALUES)
         }
@@ -150,9 +150,7 @@ pub fn cell_width(
 }
 
 /// Pixels whose gathers a pixel shares where final gathers are cached, the fewest of all media; `None`
-/// where one of them cannot have cells for them. A pixel reads cells by trilinear interpolation: the
-/// square of a pixel convolved with tents of cells of e pixels. Its effective area, one over the integral of
-/// the squared density, is about 1 + (1.5 e)².
+/// where one of them cannot have cells for them.
 pub fn shared_footprint(
     scene: &Scene,
     conditions: &Conditions,
@@ -167,7 +165,7 @@ pub fn shared_footprint(
     let area = |(index, medium): (usize, &Medium)| {
         evidence.direct[index].filter(|_| is_camera_outside(scene, medium))?;
         let cells = final_gather_cells(scene, index, evidence.visible, film_pixels, rays)?;
-        Some(1.0 + (TENT_WIDTH * cells.edge / pixel).powi(2))
+        Some(sharing_pixels(cells.edge, pixel))
     };
     let areas: Option<Vec<f64>> = scene.media.iter().enumerate().map(area).collect();
     areas?.into_iter().reduce(f64::min)
@@ -178,7 +176,7 @@ struct Chooser<'a> {
     scene: &'a Scene,
     conditions: &'a Conditions,
     evidence: &'a Evidence<'a>,
-    assignment: Option<&'a Assignment>,
+    assignment: &'a Assignment,
     blurred: &'a [Phase],
 }
 
@@ -186,10 +184,10 @@ impl Chooser<'_> {
     /// The strategy of a medium and its cells: the first of those that are preferred whose cells exist.
     fn decide(&self, medium: usize) -> (MediumStrategy, MediumCells) {
         let direct_cell_width = self.evidence.direct[medium];
-        let preferred = self.preferred(medium);
+        let preferred = self.preferred(medium).iter();
         let (strategy, cells) = preferred
-            .iter()
-            .find_map(|&strategy| Some((strategy, self.cells(strategy, &preferred, medium)?)))
+            .map(|&strategy| Some((strategy, self.cells(strategy, medium)?)))
+            .find_map(|found| found)
             .unwrap_or_default();
         let width = |cells: &Option<SparseCells>| cells.as_ref().map(|cells| cells.edge);
         let decided = MediumStrategy {
@@ -203,27 +201,19 @@ impl Chooser<'_> {
     }
 
     /// Strategies for a medium, the best first.
-    fn preferred(&self, medium: usize) -> Vec<Strategy> {
+    fn preferred(&self, medium: usize) -> &'static [Strategy] {
         use Strategy::{Beams, FluenceTowardEye, Moments, SharedGathers, Traced};
-        if let Some(assignment) = self.assignment {
-            return match assignment.strategies[medium] {
-                SharedGathers => vec![SharedGathers, Moments, Traced],
-                Moments => vec![Moments, Traced],
-                Traced => vec![Traced],
-                FluenceTowardEye => vec![FluenceTowardEye, Beams],
-                Beams => vec![Beams],
-            };
+        match self.assignment.strategies[medium] {
+            SharedGathers => &[SharedGathers, Moments, Traced],
+            Moments => &[Moments, Traced],
+            Traced => &[Traced],
+            FluenceTowardEye => &[FluenceTowardEye, Beams],
+            Beams => &[Beams],
         }
-        rule::preferred(self.scene, self.conditions, medium)
     }
 
     /// The cells that a strategy needs; `None` where they cannot exist.
-    fn cells(
-        &self,
-        strategy: Strategy,
-        preferred: &[Strategy],
-        index: usize,
-    ) -> Option<MediumCells> {
+    fn cells(&self, strategy: Strategy, index: usize) -> Option<MediumCells> {
         let medium = self.scene.media.get(index);
         let outside = is_camera_outside(self.scene, medium);
         let covering = |width, values| SparseCells::covering(&medium.density, width, values);
@@ -235,17 +225,11 @@ impl Chooser<'_> {
             Strategy::Traced => (),
             _ if self.conditions.photons == 0 => return None,
             Strategy::FluenceTowardEye => {
-                let refinement = match self.assignment {
-                    Some(_) => f64::INFINITY,
-                    None => rule::max_refinement(preferred),
-                };
-                let width = self.width_toward_eye(medium, &self.blurred[index], refinement);
+                let width = self.width_toward_eye(medium, &self.blurred[index]);
                 fluence = Some(covering(width.filter(|_| outside)?, 1)?);
             }
             Strategy::Moments => {
-                let can = outside || self.assignment.is_some();
-                let width = self.width_of_moments(medium).filter(|_| can)?;
-                fluence = Some(covering(width, FIRST_DEGREE_VALUES)?);
+                fluence = Some(covering(self.width_of_moments(medium)?, FIRST_DEGREE_VALUES)?);
             }
             Strategy::SharedGathers => {
                 let Conditions { film_pixels, rays, .. } = *self.conditions;
@@ -259,42 +243,38 @@ impl Chooser<'_> {
         Some(MediumCells { fluence, final_gathers })
     }
 
-    /// Width, in metres, of cells that hold light scattered toward the camera, at most `refinement` times
-    /// finer than suits the flights.
-    fn width_toward_eye(&self, medium: &Medium, phase: &Phase, refinement: f64) -> Option<f64> {
-        self.width(medium, thin_width(medium, self.evidence.visible), phase, refinement)
+    /// Width, in metres, of cells that hold light scattered toward the camera.
+    fn width_toward_eye(&self, medium: &Medium, phase: &Phase) -> Option<f64> {
+        let width = self.width(medium, thin_width(medium, self.evidence.visible), phase)?;
+        Some(self.evidence.widening.toward_eye * width)
     }
 
     /// Width, in metres, of cells that hold moments. They are read at many places, whose mean evens
-    /// out what wide cells blur.
+    /// out what wide cells blur: where thin ones are too many, wider ones do.
     fn width_of_moments(&self, medium: &Medium) -> Option<f64> {
         let thin = thin_width_for_moments(medium, self.evidence.visible);
-        self.width(medium, thin, &Phase::ISOTROPIC, f64::INFINITY)
+        let width = self.width(medium, thin, &Phase::ISOTROPIC)?;
+        let width = self.evidence.widening.moments * width;
+        let mut wider = WIDER_FOR_MOMENTS.iter().map(|factor| factor * width);
+        wider.find(|width| SparseCells::fits(&medium.density, *width, FIRST_DEGREE_VALUES))
     }
 
     /// Width of cells, in metres: that which is asked for, or noise-optimal for flights that `phase`
-    /// weighs, and at most `thin`; `None` where `thin` is finer than what is asked for or by more than
-    /// `refinement` than what suits the flights, or the medium has no end.
-    fn width(&self, medium: &Medium, thin: f64, phase: &Phase, refinement: f64) -> Option<f64> {
+    /// weighs, and at most `thin`; `None` where more is asked for than that, or the medium has no end.
+    fn width(&self, medium: &Medium, thin: f64, phase: &Phase) -> Option<f64> {
         let volume = medium.density.volume()?;
-        let (wanted, most) = match self.conditions.radius {
-            Some(radius) => (radius, thin),
-            None => {
-                let length = self.evidence.flight_length;
-                (width_for_flights(volume, length, phase), refinement * thin)
-            }
-        };
-        (wanted <= most).then_some(self.evidence.widening * wanted.min(thin))
+        match self.conditions.radius {
+            Some(radius) => (radius <= thin).then_some(radius),
+            None => Some(width_for_flights(volume, self.evidence.flight_length, phase).min(thin)),
+        }
     }
 
     fn reason(&self, strategy: Strategy, index: usize) -> String {
         let volume_photons = self.conditions.volume_photons;
-        let medium = self.scene.media.get(index);
-        let reason = match (strategy, self.assignment) {
-            (Strategy::Beams, _) if !volume_photons => "no photons are stored in media",
-            (_, Some(assignment)) if strategy == assignment.strategies[index] => &assignment.reason,
-            (_, Some(_)) => "the strategy that is asked for is not possible here",
-            (_, None) => rule::reason(self.scene, self.conditions, medium, strategy),
+        let reason = match strategy {
+            Strategy::Beams if !volume_photons => "no photons are stored in media",
+            _ if strategy == self.assignment.strategies[index] => &self.assignment.reason,
+            _ => "the strategy that is asked for is not possible here",
         };
         reason.into()
     }
@@ -318,8 +298,8 @@ mod tests {
         volume_photons: true,
     };
 
-    /// What is chosen for a camera at this distance, where a strategy is asked for or none.
-    fn chosen(position: f64, conditions: &Conditions, asked: Option<Strategy>) -> Choice {
+    /// What is chosen for a camera at this distance, where a strategy is asked for.
+    fn chosen(position: f64, conditions: &Conditions, asked: Strategy) -> Choice {
         let scene = Scene::of_text(&format!(
             "
             [camera]
@@ -342,9 +322,8 @@ mod tests {
         let direct = direct_cells(&scene, conditions, &visible);
         let direct: Vec<_> = direct.iter().map(|c| c.as_ref().map(|c| c.edge)).collect();
         let evidence = Evidence::new(&visible, &direct, 1e6);
-        let assignment = asked
-            .map(|strategy| Assignment { strategies: vec![strategy], ..Assignment::default() });
-        choose(&scene, conditions, &evidence, assignment.as_ref()).0
+        let assignment = Assignment { strategies: vec![asked], ..Assignment::default() };
+        choose(&scene, conditions, &evidence, &assignment).0
     }
 
     #[test]
@@ -353,16 +332,14 @@ mod tests {
         let stored = &CONDITIONS;
         let none = &Conditions { volume_photons: false, ..CONDITIONS };
         for (position, conditions, asked, right) in [
-            (6.0, stored, None, SharedGathers),
-            (0.0, stored, None, Beams),
-            (6.0, stored, Some(Beams), Beams),
-            (6.0, stored, Some(FluenceTowardEye), FluenceTowardEye),
-            (0.0, stored, Some(FluenceTowardEye), Beams),
-            (6.0, stored, Some(SharedGathers), SharedGathers),
-            (0.0, stored, Some(SharedGathers), Moments),
-            (0.0, stored, Some(Moments), Moments),
-            (0.0, stored, Some(Traced), Traced),
-            (6.0, none, Some(Moments), Beams),
+            (6.0, stored, Beams, Beams),
+            (6.0, stored, FluenceTowardEye, FluenceTowardEye),
+            (0.0, stored, FluenceTowardEye, Beams),
+            (6.0, stored, SharedGathers, SharedGathers),
+            (0.0, stored, SharedGathers, Moments),
+            (0.0, stored, Moments, Moments),
+            (0.0, stored, Traced, Traced),
+            (6.0, none, Moments, Beams),
         ] {
             let choice = chosen(position, conditions, asked);
             let [medium] = &choice.media[..] else { panic!("one medium") };

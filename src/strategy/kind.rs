@@ -14,8 +14,25 @@ use crate::scene::{FinalGather, Strategy};
 pub const fn away_from_camera(strategy: Strategy) -> Strategy {
     match strategy {
         Strategy::FluenceTowardEye => Strategy::Beams,
+        other => unshared(other),
+    }
+}
+
+/// The strategy with its final gathers shared, where it makes any that end at moments.
+#[must_use]
+pub const fn shared(strategy: Strategy) -> Strategy {
+    match strategy {
+        Strategy::Moments => Strategy::SharedGathers,
+        other => other,
+    }
+}
+
+/// The strategy whose gathers no rays share.
+#[must_use]
+pub const fn unshared(strategy: Strategy) -> Strategy {
+    match strategy {
         Strategy::SharedGathers => Strategy::Moments,
-        Strategy::Beams | Strategy::Moments | Strategy::Traced => strategy,
+        other => other,
     }
 }
 
@@ -56,6 +73,22 @@ pub struct Conditions {
     pub volume_photons: bool,
 }
 
+/// Width of cells over that which suits the flights, by what they hold.
+#[derive(Debug, Clone, Copy)]
+pub struct Widening {
+    /// Of cells of light scattered toward the camera.
+    pub toward_eye: f64,
+    /// Of cells of moments.
+    pub moments: f64,
+}
+
+impl Widening {
+    /// As wide as suits the flights.
+    ///
+    /// Unit: none. Definition: of no widening.
+    pub const NONE: Self = Self { toward_eye: 1.0, moments: 1.0 };
+}
+
 /// What the camera and a pilot of the photons tell of a scene.
 #[derive(Debug, Clone, Copy)]
 pub struct Evidence<'a> {
@@ -66,7 +99,7 @@ pub struct Evidence<'a> {
     /// Length of all flights of photons together, in metres.
     pub flight_length: f64,
     /// Width of cells over that which suits those flights.
-    pub widening: f64,
+    pub widening: Widening,
 }
 
 impl<'a> Evidence<'a> {
@@ -76,7 +109,7 @@ impl<'a> Evidence<'a> {
         direct: &'a [Option<f64>],
         flight_length: f64,
     ) -> Self {
-        Self { visible, direct, flight_length, widening: 1.0 }
+        Self { visible, direct, flight_length, widening: Widening::NONE }
     }
 }
 
@@ -89,6 +122,14 @@ pub struct Assignment {
     pub reason: String,
     /// What a pilot measured of each assignment; empty where it did not measure.
     pub measured: Vec<Measured>,
+}
+
+impl Assignment {
+    /// One strategy for all `media`, which are so many.
+    pub fn uniform(strategy: Strategy, media: usize, reason: &str) -> Self {
+        let strategies = vec![strategy; media];
+        Self { strategies, reason: reason.into(), measured: Vec::new() }
+    }
 }
 
 /// The strategy of one medium, for estimators and reports.

@@ -6,17 +6,25 @@ use crate::scene::{FinalGather, Scene, Strategy};
 
 use super::kind::{Conditions, holds_moments};
 
-/// Strategies that a render may choose among: one for all media that can have it.
+/// Strategies that a render may choose among: one for all media that can have it. The first that is allowed
+/// is taken where a pilot tells nothing.
 pub fn assignments(scene: &Scene, conditions: &Conditions) -> Vec<Vec<Strategy>> {
     use Strategy::{Beams, FluenceTowardEye, Moments, Traced};
     let always = conditions.final_gather == FinalGather::Always;
     let gathers = gathers(scene, conditions) && (always || !misses_caustics(scene));
     let strategies = match gathers && conditions.final_gather != FinalGather::Never {
-        false => &[Beams, FluenceTowardEye][..],
-        true => &[Beams, FluenceTowardEye, Moments, Traced],
+        false => &[FluenceTowardEye, Beams][..],
+        true => &[FluenceTowardEye, Beams, Moments, Traced],
     };
     let media = scene.media.iter().len();
     strategies.iter().map(|strategy| vec![*strategy; media]).collect()
+}
+
+/// The strategy that is taken where a pilot tells nothing.
+pub fn first_allowed(scene: &Scene, conditions: &Conditions) -> Strategy {
+    let all = assignments(scene, conditions).into_iter();
+    let mut allowed = all.filter(|assignment| is_allowed(assignment, conditions));
+    allowed.find_map(|assignment| assignment.first().copied()).unwrap_or_default()
 }
 
 /// Whether an assignment may be chosen: where final gathers must be, one with those.

@@ -6,6 +6,7 @@ use fogbow::photon::PhotonSettings;
 use fogbow::render::{PassSettings, PhotonPass};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{FinalGather, LoadOptions, Scene, Strategy, StrategyRequest};
+use fogbow::strategy::Assignment;
 use fogbow::transport::{PathContext, direct_light};
 use glam::DVec3;
 
@@ -56,7 +57,9 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         rays: 4,
         film_pixels: 1.0,
     };
-    PhotonPass::new(scene, &settings, &|_| {}).unwrap().0
+    let media = scene.media.iter().len();
+    let assignment = Assignment::uniform(Strategy::FluenceTowardEye, media, "it is asked for");
+    PhotonPass::new(scene, &settings, &assignment, &|_| {}).unwrap().0
 }
 
 /// Places inside the haze.

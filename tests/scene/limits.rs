@@ -64,7 +64,8 @@ fn what_does_not_fit_the_memory_is_thinned_or_refused_with_figures() {
     let folder = TempDir::new().unwrap();
     let cloud = |size: &str, photons: &str, memory: &str| {
         let budget = ["--rays", "1", "--quiet", "--json", "--size", size, "--photons", photons];
-        render(folder.path(), "cloud.toml", &[&budget[..], &["--memory", memory]].concat())
+        let more = ["--memory", memory, "--strategy", "beams"];
+        render(folder.path(), "cloud.toml", &[&budget[..], &more].concat())
     };
     let message = fails(cloud("32x24", "5000", "20M"));
     assert!(message.contains("--memory allows 19.1 MiB (20.0 MB)"), "{message}");

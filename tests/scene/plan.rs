@@ -10,7 +10,7 @@ use fogbow::image::Film;
 use fogbow::math::{Ray, Rgb, Span, WorldPoint};
 use fogbow::render::{Costs, Rendered, Silent, costs, render, render_reference};
 use fogbow::scene::plan::{Needs, RenderPlan};
-use fogbow::scene::{LoadOptions, Planning, RenderSettings, Scene};
+use fogbow::scene::{LoadOptions, Planning, RenderSettings, Scene, Strategy, StrategyRequest};
 use fogbow::vdb::{GridToWrite, Tile, write};
 use fogbow::work::Work;
 use glam::{DVec3, IVec3};
@@ -239,7 +239,9 @@ fn no_photon_is_shot_past_the_fog() {
     const SUN: &str = "[[light]]\ntype = \"sun\"\ndirection = [-1.0, -2.0, -0.5]\n\
                        irradiance = 3.0\nangle = 0.0\n";
     for light in [SPOT, SUN] {
-        let [planned, all] = both(&scene(&[light, FOG])).map(|r| r.work);
+        let mut scene = scene(&[light, FOG]);
+        scene.render.strategy = StrategyRequest::Asked(Strategy::FluenceTowardEye);
+        let [planned, all] = both(&scene).map(|r| r.work);
         assert_eq!(planned.photons_missed, 0);
         assert!(planned.photons_emitted > 0 && all.photons_missed > 0, "{all:?}");
         assert!(planned.photons_emitted < all.photons_emitted);
@@ -545,7 +547,8 @@ fn a_render_tells_its_plan_and_its_work() {
 
 /// The most memory that a render takes, as planned. A plan counts what the allocator retains at its most,
 /// 32 MiB, and so may be high by a part of that; it is low by the little that threads take for themselves,
-/// of which there are two on any machine. From 1 to 4 threads the ratio is 0.99 to 1.13.
+/// of which there are two on any machine, and by holes that the grids of a pilot leave. From 1 to 4 threads
+/// the ratio is 0.93 to 1.13.
 #[test]
 fn memory_is_estimated() {
     let folder = tempfile::tempdir().unwrap();
@@ -570,7 +573,7 @@ fn memory_is_estimated() {
             return;
         };
         let ratio = planned / taken;
-        assert!((0.95..1.15).contains(&ratio), "{scene}: {planned} planned, {taken} taken");
+        assert!((0.9..1.15).contains(&ratio), "{scene}: {planned} planned, {taken} taken");
     }
 }
 

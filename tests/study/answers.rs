@@ -20,6 +20,7 @@ size = [24, 24]
 [render]
 rays = 16
 photons = 128000
+strategy = 'fluence-toward-eye'
 
 [[medium]]
 region = { sphere = { center = [0, 0, 0], radius = 1 } }

@@ -57,7 +57,7 @@ pub(in crate::scene) const STRATEGY: Key = Key::new(
     Kind::Word(|| names(StrategyRequest::ALL)),
     "",
     Default("\"auto\""),
-    "Estimator of light scattered in media; `auto` takes one for each medium by a rule, `measured` by a pilot.",
+    "Estimator of light scattered in media; `auto` takes the one that a pilot finds best.",
 )
 .flag("strategy");
 pub(in crate::scene) const FINAL_GATHER: Key = Key::new(
@@ -65,7 +65,7 @@ pub(in crate::scene) const FINAL_GATHER: Key = Key::new(
     Kind::Word(|| names(FinalGather::ALL)),
     "",
     Default("\"auto\""),
-    "Whether `auto` and `measured` strategies may be final gathers, or must where they can.",
+    "Whether the strategy `auto` may be final gathers, or must where it can.",
 )
 .flag("final-gather");
 pub(in crate::scene) const DENOISE: Key = Key::new(

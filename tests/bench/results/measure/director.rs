@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use fogbow::image::Image;
-use fogbow::render::{Extent, Silent, Stages, maps, render};
+use fogbow::render::{Earlier, Extent, Silent, Stages, maps, render};
 use fogbow::scene::{Director, LoadOptions, RenderSettings, Scene};
 use fogbow::study::metric::{Options, compare};
 
@@ -96,7 +96,7 @@ fn cost(title: &str, scene: &Scene, fixed: f64) -> Result<Row> {
     let settings = RenderSettings { director: Director::Xs, ..scene.render };
     let mut stages = Stages::default();
     let start = Instant::now();
-    maps(scene, &settings, None, Extent::Needed, &mut stages)?;
+    maps(scene, &settings, Earlier::default(), Extent::Needed, &mut stages)?;
     let director = start.elapsed().as_secs_f64();
     let saliency = stages.timings.iter().find(|(name, _)| *name == "saliency");
     Ok(Row::Cost {

@@ -10,6 +10,7 @@ use fogbow::photon::{Photon, PhotonAt, PhotonMap, PhotonMaps, PhotonSettings};
 use fogbow::render::{PassSettings, PhotonPass, Silent, render};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{FinalGather, LoadOptions, Scene, Strategy, StrategyRequest};
+use fogbow::strategy::Assignment;
 use fogbow::work::Work;
 use rayon::prelude::*;
 
@@ -108,8 +109,9 @@ fn shot(scene: &Scene, strategy: Strategy) -> (PhotonMaps, Work) {
         rays: 4,
         film_pixels: 1.0,
     };
-    let (pass, work) =
-        PhotonPass::new(scene, &settings, &|_| {}).expect("a shipped scene can be shot");
+    let assignment = Assignment::uniform(strategy, scene.media.iter().len(), "it is measured");
+    let (pass, work) = PhotonPass::new(scene, &settings, &assignment, &|_| {})
+        .expect("a shipped scene can be shot");
     (pass.maps, work)
 }
 

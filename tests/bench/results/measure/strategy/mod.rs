@@ -137,7 +137,7 @@ fn candidates(scene: &Scene) -> Result<Vec<Candidate>> {
         let media = media(&render(scene, &settings, &Silent)?);
         let is_followed = match request {
             StrategyRequest::Asked(asked) => media.contains(&asked),
-            StrategyRequest::Auto | StrategyRequest::Measured => true,
+            StrategyRequest::Auto => true,
         };
         // What is chosen stands beside the same by name: choosing takes time.
         let is_new = candidates.iter().all(|c| !c.is_asked() || c.media != media);

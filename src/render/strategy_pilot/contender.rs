@@ -1,0 +1,164 @@
+//! The assignments of strategies that a pilot measures.
+
+use crate::medium::SparseCells;
+use crate::render::pass_settings::PassSettings;
+use crate::scene::Scene;
+use crate::strategy::{
+    self, Assignment, Choice, Evidence, MediumCells, Strategy, VarianceScale, Widening,
+    holds_moments, shared,
+};
+use crate::work::Work;
+
+/// Width of the pilot's cells of moments over that which suits its photons: gathers end in cells everywhere,
+/// so that wider ones change them little, and are fewer.
+const WIDENING: f64 = 2.0;
+
+/// Width of the pilot's cells toward the camera over that of the picture's: there are a quarter as many.
+const EYE_WIDENING: f64 = 1.587;
+
+/// Exponent of the variance of a pixel over the width of cells that it reads. It lies between that of a cell,
+/// -2, and that of a ray through many cells, -1.
+const NOISE_EXPONENT: f64 = -1.5;
+
+/// An assignment of strategies that the pilot measures.
+pub struct Contender {
+    pub choice: Choice,
+    /// The same with gathers shared, and their cells, where it makes gathers that can be.
+    pub shared: Option<(Choice, Vec<Option<SparseCells>>)>,
+    /// From variances of the pilot to those of the picture.
+    pub scale: VarianceScale,
+    /// Flights through cells, each with every value that a cell holds, for all photons.
+    crossings: f64,
+    /// Photons that a gather of the picture meets for each that one of the pilot meets.
+    pub gathered: f64,
+}
+
+impl Contender {
+    /// As `self`, where the photons of a half have kernels of the first of these radii and all photons those
+    /// of the second, in metres.
+    pub fn with_kernels(
+        mut self,
+        scene: &Scene,
+        settings: &PassSettings,
+        evidence: &Evidence<'_>,
+        [pilot, all]: [f64; 2],
+    ) -> Self {
+        if self.choice.media.iter().any(|medium| medium.strategy == Strategy::Beams) {
+            let narrower = all / pilot;
+            self.gathered *= narrower.powi(2);
+            let noise = [all, pilot].map(|radius| {
+                strategy::noise_of_kernels(scene, &settings.conditions(), evidence.visible, radius)
+            });
+            let scale = &mut self.scale;
+            scale.shared *= noise[0] / noise[1];
+            scale.of_rays /= narrower.powi(2);
+        }
+        self
+    }
+
+    /// The strategy of each medium.
+    pub fn strategies(&self) -> Vec<Strategy> {
+        self.choice.media.iter().map(|medium| medium.strategy).collect()
+    }
+
+    /// Whether gathers end at moments, so that they can be shared.
+    pub fn has_moments(&self) -> bool {
+        self.choice.media.iter().any(|medium| holds_moments(medium.strategy))
+    }
+
+    /// Whether rays read cells as narrow as the picture's, in which the pilot's photons have much noise.
+    pub fn has_sharp_cells(&self) -> bool {
+        self.choice.media.iter().any(|medium| medium.strategy == Strategy::FluenceTowardEye)
+    }
+
+    /// Whether anything depends on photons.
+    pub fn reads_photons(&self, settings: &PassSettings) -> bool {
+        let has_cells = self.choice.media.iter().any(|medium| medium.cell_width.is_some());
+        self.choice.stores_photons || has_cells || settings.photons.needs.surface_photons
+    }
+
+    /// Cost of the photons of a render, in nanoseconds of a typical core, by the work of a half whose paths
+    /// each represent so many; none where nothing depends on photons.
+    pub fn photon_cost(&self, settings: &PassSettings, shot: &Work, represents: f64) -> f64 {
+        if !self.reads_photons(settings) {
+            return 0.0;
+        }
+        let in_media = if self.choice.stores_photons { shot.volume_photons } else { 0 };
+        let stored = represents * (in_media + shot.surface_photons) as f64;
+        represents * strategy::cost(shot, 1.0)
+            + strategy::cost_of_storing(stored)
+            + strategy::cost_of_crossings(self.crossings)
+    }
+}
+
+/// What contenders are made of.
+pub struct Contenders<'a> {
+    pub scene: &'a Scene,
+    pub settings: &'a PassSettings,
+    pub evidence: &'a Evidence<'a>,
+    /// Paths of the render for each path of a half.
+    pub represents: f64,
+}
+
+impl Contenders<'_> {
+    /// Assignments that differ, with their cells in the pilot.
+    pub fn all(&self) -> Vec<(Contender, Vec<MediumCells>)> {
+        let conditions = self.settings.conditions();
+        let moments = WIDENING * strategy::width_for_photons(1.0 / self.represents);
+        let widening = Widening { toward_eye: EYE_WIDENING, moments };
+        let evidence = Evidence { widening, ..*self.evidence };
+        let mut contenders: Vec<(Contender, Vec<MediumCells>)> = Vec::new();
+        for strategies in strategy::assignments(self.scene, &conditions) {
+            let assignment = Assignment { strategies, ..Assignment::default() };
+            let (choice, cells) = strategy::choose(self.scene, &conditions, &evidence, &assignment);
+            let Some(contender) = self.contender(choice) else { continue };
+            let strategies = contender.strategies();
+            let contender = Contender { shared: self.shared(&strategies), ..contender };
+            if contenders.iter().all(|(other, _)| other.strategies() != strategies) {
+                contenders.push((contender, cells));
+            }
+        }
+        contenders
+    }
+
+    /// The choice with the gathers of these strategies shared, and their cells; `None` where that is not
+    /// possible in each medium that has gathers.
+    fn shared(&self, strategies: &[Strategy]) -> Option<(Choice, Vec<Option<SparseCells>>)> {
+        let conditions = self.settings.conditions();
+        let strategies: Vec<Strategy> = strategies.iter().map(|s| shared(*s)).collect();
+        let assignment = Assignment { strategies, ..Assignment::default() };
+        let (choice, cells) = strategy::choose(self.scene, &conditions, self.evidence, &assignment);
+        let is_had = choice.media.iter().map(|medium| medium.strategy).eq(assignment.strategies);
+        let has_any = cells.iter().any(|cells| cells.final_gathers.is_some());
+        let cells = cells.into_iter().map(|cells| cells.final_gathers).collect();
+        (is_had && has_any && !conditions.denoise).then_some((choice, cells))
+    }
+
+    /// A contender with its factors from the pilot's photons to the render's; `None` where the render's cells,
+    /// which may be narrower, are too many.
+    fn contender(&self, choice: Choice) -> Option<Contender> {
+        let conditions = self.settings.conditions();
+        let mut crossings = 0.0;
+        for (index, medium) in choice.media.iter().enumerate() {
+            if medium.cell_width.is_none() {
+                continue;
+            }
+            let (strategy, evidence) = (medium.strategy, self.evidence);
+            let width = strategy::cell_width(self.scene, &conditions, evidence, index, strategy)?;
+            let values = match strategy {
+                Strategy::FluenceTowardEye => 1.0,
+                _ => choice.termination.values(index) as f64,
+            };
+            // The mean chord of a cube is 2/3 of its edge.
+            crossings += 3.0 / 2.0 * values * evidence.flight_length / width;
+        }
+        let photons = 1.0 / self.represents;
+        let (mut shared, mut of_rays) = (photons, photons);
+        if choice.media.iter().any(|medium| medium.strategy == Strategy::FluenceTowardEye) {
+            shared *= EYE_WIDENING.powf(-NOISE_EXPONENT);
+            of_rays *= EYE_WIDENING.powi(2);
+        }
+        let scale = VarianceScale { shared, of_rays };
+        Some(Contender { choice, shared: None, scale, crossings, gathered: self.represents })
+    }
+}

@@ -1,0 +1,256 @@
+//! The pixels of a strategy pilot, and how far a contender got in them.
+
+use rayon::prelude::*;
+
+use crate::cache::Caches;
+use crate::director::PixelBudget;
+use crate::film::sample_pass;
+use crate::math::{Rgb, Spectrum, Stage, Stream, luminance};
+use crate::photon::{PhotonDirection, PhotonMaps};
+use crate::render::integrator::Integrator;
+use crate::render::pass_settings::PassSettings;
+use crate::render::pixel_sampling::{CameraRay, Workspace, begin_sample, indirect_weight};
+use crate::scene::Scene;
+use crate::strategy::{self, Observed, PictureSize, PixelSamples, RayLuminance};
+use crate::transport::{PathContext, SobolPoint};
+use crate::work::Work;
+
+use super::contender::Contender;
+
+/// Most rays of a pixel of the pilot, each with the Sobol points of the picture's: further ones lower noise
+/// as independent rays do.
+const MAX_RAYS: u32 = 8;
+
+/// Rays of a pixel by which the cost of shared gathers is measured, at most.
+const SHARED_RAYS: u32 = 4;
+
+/// Width of the cells by which the noise of rays is measured over those of the picture: the pilot's photons have
+/// about as much noise in them as the picture's have in its own.
+const SMOOTHING: f64 = 4.0;
+
+/// Pixels that are traced before costs are looked at.
+const CHUNK: usize = 4;
+
+/// Pixels that are spread over the film, each as it is in the picture but for the number of rays.
+pub struct PilotPixels<'a> {
+    scene: &'a Scene,
+    settings: &'a PassSettings,
+    /// The picture.
+    pub picture: PictureSize,
+    /// Pixels along each side of the picture.
+    size: [f64; 2],
+    /// Rays of a pixel.
+    rays: u32,
+}
+
+impl<'a> PilotPixels<'a> {
+    /// Pixels of the picture by `settings`.
+    pub fn new(scene: &'a Scene, settings: &'a PassSettings) -> Self {
+        let size = scene.film.size.map(|side| (f64::from(side) / settings.film_pixels).ceil());
+        let budget = PixelBudget::fixed(settings.rays.max(1), 0.0, 0.0);
+        let picture = PictureSize {
+            pixels: size[0] * size[1],
+            rays: budget.rays.into(),
+            gathers: budget.gathers.min(budget.rays).into(),
+        };
+        Self { scene, settings, picture, size, rays: budget.rays.min(MAX_RAYS) }
+    }
+
+    /// Rays of a pixel.
+    pub fn rays(&self) -> f64 {
+        self.rays.into()
+    }
+
+    /// Luminance along each of the first `rays` rays of a pixel, with one set of random numbers.
+    fn luminances<S: Spectrum, H: PhotonDirection>(
+        &self,
+        integrator: &Integrator<'_, S, H>,
+        [pixel, set]: [usize; 2],
+        rays: u32,
+        radius: f64,
+    ) -> (Vec<RayLuminance>, Work) {
+        let rays = rays.min(self.rays);
+        let Self { scene, settings, .. } = self;
+        // The pixel, one of a Sobol sequence over the film.
+        let seed = settings.photons.seed;
+        let scramble = Stream::new(seed, Stage::Strategy, u64::MAX, 0).scramble();
+        let [u, v, ..] = SobolPoint { index: pixel as u32, scramble }.film_and_lens();
+        let corner = [u * self.size[0], v * self.size[1]].map(f64::floor);
+        // Its rays.
+        let stream = [seed, (2 * pixel + set) as u64];
+        let budget = PixelBudget::fixed(self.rays, radius, settings.step);
+        let start = Stream::new(seed, Stage::Strategy, 0, 0);
+        let mut workspace = Workspace::new(PathContext::new(start, settings.photons.needs));
+        let sample = |index: u32| {
+            let point = begin_sample(&mut workspace.ctx, stream, Stage::Strategy, index);
+            let [x, y] = [0, 1].map(|axis| (corner[axis] + point[axis]) * settings.film_pixels);
+            let weight = indirect_weight(index, &budget);
+            let camera_ray = CameraRay {
+                ray: scene.camera.ray(x, y, [point[2], point[3]]),
+                budget: &budget,
+                indirect_weight: weight,
+                pass: sample_pass(index, settings.rays),
+            };
+            let sample = integrator.radiance(&camera_ray, &mut workspace);
+            let [whole, gathered] = [sample.radiance, sample.indirect].map(|radiance| {
+                if radiance.is_finite() { luminance(Rgb::from(radiance)) } else { 0.0 }
+            });
+            let own = whole - gathered;
+            RayLuminance { own, gathered: (weight > 0.0).then(|| gathered / weight) }
+        };
+        ((0..rays).map(sample).collect(), workspace.ctx.work)
+    }
+
+    /// Cost of a ray of the picture, by this work of whole pixels of the pilot. Density estimates count as
+    /// often as the picture makes them, each of which meets so many photons for one of the pilot's.
+    fn ray_cost(&self, work: &Work, photons: f64) -> f64 {
+        // A pixel of the pilot has as many gathers for fewer rays.
+        let gathering = f64::from(self.rays) / self.picture.rays;
+        let gathered = (work.gathered as f64 * photons) as u64;
+        strategy::cost(&Work { gathered, ..*work }, gathering) / work.rays.max(1) as f64
+    }
+}
+
+/// A contender with its photons, and what was traced so far.
+pub struct Entrant<S: Spectrum> {
+    pub contender: Contender,
+    /// Whether it is traced on.
+    pub is_racing: bool,
+    /// By each half of the photons.
+    caches: [Caches<S>; 2],
+    /// Of the picture, in nanoseconds of a typical core.
+    photon_cost: f64,
+    samples: Vec<PixelSamples>,
+    /// Work of the rays.
+    work: Work,
+    /// Work of rays that share gathers, and the pixels that they are of.
+    shared_work: Work,
+    shared_pixels: usize,
+}
+
+impl<S: Spectrum> Entrant<S> {
+    /// Before it is traced.
+    pub fn new(contender: Contender, caches: [Caches<S>; 2], photon_cost: f64) -> Self {
+        Self {
+            contender,
+            is_racing: true,
+            caches,
+            photon_cost,
+            samples: Vec::new(),
+            work: Work::default(),
+            shared_work: Work::default(),
+            shared_pixels: 0,
+        }
+    }
+
+    /// Traces it in pixels up to number `end`. It is given up where that costs more than `most` nanoseconds of
+    /// a typical core.
+    pub fn trace<H: PhotonDirection>(
+        &mut self,
+        pixels: &PilotPixels<'_>,
+        maps: [&PhotonMaps<S, H>; 2],
+        end: usize,
+        most: f64,
+    ) {
+        let settings = pixels.settings;
+        let reads_photons = self.contender.reads_photons(settings);
+        let integrators = [0, 1].map(|half| {
+            let (maps, caches) = (maps[half], &self.caches[half]);
+            let needs = settings.photons.needs;
+            Integrator::new(pixels.scene, maps, caches, &self.contender.choice, needs)
+        });
+        let is_sharp = self.contender.has_sharp_cells();
+        let trace = |[pixel, set]: [usize; 2]| {
+            let mut work = Work::default();
+            let mut by_half = |half: usize, wider: f64| {
+                let radius = wider * maps[half].volume_radius;
+                let (rays, done) =
+                    pixels.luminances(&integrators[half], [pixel, set], pixels.rays, radius);
+                work += done;
+                rays
+            };
+            // Without photons both halves are the same.
+            let mut by_both = |wider: f64| {
+                let a = by_half(0, wider);
+                let b = if reads_photons { by_half(1, wider) } else { a.clone() };
+                [a, b]
+            };
+            let smooth = by_both(if is_sharp { SMOOTHING } else { 1.0 });
+            let sharp = is_sharp.then(|| by_both(1.0));
+            (SetRays { smooth, sharp }, work)
+        };
+        while self.samples.len() < end && self.is_racing {
+            let next = self.samples.len()..end.min(self.samples.len() + CHUNK);
+            let runs: Vec<_> = next.flat_map(|pixel| [[pixel, 0], [pixel, 1]]).collect();
+            let runs: Vec<(SetRays, Work)> = runs.into_par_iter().map(trace).collect();
+            for sets in runs.chunks_exact(2) {
+                let rays = |of: fn(&SetRays) -> &[Vec<RayLuminance>; 2]| {
+                    [0, 1].map(|half| [0, 1].map(|set| &of(&sets[set].0)[half][..]))
+                };
+                let (smooth, sharp) = (rays(|set| &set.smooth), rays(SetRays::sharp));
+                self.samples.push(PixelSamples::new(smooth, sharp, &pixels.picture));
+            }
+            runs.into_iter().for_each(|(_, done)| self.work += done);
+            self.is_racing = self.spent() <= most;
+        }
+    }
+
+    /// Traces a few rays of the pixels up to number `end` with gathers shared, where that is possible: their
+    /// work alone is looked at.
+    pub fn trace_shared<H: PhotonDirection>(
+        &mut self,
+        pixels: &PilotPixels<'_>,
+        maps: &PhotonMaps<S, H>,
+        end: usize,
+    ) {
+        let Some((choice, _)) = &self.contender.shared else { return };
+        let needs = pixels.settings.photons.needs;
+        let integrator = Integrator::new(pixels.scene, maps, &self.caches[0], choice, needs);
+        let radius = maps.volume_radius;
+        let trace = |pixel| pixels.luminances(&integrator, [pixel, 0], SHARED_RAYS, radius).1;
+        let works: Vec<Work> = (self.shared_pixels..end).into_par_iter().map(trace).collect();
+        works.into_iter().for_each(|done| self.shared_work += done);
+        self.shared_pixels = end;
+    }
+
+    /// Cost of the picture with gathers shared, in nanoseconds of a typical core, where it was measured.
+    pub fn shared_cost(&self, pixels: &PilotPixels<'_>) -> Option<f64> {
+        let ray = pixels.ray_cost(&self.shared_work, self.contender.gathered);
+        let picture = pixels.picture;
+        (self.shared_pixels > 0).then(|| self.photon_cost + picture.pixels * picture.rays * ray)
+    }
+
+    /// Whether it was traced in any pixel.
+    pub fn is_seen(&self) -> bool {
+        !self.samples.is_empty()
+    }
+
+    /// Cost of all rays that were traced, in nanoseconds of a typical core.
+    pub fn spent(&self) -> f64 {
+        strategy::cost(&self.work, 1.0) + strategy::cost(&self.shared_work, 1.0)
+    }
+
+    /// What was seen so far.
+    pub fn observed(&self, pixels: &PilotPixels<'_>) -> Observed<'_> {
+        Observed {
+            strategies: self.contender.strategies(),
+            samples: &self.samples,
+            scale: self.contender.scale,
+            ray_cost: pixels.ray_cost(&self.work, self.contender.gathered),
+            photon_cost: self.photon_cost,
+        }
+    }
+}
+
+/// The rays of a pixel by both halves of the photons, with one set of random numbers.
+struct SetRays {
+    smooth: [Vec<RayLuminance>; 2],
+    /// By cells as narrow as the picture's, where the smooth ones are not.
+    sharp: Option<[Vec<RayLuminance>; 2]>,
+}
+
+impl SetRays {
+    fn sharp(&self) -> &[Vec<RayLuminance>; 2] {
+        self.sharp.as_ref().unwrap_or(&self.smooth)
+    }
+}

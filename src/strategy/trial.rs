@@ -1,0 +1,251 @@
+//! The trials of a pilot: assignments of strategies, compared pixel by pixel.
+
+use super::kind::{shared, unshared};
+use super::measured::{Measured, PictureSize, PixelSamples, Variance, VarianceScale};
+use crate::math::nth_smallest;
+use crate::scene::Strategy;
+
+/// Standard errors by which an assignment must be behind another to be given up.
+///
+/// Unit: none. Derivation: at three, one in 700 of those that are not behind is given up where errors are
+/// normal; those of pixels are skewed.
+const BEHIND: f64 = 3.0;
+
+/// Exponent of the variance of stratified rays over their number.
+///
+/// Unit: none. Source: Mitchell 1996, "Consequences of Stratified Sampling in Graphics", section 3: at edges.
+const STRATIFIED_EXPONENT: f64 = 1.5;
+
+/// Pixels of which the one with the largest variance by all assignments is left out.
+///
+/// Unit: count. Derivation: the metric of studies leaves such pixels out too. One in a thousand would be
+/// none of a pilot's, and variance that all assignments have does not tell which is better.
+const PIXELS_PER_OUTLIER: usize = 32;
+
+/// What a pilot saw of one assignment so far.
+pub struct Observed<'a> {
+    /// Strategy of each medium.
+    pub strategies: Vec<Strategy>,
+    /// Pixels, the first ones where it was given up.
+    pub samples: &'a [PixelSamples],
+    /// From variances of the pilot to those of the picture.
+    pub scale: VarianceScale,
+    /// Cost of a ray, in nanoseconds of a typical core.
+    pub ray_cost: f64,
+    /// Cost of all photons, in the same unit.
+    pub photon_cost: f64,
+}
+
+impl Observed<'_> {
+    /// Cost of the picture.
+    pub fn cost(&self, picture: PictureSize) -> f64 {
+        self.photon_cost + picture.pixels * picture.rays * self.ray_cost
+    }
+}
+
+/// The trials of all that were observed, each ray of which is one of `rays` of a pixel. What they have in
+/// common is measured by the one whose rays are the least noisy of those that were traced in all pixels.
+pub fn trials(
+    observed: &[Observed<'_>],
+    weights: &[f64],
+    rays: f64,
+    picture: PictureSize,
+) -> Vec<Trial> {
+    let sum = |samples: &[PixelSamples], part: fn(&PixelSamples) -> f64| {
+        samples.iter().zip(weights).map(|(pixel, weight)| weight * part(pixel)).sum::<f64>()
+    };
+    let complete = observed.iter().filter(|of| of.samples.len() == weights.len());
+    let noise = |of: &&Observed<'_>| sum(of.samples, PixelSamples::independent);
+    let Some(common) = complete.min_by(|a, b| noise(a).total_cmp(&noise(b))) else {
+        return Vec::new();
+    };
+    // The most that stratification can do is to leave the variance of one ray in as many. Fewer rays than the
+    // picture's are less stratified.
+    let fewer = (rays / picture.rays).powf(STRATIFIED_EXPONENT);
+    let left = fewer * sum(common.samples, PixelSamples::stratified) / noise(&common);
+    let left = if left.is_nan() { 1.0 } else { left.clamp(1.0 / rays, 1.0) };
+    let trial = |of: &Observed<'_>| {
+        let pixels = of.samples.iter().zip(common.samples);
+        // No more is in common than all that it has, in the pixels that it was traced in.
+        let common_noise = sum(&common.samples[..of.samples.len()], PixelSamples::independent);
+        let part = sum(of.samples, PixelSamples::independent) / common_noise;
+        let part = if part.is_nan() { 1.0 } else { part.clamp(0.0, 1.0) };
+        let variance = |(own, common): (&PixelSamples, &PixelSamples)| {
+            own.variance(part * common.independent(), left, &of.scale)
+        };
+        Trial {
+            strategies: of.strategies.clone(),
+            variances: pixels.map(variance).collect(),
+            cost: of.cost(picture),
+        }
+    };
+    observed.iter().map(trial).collect()
+}
+
+/// What a pilot found of one assignment so far.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// Strategy of each medium.
+    pub strategies: Vec<Strategy>,
+    /// Variance of each pixel in the picture, of the first ones where the trial was given up.
+    pub variances: Vec<Variance>,
+    /// Cost of the picture, in nanoseconds of a typical core.
+    pub cost: f64,
+}
+
+impl Trial {
+    /// Relative variance and cost of the picture, from pixels of these weights.
+    pub fn measured(&self, weights: &[f64]) -> Measured {
+        let mean = |part| weighted_mean(&self.variances, weights, part).mean.max(0.0);
+        let variance = Variance {
+            ray_variance: mean(|variance: &Variance| variance.ray_variance),
+            smooth_ray_variance: mean(|variance| variance.smooth_ray_variance),
+            photon_variance: mean(|variance| variance.photon_variance),
+        };
+        Measured { strategies: self.strategies.clone(), variance, cost: self.cost }
+    }
+
+    /// Whether its variance times cost is surely larger than that of `leader`: by pairs of pixels that both
+    /// were traced in.
+    pub fn is_behind(&self, leader: &Self, weights: &[f64]) -> bool {
+        let pairs = self.variances.iter().zip(&leader.variances);
+        let differences: Vec<f64> = pairs
+            .map(|(own, other)| own.total() * self.cost - other.total() * leader.cost)
+            .collect();
+        let difference = weighted_mean(&differences, weights, |difference| *difference);
+        difference.mean > BEHIND * difference.standard_error
+    }
+
+    /// Its strategies, or those that it was made of by [`shared`](Self::shared).
+    pub fn unshared(&self) -> Vec<Strategy> {
+        self.strategies.iter().map(|strategy| unshared(*strategy)).collect()
+    }
+
+    /// What gathers that `sharing` rays share would bring, by what was measured of gathers that none shares. Their
+    /// variance is as much smaller beyond that of the least noisy of `others`, whose rays have the same other
+    /// light; all of it where none of them is less noisy. A ray stands for so many `gathers`, and the
+    /// picture takes this `cost`.
+    pub fn shared(
+        &self,
+        others: &[&Self],
+        weights: &[f64],
+        [gathers, sharing]: [f64; 2],
+        cost: f64,
+    ) -> Self {
+        let noise = |trial: &Self| trial.measured(weights).variance.smooth_ray_variance;
+        let least = others.iter().min_by(|a, b| noise(a).total_cmp(&noise(b)));
+        let least = least.filter(|trial| noise(trial) < noise(self));
+        let of_pixel = |(pixel, own): (usize, &Variance)| {
+            let least = least.map_or(0.0, |trial| trial.variances[pixel].smooth_ray_variance);
+            let share = |variance: f64| least + (variance - least) / (gathers * sharing);
+            Variance {
+                ray_variance: share(own.ray_variance),
+                smooth_ray_variance: share(own.smooth_ray_variance),
+                ..*own
+            }
+        };
+        Self {
+            strategies: self.strategies.iter().map(|strategy| shared(*strategy)).collect(),
+            variances: self.variances.iter().enumerate().map(of_pixel).collect(),
+            cost,
+        }
+    }
+}
+
+/// Sets the weights of pixels to 0 that have the largest variances by all trials.
+pub fn leave_out_outliers(weights: &mut [f64], trials: &[Trial]) {
+    let least = |pixel: usize| {
+        let all = trials.iter().filter_map(|trial| trial.variances.get(pixel));
+        all.map(Variance::total).fold(f64::INFINITY, f64::min)
+    };
+    let pixels = weights.iter().enumerate();
+    let variances: Vec<f64> = pixels.map(|(pixel, weight)| weight * least(pixel)).collect();
+    let kept = weights.len() - weights.len() / PIXELS_PER_OUTLIER;
+    let Some(largest) = kept.checked_sub(1).and_then(|rank| nth_smallest(variances.clone(), rank))
+    else {
+        return;
+    };
+    for (weight, variance) in weights.iter_mut().zip(variances) {
+        if variance > largest {
+            *weight = 0.0;
+        }
+    }
+}
+
+/// A mean with its standard error.
+struct Mean {
+    mean: f64,
+    standard_error: f64,
+}
+
+/// That of a part of each pixel, weighted.
+fn weighted_mean<T>(pixels: &[T], weights: &[f64], part: fn(&T) -> f64) -> Mean {
+    let values: Vec<f64> = pixels.iter().zip(weights).map(|(p, w)| w * part(p)).collect();
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count.max(1.0);
+    let squares = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+    Mean { mean, standard_error: (squares / (count * (count - 1.0)).max(1.0)).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(strategy: Strategy, variances: &[f64], cost: f64) -> Trial {
+        let of_pixel = |variance: &f64| Variance {
+            ray_variance: *variance,
+            smooth_ray_variance: *variance,
+            photon_variance: 0.0,
+        };
+        let variances = variances.iter().map(of_pixel).collect();
+        Trial { strategies: vec![strategy], variances, cost }
+    }
+
+    #[test]
+    fn a_trial_is_given_up_where_pixels_agree() {
+        let weights = [1.0; 4];
+        let leader = trial(Strategy::Beams, &[1.0, 9.0, 2.0, 4.0], 2.0);
+        let twice = trial(Strategy::Traced, &[1.0, 9.0, 2.0, 4.0], 4.0);
+        assert!(!twice.is_behind(&leader, &weights), "four pixels of very unlike variances");
+        let even = trial(Strategy::Traced, &[3.0, 11.0, 4.0, 6.0], 2.0);
+        assert!(even.is_behind(&leader, &weights));
+        assert!(!leader.is_behind(&even, &weights));
+        assert!(!leader.is_behind(&leader, &weights));
+    }
+
+    #[test]
+    fn variances_of_a_picture_are_weighted() {
+        let measured = trial(Strategy::Beams, &[1.0, 3.0], 7.0).measured(&[0.5, 1.5]);
+        assert_eq!((measured.variance.ray_variance, measured.product()), (2.5, 17.5));
+    }
+
+    #[test]
+    fn a_pixel_that_is_bad_by_all_is_left_out() {
+        let mut noisy = vec![1.0; PIXELS_PER_OUTLIER];
+        (noisy[3], noisy[7]) = (50.0, 90.0);
+        let mut other = noisy.clone();
+        other[7] = 2.0;
+        let trials = [trial(Strategy::Beams, &noisy, 1.0), trial(Strategy::Traced, &other, 1.0)];
+        let mut weights = vec![1.0; PIXELS_PER_OUTLIER];
+        leave_out_outliers(&mut weights, &trials);
+        // That by one alone stays.
+        assert_eq!((weights[3], weights[7]), (0.0, 1.0));
+        assert_eq!(weights.iter().sum::<f64>(), (PIXELS_PER_OUTLIER - 1) as f64);
+    }
+
+    #[test]
+    fn shared_gathers_lower_only_what_gathers_bring() {
+        let moments = trial(Strategy::Moments, &[9.0, 1.0], 5.0);
+        let common = trial(Strategy::Beams, &[1.0, 1.0], 1.0);
+        let (gathers, weights) = ([8.0, 2.0], [1.0; 2]);
+        let noisy = trial(Strategy::Traced, &[70.0, 80.0], 1.0);
+        let shared = moments.shared(&[&noisy, &common], &weights, gathers, 33.0);
+        assert_eq!(shared.strategies, [Strategy::SharedGathers]);
+        let variances: Vec<f64> =
+            shared.variances.iter().map(|variance| variance.ray_variance).collect();
+        assert_eq!((variances, shared.cost), (vec![1.5, 1.0], 33.0));
+        assert_eq!(shared.unshared(), moments.strategies);
+        let shared = moments.shared(&[&noisy], &weights, gathers, 33.0);
+        assert_eq!(shared.variances[0].ray_variance, 9.0 / 16.0);
+    }
+}
