@@ -217,7 +217,8 @@ impl<S: Spectrum> Entrant<S> {
     pub fn shared_cost(&self, pixels: &PilotPixels<'_>) -> Option<f64> {
         let ray = pixels.ray_cost(&self.shared_work, self.contender.gathered);
         let picture = pixels.picture;
-        (self.shared_pixels > 0).then(|| self.photon_cost + picture.pixels * picture.rays * ray)
+        let cost = self.photon_cost + picture.pixels * picture.rays * ray;
+        (self.shared_pixels > 0).then_some(cost)
     }
 
     /// Whether it was traced in any pixel.
