@@ -44,7 +44,8 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
     if let Some(warning) = reader.check(frames)? {
         console::warn(&[warning]);
     }
-    let Shot { metered, exposure, strategies } = pool.install(|| Shot::new(&sequence))?;
+    let Shot { metered, exposure, strategies } =
+        pool.install(|| Shot::new(&sequence, args.reference))?;
     if let Some(scene) = metered.filter(|_| args.write_scene.is_some()) {
         let mut scene = scene?;
         scene.film.exposure = scene.film.exposure.or(exposure);
@@ -76,18 +77,19 @@ struct Shot {
     metered: Option<Result<Scene>>,
     /// The exposure, where the scene leaves it open.
     exposure: Option<f64>,
-    /// The strategies.
+    /// The strategies; none of a reference.
     strategies: Option<Assignment>,
 }
 
 impl Shot {
-    fn new(sequence: &Sequence) -> Result<Self> {
+    fn new(sequence: &Sequence, is_reference: bool) -> Result<Self> {
         let metered = sequence.metered_frame().map(|frame| sequence.load(frame));
         let (mut exposure, mut strategies) = (None, None);
         if let Some(Ok(scene)) = &metered {
             let is_open = scene.film.exposure.is_none();
             exposure = is_open.then(|| crate::render::exposure(scene)).transpose()?;
-            strategies = Some(crate::render::shot_strategies(scene, &scene.render)?);
+            let choose = || crate::render::shot_strategies(scene, &scene.render);
+            strategies = (!is_reference).then(choose).transpose()?;
         }
         Ok(Self { metered, exposure, strategies })
     }

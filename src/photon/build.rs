@@ -37,23 +37,31 @@ impl MapBuilder<'_> {
     ) -> (Vec<BeamMap<S, H>>, [f64; 2]) {
         let Extents { origin, depth, margin, .. } = *self.extents;
         let photons = &deposits.volume;
-        let independent: Vec<PhotonAt<S, H>> =
-            deposits.independent.iter().map(|index| photons[*index]).collect();
-        let radii = |represents: f64| match self.extents.radius {
+        let radii = match self.extents.radius {
             Some(radius) => Radii::constant(radius, photons.len()),
             None => {
                 let weight =
                     |p: &PhotonAt<S, H>| toward_camera(self.scene, phases, p.at(origin), &p.photon);
-                let count = photons.len() as f64 * represents;
-                let probes = Probes { photons: &independent, count };
+                let independent = deposits.independent.iter();
+                let independent: Vec<PhotonAt<S, H>> =
+                    independent.map(|index| photons[*index]).collect();
+                let probes = self.probes(&independent, photons.len());
                 let visible = &self.importance.media;
                 Radii::adaptive(origin, photons, &probes, visible, depth, weight, margin)
             }
         };
-        let own = radii(1.0);
-        let of_all =
-            if self.represents == 1.0 { own.typical } else { radii(self.represents).typical };
-        (thinned_maps(origin, photons, &own.each, levels), [own.typical, of_all])
+        let typical = [radii.typical, radii.typical_of_all];
+        (thinned_maps(origin, photons, &radii.each, levels), typical)
+    }
+
+    /// Photons that sample the distribution of `count`, each of which represents as many.
+    fn probes<'a, S: Spectrum, H>(
+        &self,
+        photons: &'a [PhotonAt<S, H>],
+        count: usize,
+    ) -> Probes<'a, S, H> {
+        let count = count as f64;
+        Probes { photons, count, all: count * self.represents }
     }
 
     /// The map of the photons on surfaces.
@@ -63,7 +71,7 @@ impl MapBuilder<'_> {
             Some(radius) => vec![radius as f32; photons.len()],
             None => {
                 let most = MAX_SURFACE_RADIUS * self.extents.full_size();
-                let probes = Probes { photons, count: photons.len() as f64 * self.represents };
+                let probes = self.probes(photons, photons.len());
                 radius::on_surfaces(origin, photons, &probes, most)
             }
         };

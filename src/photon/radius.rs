@@ -46,6 +46,8 @@ pub(super) struct Probes<'a, S: Spectrum, H> {
     pub photons: &'a [PhotonAt<S, H>],
     /// Number of photons whose distribution they sample.
     pub count: f64,
+    /// Number of photons that those stand for.
+    pub all: f64,
 }
 
 /// The radius of each volume photon, in metres: wide where photons are sparse (the adaptive kernels of
@@ -56,12 +58,14 @@ pub(super) struct Radii {
     pub each: Vec<f32>,
     /// What suits the places that the camera sees.
     pub typical: f64,
+    /// The same for all photons that these stand for.
+    pub typical_of_all: f64,
 }
 
 impl Radii {
     /// The same radius for all of `count` photons.
     pub fn constant(radius: f64, count: usize) -> Self {
-        Self { each: vec![radius as f32; count], typical: radius }
+        Self { each: vec![radius as f32; count], typical: radius, typical_of_all: radius }
     }
 
     /// Radii within which a ray that sees the photons over `depth` metres finds
@@ -87,11 +91,20 @@ impl Radii {
             let within = (PHOTONS_IN_RADIUS * volume * 3.0 / (4.0 * PI)).cbrt();
             along.min(within)
         };
-        let spacing = Spacing::new(origin, probes, most, radius);
-        let each = photons.par_iter().map(|p| spacing.widened(p, weight(p))).collect();
+        let spacing = |count| Spacing::new(origin, probes.photons, count, most, radius);
         let stride = (visible.len() / VISIBLE_PLACES).max(1);
-        let seen = visible.iter().step_by(stride).map(|p| spacing.at(*p).0.min(most)).collect();
-        Self { each, typical: quantile(seen, 0.5).unwrap_or(most) }
+        let typical = |spacing: &Spacing<S, H>| {
+            let seen = visible.iter().step_by(stride).map(|p| spacing.at(*p).0.min(most));
+            quantile(seen.collect(), 0.5).unwrap_or(most)
+        };
+        let own = spacing(probes.count);
+        let each = photons.par_iter().map(|p| own.widened(p, weight(p))).collect();
+        let typical_of_own = typical(&own);
+        let typical_of_all = match probes.all == probes.count {
+            true => typical_of_own,
+            false => typical(&spacing(probes.all)),
+        };
+        Self { each, typical: typical_of_own, typical_of_all }
     }
 }
 
@@ -104,7 +117,7 @@ pub(super) fn on_surfaces<S: Spectrum>(
     most: f64,
 ) -> Vec<f32> {
     let radius = |near: f64, crowd: f64| near * (PHOTONS_IN_RADIUS / crowd).sqrt();
-    let spacing = Spacing::new(origin, probes, most, radius);
+    let spacing = Spacing::new(origin, probes.photons, probes.all, most, radius);
     photons.par_iter().map(|p| spacing.widened(p, 1.0)).collect()
 }
 
@@ -119,15 +132,15 @@ struct Spacing<S: Spectrum, H> {
 }
 
 impl<S: Spectrum, H: PhotonDirection> Spacing<S, H> {
-    /// Measured at some of `probes`; `radius` is a radius by the distance within which a number of
-    /// photons lie.
+    /// Measured at some of `photons`, which sample the distribution of `count`; `radius` is a radius by the
+    /// distance within which a number of photons lie.
     fn new(
         origin: WorldPoint,
-        probes: &Probes<'_, S, H>,
+        photons: &[PhotonAt<S, H>],
+        count: f64,
         most: f64,
         radius: impl Fn(f64, f64) -> f64 + Sync,
     ) -> Self {
-        let Probes { photons, count } = *probes;
         let step = (photons.len() / PROBES).max(1);
         let thin: Vec<PhotonAt<S, H>> = photons.iter().step_by(step).copied().collect();
         let crowd = NEIGHBOURS as f64 * (count / thin.len().max(1) as f64);

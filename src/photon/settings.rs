@@ -58,14 +58,16 @@ pub struct PhotonMemory {
     pub building: u64,
     /// Of that, what is grown in pieces and then copied together.
     pub pieces: u64,
+    /// Of a pilot that chose strategies, freed before the maps are built.
+    pub pilot: u64,
 }
 
 /// About what photons take for which `work` is expected, beside caches that take `complete` bytes from
-/// the start of tracing and `lazy` bytes of cells that rays fill.
+/// the start of tracing and `lazy` bytes of cells that rays fill, after a `pilot` of so many bytes.
 pub fn memory<S: Spectrum, H: PhotonDirection>(
     work: &Work,
-    complete: u64,
-    lazy: u64,
+    [complete, lazy]: [u64; 2],
+    pilot: u64,
 ) -> PhotonMemory {
     let (volume, surface) = (work.volume_photons, work.surface_photons);
     let (stored, sphere) = (size_of::<PhotonAt<S, H>>() as u64, BeamMap::<S, H>::SPHERE as u64);
@@ -83,5 +85,5 @@ pub fn memory<S: Spectrum, H: PhotonDirection>(
     let building = volume * (stored + 4 + 32 + 64 + 96 + 24 + sphere)
         + surface * (2 * stored_on_surface + photon + 16);
     let pieces = volume * stored + surface * stored_on_surface;
-    PhotonMemory { held, building: caches + building.max(flights + complete), pieces }
+    PhotonMemory { held, building: caches + building.max(flights + complete), pieces, pilot }
 }

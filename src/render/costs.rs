@@ -107,7 +107,12 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     work.rays = Window::whole(scene.film.size).pixels() * u64::from(settings.rays);
     let maps = Needs::new(scene, settings).maps;
     work.map_pixels = if maps { map_pixels(scene, settings) } else { 0 };
-    let memory = memory_with(scene, settings, photon_pass_memory(&work, &photons), program);
+    let memory = memory_with(
+        scene,
+        settings,
+        photon_pass_memory(&work, &photons, assignment.pilot_bytes),
+        program,
+    );
     let strategy = photons.choice.summary();
     Ok(Costs { strategy, work, memory, seconds })
 }
@@ -181,7 +186,7 @@ fn photon_memory<S: Spectrum, H: PhotonDirection>(
 ) -> Result<PhotonMemory> {
     let assignment = strategies::<S, H>(scene, &pass_settings(scene, settings))?;
     let (photons, work) = sample_photons::<S, H>(scene, settings, &assignment)?;
-    Ok(photon_pass_memory(&work, &photons))
+    Ok(photon_pass_memory(&work, &photons, assignment.pilot_bytes))
 }
 
 /// Photon maps of a few of the paths, and the work that all paths are.
@@ -235,7 +240,7 @@ fn directed_share(
 fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
     work: &Work,
     photons: &PhotonPass<S, H>,
+    pilot_bytes: u64,
 ) -> PhotonMemory {
-    let [fluence, lazy] = photons.caches.memory_bytes();
-    photon::memory::<S, H>(work, fluence, lazy)
+    photon::memory::<S, H>(work, photons.caches.memory_bytes(), pilot_bytes)
 }

@@ -77,7 +77,7 @@ impl MemoryParts {
 /// Estimates the memory that rendering `scene` under `settings` takes without its photons, in a program
 /// that takes `program` bytes before it loads the scene.
 pub fn memory_without_photons(scene: &Scene, settings: &RenderSettings, program: u64) -> Memory {
-    let none = PhotonMemory { held: 0, building: 0, pieces: 0 };
+    let none = PhotonMemory { held: 0, building: 0, pieces: 0, pilot: 0 };
     memory_with(scene, settings, none, program)
 }
 
@@ -106,9 +106,10 @@ pub(super) fn memory_with(
     let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
     let building = photons.building + tables;
     let retained = |freed: u64| freed.min(RETAINED);
-    // Photons use what loading has freed again.
-    let freed = retained(reading.max(building - photons.held));
-    let built = (building + retained(photons.pieces)).max(retained(reading));
+    // Photons use what loading and a pilot have freed again.
+    let most = building.max(photons.pilot);
+    let freed = retained(reading.max(most.saturating_sub(photons.held)));
+    let built = (building + retained(photons.pieces)).max(retained(reading)).max(photons.pilot);
     let scene = MemoryParts { program, grids, surfaces, ..MemoryParts::default() };
     // Loading, building the photon maps, rays, writing.
     let stages = [

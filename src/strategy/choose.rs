@@ -184,10 +184,9 @@ impl Chooser<'_> {
     /// The strategy of a medium and its cells: the first of those that are preferred whose cells exist.
     fn decide(&self, medium: usize) -> (MediumStrategy, MediumCells) {
         let direct_cell_width = self.evidence.direct[medium];
-        let preferred = self.preferred(medium).iter();
+        let mut preferred = self.preferred(medium).iter();
         let (strategy, cells) = preferred
-            .map(|&strategy| Some((strategy, self.cells(strategy, medium)?)))
-            .find_map(|found| found)
+            .find_map(|&strategy| Some((strategy, self.cells(strategy, medium)?)))
             .unwrap_or_default();
         let width = |cells: &Option<SparseCells>| cells.as_ref().map(|cells| cells.edge);
         let decided = MediumStrategy {

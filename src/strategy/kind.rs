@@ -122,13 +122,15 @@ pub struct Assignment {
     pub reason: String,
     /// What a pilot measured of each assignment; empty where it did not measure.
     pub measured: Vec<Measured>,
+    /// Bytes that the pilot took, which are freed again.
+    pub pilot_bytes: u64,
 }
 
 impl Assignment {
     /// One strategy for all `media`, which are so many.
     pub fn uniform(strategy: Strategy, media: usize, reason: &str) -> Self {
         let strategies = vec![strategy; media];
-        Self { strategies, reason: reason.into(), measured: Vec::new() }
+        Self { strategies, reason: reason.into(), ..Self::default() }
     }
 }
 

@@ -33,9 +33,9 @@ const NANOSECONDS: f64 = 1e9;
 /// Luminance of a ray, W/(m² sr).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RayLuminance {
-    /// What each ray brings.
+    /// What the ray estimates for itself.
     pub own: f64,
-    /// What some rays gather for all, where it is one of them: the same without its weight.
+    /// What it gathers for all rays of its pixel, without the weight for that; `None` where others gather for it.
     pub gathered: Option<f64>,
 }
 
@@ -55,7 +55,7 @@ pub struct PixelSamples {
     of_rays: f64,
 }
 
-/// How errors of the pilot turn into those of the picture.
+/// How the pilot's variances turn into those of the picture.
 #[derive(Debug, Clone, Copy)]
 pub struct VarianceScale {
     /// Factor on the photons' variance that the rays of a pixel share.

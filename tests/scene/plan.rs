@@ -547,8 +547,7 @@ fn a_render_tells_its_plan_and_its_work() {
 
 /// The most memory that a render takes, as planned. A plan counts what the allocator retains at its most,
 /// 32 MiB, and so may be high by a part of that; it is low by the little that threads take for themselves,
-/// of which there are two on any machine, and by holes that the grids of a pilot leave. From 1 to 4 threads
-/// the ratio is 0.93 to 1.13.
+/// of which there are two on any machine. From 1 to 4 threads the ratio is 0.99 to 1.13.
 #[test]
 fn memory_is_estimated() {
     let folder = tempfile::tempdir().unwrap();
@@ -573,7 +572,7 @@ fn memory_is_estimated() {
             return;
         };
         let ratio = planned / taken;
-        assert!((0.9..1.15).contains(&ratio), "{scene}: {planned} planned, {taken} taken");
+        assert!((0.95..1.15).contains(&ratio), "{scene}: {planned} planned, {taken} taken");
     }
 }
 

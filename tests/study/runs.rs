@@ -259,7 +259,9 @@ fn more_seeds_are_added_to_a_study() {
 #[test]
 fn a_study_in_a_given_time_answers() {
     let folder = tempfile::tempdir().unwrap();
-    scene_in(folder.path());
+    // Of one strategy, so that what directing costs is known.
+    let scene = SCENE.replace("rays = 8\n", "rays = 8\nstrategy = 'fluence-toward-eye'\n");
+    std::fs::write(folder.path().join("ball.toml"), scene).unwrap();
     let study = |more: &[&str]| {
         let done = std::process::Command::new(assert_cmd::cargo::cargo_bin!("fogbow"))
             .current_dir(folder.path())
@@ -284,7 +286,7 @@ fn a_study_in_a_given_time_answers() {
         let ratio = contrast.ratio.as_ref().unwrap();
         assert!(ratio.samples >= 3 && ratio.range.is_some(), "{ratio:?}");
     }
-    assert!(told.starts_with("xs-scattering with 8 rays "), "{told}");
+    assert!(told.starts_with("xs-scattering with 8 rays takes "), "{told}");
     if headline.settling.is_some_and(|settling| settling.seeds.is_some()) {
         assert!(told.contains("--time") && told.contains("--resume"), "{told}");
     }

@@ -221,6 +221,13 @@ impl<S: Spectrum> Entrant<S> {
         (self.shared_pixels > 0).then_some(cost)
     }
 
+    /// Bytes of its own caches: all but those of direct light.
+    pub fn memory_bytes(&self) -> u64 {
+        let fluence = self.caches.iter().map(|caches| caches.memory_bytes()[0]);
+        let gathers = self.caches.iter().flat_map(|caches| caches.final_gathers.iter().flatten());
+        fluence.chain(gathers.map(|cache| cache.cells().memory_bytes() as u64)).sum()
+    }
+
     /// Whether it was traced in any pixel.
     pub fn is_seen(&self) -> bool {
         !self.samples.is_empty()

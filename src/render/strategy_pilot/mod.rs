@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use crate::cache::{Caches, DirectLightCache, FluenceGrid, GATHERS_PER_RAY};
 use crate::math::Spectrum;
-use crate::photon::{AimedPhotons, PathSample, PhotonDirection, PhotonMaps};
+use crate::photon::{self, AimedPhotons, PathSample, PhotonDirection, PhotonMaps};
 use crate::scene::{Scene, Strategy};
 use crate::strategy::{self, Assignment, Evidence, Measured, Observed, Trial};
 
@@ -47,8 +47,8 @@ const FIRST_PIXELS: [usize; 2] = [4, 32];
 /// Most pixels of the pilot: variances by so many are known to a few per cent.
 const MAX_PIXELS: usize = 1024;
 
-/// Share of the cost of a picture by the best assignment so far that rays of the pilot may cost, but for the
-/// first round.
+/// Share of the cost of a picture by the best assignment so far that all rays of the pilot may cost, but for
+/// the first round; and of the cheapest picture so far that those of one assignment may.
 const MAX_SHARE: f64 = 1.0 / 16.0;
 
 /// What the pilot works with.
@@ -79,7 +79,7 @@ impl<'a> StrategyPilot<'a, '_> {
             && !only.has_moments()
         {
             let (strategies, reason) = (only.strategies(), "no other is possible".into());
-            return Some(Assignment { strategies, reason, measured: Vec::new() });
+            return Some(Assignment { strategies, reason, ..Assignment::default() });
         }
         // Two halves of photons, others than those of the render, each of a Sobol sequence of its own.
         let [a, b] = [1, 2].map(|sequence: u64| {
@@ -103,6 +103,12 @@ impl<'a> StrategyPilot<'a, '_> {
         };
         let grids = a.fluence.into_iter().zip(b.fluence).map(|(a, b)| [a, b]);
         let mut entrants: Vec<Entrant<S>> = contenders.into_iter().zip(grids).map(enter).collect();
+        let of_photons = photon::memory::<S, H>(&a.work, [0; 2], 0);
+        let of_direct = direct.iter().flatten().map(|cache| cache.cells().memory_bytes() as u64);
+        let pilot_bytes = of_photons.held
+            + of_photons.building
+            + of_direct.sum::<u64>()
+            + entrants.iter().map(Entrant::memory_bytes).sum::<u64>();
         let measured = self.race(&mut entrants, [&a.maps, &b.maps], &pixels);
         let conditions = settings.conditions();
         let allowed =
@@ -110,7 +116,7 @@ impl<'a> StrategyPilot<'a, '_> {
         let products = |a: &&Measured, b: &&Measured| a.product().total_cmp(&b.product());
         let best = measured.iter().filter(allowed).min_by(products)?;
         let reason = "in a pilot it has the least variance times cost".into();
-        Some(Assignment { strategies: best.strategies.clone(), reason, measured })
+        Some(Assignment { strategies: best.strategies.clone(), reason, measured, pilot_bytes })
     }
 
     /// Traces `entrants` in pixels until one is left that leads or more pixels would cost too much. Returns

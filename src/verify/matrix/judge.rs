@@ -49,9 +49,8 @@ pub(super) fn judge(parts: &Parts, setup: &Setup, bounds: Bounds) -> Result<Vec<
 /// The checks of one picture.
 pub(super) fn checks(rendered: &Rendered, bounds: Bounds) -> Vec<Check> {
     // What the cap on scatterings takes out is at most the light of the paths that it ended.
-    let Work { capped_paths, capped_rays, photon_paths, rays, .. } = rendered.work;
-    let share = |capped: u64, all: u64| capped as f64 / all.max(1) as f64;
-    let capped = share(capped_paths, photon_paths) + share(capped_rays, rays);
+    let Work { capped_paths, capped_rays, .. } = rendered.work;
+    let capped = (capped_paths + capped_rays) as f64 / paths(&rendered.work);
     let mean = scenes::mean(&rendered.film);
     let low = bounds.low - capped;
     let mut all = vec![if low > 0.0 {
@@ -70,14 +69,19 @@ pub(super) fn soundness(rendered: &Rendered, collisions: f64) -> [Check; 5] {
     let wrong = values().filter(|v| !v.is_finite()).count() as f64 + film.repaired() as f64;
     let colors = || ["R", "G", "B"].into_iter().filter_map(|c| film.layer(c)).flatten();
     let negative = colors().filter(|v| **v < 0.0).count() as f64;
-    // Rays are paths too, where media are traced through.
-    let paths = (work.photon_paths + work.rays).max(1) as f64;
+    let collisions_per_path = work.collisions as f64 / paths(work);
     let kept = SMALL_MAP + KEPT_PER_PATH * work.photon_paths as f64;
     [
         Check::at_most("values that are not finite", wrong, 0.0),
         Check::at_most("negative values", negative, 0.0),
         Check::at_most("dropped samples", work.dropped_samples as f64, 0.0),
-        Check::at_most("collisions per path", work.collisions as f64 / paths, collisions),
+        Check::at_most("collisions per path", collisions_per_path, collisions),
         Check::at_most("volume photons kept", work.volume_photons as f64, kept),
     ]
+}
+
+/// Paths of photons, or of rays where no photon is shot.
+fn paths(work: &Work) -> f64 {
+    let paths = if work.photon_paths > 0 { work.photon_paths } else { work.rays };
+    paths.max(1) as f64
 }
