@@ -1,18 +1,23 @@
 //! Several media at once: their coefficients add.
 
+use std::sync::OnceLock;
+
 use smallvec::SmallVec;
 
+use crate::error::Result;
 use crate::math::{Aabb, Ray, Rgb, Span, Spectrum, Stream, World, WorldPoint};
 
 use crate::work::Work;
 
 use super::piece::thickness_of;
-use super::{Collision, Flights, Medium, SharedVoxels};
+use super::{Collision, EmissionSampler, Flights, Medium, SharedVoxels};
 
 /// All media of a scene; where they overlap their coefficients add.
 #[derive(Debug, Default)]
 pub struct Media {
     media: Vec<Medium>,
+    /// Made when photons are first aimed: it takes a look at all voxels that may glow.
+    emission_samplers: OnceLock<Vec<Option<EmissionSampler>>>,
 }
 
 /// What scatters at one place: each medium's scattering coefficient there.
@@ -21,7 +26,7 @@ pub type Mixture = SmallVec<[(usize, Rgb); 1]>;
 impl Media {
     /// The media.
     pub const fn new(media: Vec<Medium>) -> Self {
-        Self { media }
+        Self { media, emission_samplers: OnceLock::new() }
     }
 
     /// Each medium in turn.
@@ -42,6 +47,19 @@ impl Media {
     /// Whether there are none.
     pub const fn is_empty(&self) -> bool {
         self.media.is_empty()
+    }
+
+    /// What samples the emission of each medium; `None` for those that emit nothing.
+    ///
+    /// # Errors
+    /// Where an unbounded medium emits light.
+    pub fn emission_samplers(&self) -> Result<&[Option<EmissionSampler>]> {
+        if let Some(samplers) = self.emission_samplers.get() {
+            return Ok(samplers);
+        }
+        let samplers: Result<Vec<_>> = self.media.iter().map(EmissionSampler::new).collect();
+        let samplers = samplers?;
+        Ok(self.emission_samplers.get_or_init(|| samplers))
     }
 
     /// Bytes of each of the grids in memory, in the order in which media first name them: voxels

@@ -16,7 +16,7 @@ pub struct Emitters<'a> {
     records_sky: bool,
     /// How many surfaces are infinite.
     infinite: usize,
-    emitters: Vec<Emitter>,
+    emitters: Vec<Emitter<'a>>,
     /// About the power of each, W.
     powers: Vec<f64>,
     /// By which they are chosen; `None` where none has a weight.
@@ -24,10 +24,9 @@ pub struct Emitters<'a> {
 }
 
 #[derive(Debug)]
-#[allow(clippy::large_enum_variant, reason = "there is one a light")]
-enum Emitter {
+enum Emitter<'a> {
     Light(usize),
-    Medium(usize, EmissionSampler),
+    Medium(usize, &'a EmissionSampler),
 }
 
 /// The start of a photon path.
@@ -58,8 +57,8 @@ impl<'a> Emitters<'a> {
                 emitters.push(Emitter::Light(index));
             }
         }
-        for (index, medium) in scene.media.iter().enumerate() {
-            if let Some(sampler) = EmissionSampler::new(medium)? {
+        for (index, sampler) in scene.media.emission_samplers()?.iter().enumerate() {
+            if let Some(sampler) = sampler {
                 powers.push(sampler.power());
                 emitters.push(Emitter::Medium(index, sampler));
             }

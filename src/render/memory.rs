@@ -55,7 +55,7 @@ pub struct Memory {
 pub struct MemoryParts {
     /// The program and its libraries.
     pub program: u64,
-    /// Voxel grids, and what is read into them.
+    /// Voxel grids with the tables by which their emission is sampled, and what is read into them.
     pub grids: u64,
     /// Surfaces with their trees, and what is read into them.
     pub surfaces: u64,
@@ -104,22 +104,23 @@ pub(super) fn memory_with(
     let read = sizes.last().map_or(0, |bytes| 2 * *bytes as u64);
     let reading = read + surfaces;
     let tables: u64 = media.iter().map(Medium::sampler_bytes).sum();
-    let building = photons.building + tables;
     let retained = |freed: u64| freed.min(RETAINED);
     // Photons use what loading and a pilot have freed again.
-    let most = building.max(photons.pilot);
+    let most = photons.building.max(photons.pilot);
     let freed = retained(reading.max(most.saturating_sub(photons.held)));
-    let built = (building + retained(photons.pieces)).max(retained(reading)).max(photons.pilot);
+    let built = photons.building + retained(photons.pieces);
+    let built = built.max(retained(reading)).max(photons.pilot);
     let scene = MemoryParts { program, grids, surfaces, ..MemoryParts::default() };
+    let aimed = MemoryParts { grids: grids + tables, ..scene };
     // Loading, building the photon maps, rays, writing.
     let stages = [
         MemoryParts { grids: grids + read, surfaces: 2 * surfaces, ..scene },
-        MemoryParts { maps, photons: built, ..scene },
-        MemoryParts { maps, photons: photons.held + freed, film, ..scene },
-        MemoryParts { film: writing, photons: freed, ..scene },
+        MemoryParts { maps, photons: built, ..aimed },
+        MemoryParts { maps, photons: photons.held + freed, film, ..aimed },
+        MemoryParts { film: writing, photons: freed, ..aimed },
     ];
     let at_peak = stages.into_iter().max_by_key(MemoryParts::sum).unwrap_or(scene);
-    let kept = MemoryParts { photons: photons.held, film, maps, ..scene };
+    let kept = MemoryParts { photons: photons.held, film, maps, ..aimed };
     Memory { kept, writing, peak: at_peak.sum(), at_peak }
 }
 

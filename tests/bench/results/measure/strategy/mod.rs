@@ -30,7 +30,7 @@ use scenes::{StrategyScene, fly_in, scenes};
 use truth::Truth;
 
 /// Seeds that say which candidate is the best, and as many on which it is compared.
-const SEEDS: usize = 4;
+const SEEDS: usize = 8;
 
 /// Largest error of the references over the smallest of the candidates.
 const TRUTH_SHARE: f64 = 0.1;
