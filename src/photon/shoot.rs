@@ -34,33 +34,41 @@ pub struct Recording<'a, S: Spectrum> {
     pub flights: &'a mut FlightSink<'a, S>,
 }
 
-/// Photon paths that are aimed and weighed, but not yet traced.
+/// Seed of the paths by which photons are aimed.
+///
+/// Unit: none. Definition: any number does; this one has no pattern, pi in hexadecimal.
+pub const AIM_SEED: u64 = 0x243f_6a88_85a3_08d3;
+
+/// Photon paths that are aimed and weighed, but not yet traced. How does not depend on the seed of a
+/// render, so that a pilot and the render share it.
 #[derive(Debug)]
 pub struct AimedPhotons<'a> {
     tracer: PhotonTracer<'a>,
     extents: Extents,
-    importance: &'a CameraImportance,
+    importance: CameraImportance,
     pilot: PathPilot,
     /// Paths of a whole render.
     count: u64,
 }
 
 impl<'a> AimedPhotons<'a> {
-    /// Aims photons at what the camera sees, and traces a pilot of the paths. `records_sky` says
-    /// whether flights straight from the sky are recorded: where they are not, its light is sampled.
+    /// Aims photons at what the camera sees, of which `importance` tells, and traces a pilot of the
+    /// paths. `records_sky` says whether flights straight from the sky are recorded: where they are not,
+    /// its light is sampled.
     ///
     /// # Errors
     /// Where an emitter cannot be sampled: an unbounded medium that emits light.
     pub fn new<S: Spectrum, H: PhotonDirection>(
         scene: &'a Scene,
         settings: &PhotonSettings,
-        importance: &'a CameraImportance,
+        importance: CameraImportance,
         records_sky: bool,
     ) -> Result<Self> {
-        let extents = Extents::new(scene, importance, settings.radius);
-        let mut tracer = tracer(scene, settings, importance, &extents, records_sky)?;
+        let settings = PhotonSettings { seed: AIM_SEED, ..*settings };
+        let extents = Extents::new(scene, &importance, settings.radius);
+        let mut tracer = tracer(scene, &settings, &importance, &extents, records_sky)?;
         let count = if tracer.emitters.is_empty() { 0 } else { settings.photons };
-        emitter_importance::choose_emitters::<S, H>(&mut tracer, importance);
+        emitter_importance::choose_emitters::<S, H>(&mut tracer, &importance);
         let pilot = PathPilot::with_weight_window::<S, H>(&mut tracer, count);
         Ok(Self { tracer, extents, importance, pilot, count })
     }
@@ -80,27 +88,22 @@ impl<'a> AimedPhotons<'a> {
         self.tracer.units.surface
     }
 
-    /// Traces the paths, which leave what `recording` says, and builds the maps. `phases` scatter the
-    /// photons of each medium when they are gathered. `advance` is called with numbers of paths done.
-    pub fn shoot<S: Spectrum, H: PhotonDirection>(
-        mut self,
-        recording: Recording<'_, S>,
-        phases: &[Phase],
-        advance: &(dyn Fn(u64) + Sync),
-    ) -> (PhotonMaps<S, H>, Work) {
-        let traced = self.tracer.settings.traced;
-        let volume = recording.volume_photons || recording.flight_bounds.is_some();
-        let needed = volume || self.tracer.settings.needs.surface_photons;
-        let count = if needed { self.count } else { 0 };
-        let paths = 0..traced.map_or(count, |traced| traced.min(count));
-        let levels = self.tracer.settings.levels;
-        let part = PathSample { paths, represents: 1.0, levels };
-        let ShotPart { maps, work, .. } = self.shoot_part(recording, phases, &part, advance);
-        (maps, work)
+    /// What the camera sees.
+    pub const fn importance(&self) -> &CameraImportance {
+        &self.importance
     }
 
-    /// As [`shoot`](Self::shoot), for some of the paths or others that stand for them.
-    pub fn shoot_part<S: Spectrum, H: PhotonDirection>(
+    /// All paths that `settings` ask for, each of which stands for itself.
+    pub fn all(&self, settings: &PhotonSettings) -> PathSample {
+        let PhotonSettings { seed, levels, traced, .. } = *settings;
+        let paths = 0..traced.map_or(self.count, |traced| traced.min(self.count));
+        PathSample { seed, paths, represents: 1.0, levels }
+    }
+
+    /// Traces the paths of `part`, if anything needs them, which leave what `recording` says, and builds
+    /// the maps. `phases` scatter the photons of each medium when they are gathered. `advance` is called
+    /// with numbers of paths done.
+    pub fn shoot<S: Spectrum, H: PhotonDirection>(
         &mut self,
         recording: Recording<'_, S>,
         phases: &[Phase],
@@ -109,11 +112,15 @@ impl<'a> AimedPhotons<'a> {
     ) -> ShotPart<S, H> {
         // What paths leave behind.
         let Recording { volume_photons, flight_bounds, flights } = recording;
+        let volume = volume_photons || flight_bounds.is_some();
+        let is_needed = volume || self.tracer.settings.needs.surface_photons;
         self.tracer.store_probability =
             if volume_photons { self.pilot.store_probability } else { 0.0 };
         self.tracer.flight_bounds = flight_bounds;
         // Trace them.
-        let PathSample { paths, represents, levels } = part;
+        let PathSample { seed, paths, represents, levels } = part;
+        let paths = if is_needed { paths.clone() } else { 0..0 };
+        self.tracer.settings.seed = *seed;
         let deposits = trace::<S, H>(&self.tracer, paths.clone(), flights, advance);
         // Build the maps.
         let Self { tracer, extents, importance, .. } = self;
@@ -143,6 +150,8 @@ impl<'a> AimedPhotons<'a> {
 /// Some photon paths that stand for all of a render.
 #[derive(Debug, Clone)]
 pub struct PathSample {
+    /// Seed of their random streams.
+    pub seed: u64,
     /// Their indices.
     pub paths: Range<u64>,
     /// Number of paths of the render that each represents: its light counts as often, and kernels on

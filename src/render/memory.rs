@@ -33,8 +33,11 @@ const BUDGET: u64 = (size_of::<PixelBudget>() + 2 * size_of::<f32>()) as u64;
 /// glibc on 64-bit systems: larger blocks are mapped, and returned at once.
 const RETAINED: u64 = 32 << 20;
 
-/// Bytes of threads, small tables and file formats: an allowance.
+/// Bytes of small tables and file formats: an allowance.
 const WORKING: u64 = 4 << 20;
+
+/// Bytes of a thread, its stack and what its allocator holds: an allowance.
+const THREAD: u64 = 1 << 20;
 
 /// Memory of a render, in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -88,7 +91,7 @@ pub(super) fn memory_with(
     photons: PhotonMemory,
     program: u64,
 ) -> Memory {
-    let program = program + WORKING;
+    let program = program + WORKING + rayon::current_num_threads() as u64 * THREAD;
     let all = Window::whole(scene.film.size);
     let pixels = settings.crop.unwrap_or(all).pixels();
     let media = &scene.media;
@@ -109,7 +112,8 @@ pub(super) fn memory_with(
     let most = photons.building.max(photons.pilot);
     let freed = retained(reading.max(most.saturating_sub(photons.held)));
     let built = photons.building + retained(photons.pieces);
-    let built = built.max(retained(reading)).max(photons.pilot);
+    // A pilot comes right after loading, in pieces that fit into little of what that has freed.
+    let built = built.max(retained(reading) + photons.pilot);
     let scene = MemoryParts { program, grids, surfaces, ..MemoryParts::default() };
     let aimed = MemoryParts { grids: grids + tables, ..scene };
     // Loading, building the photon maps, rays, writing.

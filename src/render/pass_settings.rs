@@ -15,8 +15,6 @@ pub struct PassSettings {
     pub photons: PhotonSettings,
     /// Who decides on the strategies of media.
     pub strategy: StrategyRequest,
-    /// March step of a pilot's rays, in metres.
-    pub step: f64,
     /// Whether final gathers may be chosen.
     pub final_gather: FinalGather,
     /// Whether the picture is denoised.

@@ -5,11 +5,11 @@ use super::pass_settings::{PassSettings, fluence_builders};
 use super::strategy_pilot::StrategyPilot;
 use crate::cache::{Caches, DirectLightCache, FluenceBuilder, FluenceGrid};
 use crate::error::Result;
-use crate::math::{Aabb, Rgb, Spectrum, WorldPoint};
+use crate::math::{Aabb, Rgb, Spectrum};
 use crate::medium::SparseCells;
 use crate::photon::{
-    AimedPhotons, CameraImportance, Octahedral, PhotonDirection, PhotonMaps, PhotonSettings,
-    Recording,
+    AIM_SEED, AimedPhotons, CameraImportance, Octahedral, PhotonDirection, PhotonMaps,
+    PhotonSettings, Recording, ShotPart,
 };
 use crate::scene::plan::Needs;
 use crate::scene::{Scene, StrategyRequest};
@@ -17,8 +17,8 @@ use crate::strategy::{self, Assignment, Choice, Evidence};
 use crate::transport::FlightSegment;
 use crate::work::Work;
 
-/// Seed of the pilot of strategies. Any number does; this one has no pattern (pi in hexadecimal).
-const PILOT_SEED: u64 = 0x243f_6a88_85a3_08d3;
+/// Seed of the pilot of strategies. Any number does; this one has no pattern (e in hexadecimal).
+const PILOT_SEED: u64 = 0xb7e1_5162_8aed_2a6a;
 
 /// What rays read: photon maps, caches, and the strategy that says which.
 #[derive(Debug)]
@@ -43,9 +43,9 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         Integrator::new(scene, &self.maps, &self.caches, &self.choice, needs)
     }
 
-    /// Shoots the photons of `scene` and prepares its caches, by the strategies of `assignment`. `advance` is
-    /// called with numbers of paths done. One channel suffices where the scene is grey, photons without
-    /// direction where all phase functions are isotropic.
+    /// Aims and shoots the photons of `scene` and prepares its caches, by the strategies of `assignment`.
+    /// `advance` is called with numbers of paths done. One channel suffices where the scene is grey,
+    /// photons without direction where all phase functions are isotropic.
     ///
     /// # Errors
     /// Where an emitter cannot be sampled: an unbounded medium that emits light.
@@ -55,102 +55,34 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         assignment: &Assignment,
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<(Self, Work)> {
-        let PassSettings { photons, .. } = settings;
-        if !photons.needs.photons() {
-            return Ok((Self::empty(photons.radius.unwrap_or(0.0)), Work::default()));
-        }
-        let importance = CameraImportance::look(scene, photons.seed, photons.needs);
-        let prepared = PreparedPass::<S>::new::<H>(scene, settings, &importance)?;
-        let (pass, mut work) = prepared.shoot::<H>(assignment, advance);
-        work += importance.work;
-        Ok((pass, work))
-    }
-}
-
-/// The strategies that suit `scene`: those that are asked for, or those that a pilot finds best. They do
-/// not depend on the seed, so that pictures of several seeds have the same.
-///
-/// # Errors
-/// As [`PhotonPass::new`].
-pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
-    scene: &Scene,
-    settings: &PassSettings,
-) -> Result<Assignment> {
-    let media = scene.media.iter().len();
-    let first = match settings.strategy {
-        StrategyRequest::Asked(strategy) => {
-            return Ok(Assignment::uniform(strategy, media, "it is asked for"));
-        }
-        StrategyRequest::Auto => strategy::first_allowed(scene, &settings.conditions()),
-    };
-    let mut measured = None;
-    if settings.photons.needs.photons() {
-        let photons = PhotonSettings { seed: PILOT_SEED, ..settings.photons };
-        let settings = PassSettings { photons, ..*settings };
-        let importance = CameraImportance::look(scene, photons.seed, photons.needs);
-        let prepared = PreparedPass::<S>::new::<H>(scene, &settings, &importance)?;
-        measured = prepared.measure::<H>();
-    }
-    let reason = "a pilot sees no light by which others differ";
-    Ok(measured.unwrap_or_else(|| Assignment::uniform(first, media, reason)))
-}
-
-/// A photon pass before its strategies are decided.
-struct PreparedPass<'a, S: Spectrum> {
-    scene: &'a Scene,
-    settings: &'a PassSettings,
-    visible: &'a [WorldPoint],
-    aimed: AimedPhotons<'a>,
-    /// Caches of direct light, which serve any strategy.
-    direct: Vec<Option<DirectLightCache<S>>>,
-    /// Width in metres of their cells.
-    widths: Vec<Option<f64>>,
-}
-
-impl<'a, S: Spectrum> PreparedPass<'a, S> {
-    fn new<H: PhotonDirection>(
-        scene: &'a Scene,
-        settings: &'a PassSettings,
-        importance: &'a CameraImportance,
-    ) -> Result<Self> {
-        let (photons, visible) = (&settings.photons, &importance.media[..]);
-        let cells = strategy::direct_cells(scene, &settings.conditions(), visible);
-        let cache = |(medium, cells): (usize, Option<SparseCells>)| {
-            Some(DirectLightCache::new(scene, medium, cells?, photons.seed))
-        };
-        let direct: Vec<_> = cells.into_iter().enumerate().map(cache).collect();
-        let width = |cache: &Option<DirectLightCache<S>>| Some(cache.as_ref()?.cells().width());
-        let widths: Vec<_> = direct.iter().map(width).collect();
-        let records_sky = direct.iter().any(Option::is_some);
-        let aimed = AimedPhotons::new::<S, H>(scene, photons, importance, records_sky)?;
-        Ok(Self { scene, settings, visible, aimed, direct, widths })
+        let aimed = aim::<S, H>(scene, settings)?;
+        Ok(Self::shoot(scene, settings, assignment, aimed, advance))
     }
 
-    /// The strategies that a pilot finds best.
-    fn measure<H: PhotonDirection>(self) -> Option<Assignment> {
-        let Self { scene, settings, visible, mut aimed, direct, widths } = self;
-        let evidence = Evidence::new(visible, &widths, aimed.flight_length());
-        StrategyPilot { scene, settings, evidence }.measure::<S, H>(&mut aimed, direct)
-    }
-
-    /// Makes caches, shoots the photons and finishes what they fill.
-    fn shoot<H: PhotonDirection>(
-        self,
+    /// As [`new`](Self::new), by photons that were [aimed](aim) with these settings, of any seed.
+    pub(super) fn shoot(
+        scene: &Scene,
+        settings: &PassSettings,
         assignment: &Assignment,
+        aimed: Option<AimedPhotons<'_>>,
         advance: &(dyn Fn(u64) + Sync),
-    ) -> (PhotonPass<S, H>, Work) {
-        let Self { scene, settings, visible, aimed, direct, widths } = self;
-        let (photons, conditions) = (&settings.photons, settings.conditions());
-        let evidence = Evidence::new(visible, &widths, aimed.flight_length());
-        let (choice, cells) = strategy::choose(scene, &conditions, &evidence, assignment);
-        // Make the other caches.
+    ) -> (Self, Work) {
+        let PassSettings { photons, .. } = settings;
+        let Some(mut aimed) = aimed else {
+            return (Self::empty(photons.radius.unwrap_or(0.0)), Work::default());
+        };
+        // Decide how light is estimated, and make caches.
+        let direct = direct_caches(scene, settings, aimed.importance());
+        let widths = widths(&direct);
+        let evidence = Evidence::new(&aimed.importance().media, &widths, aimed.flight_length());
+        let (choice, cells) =
+            strategy::choose(scene, &settings.conditions(), &evidence, assignment);
         let (fluence, gathers): (Vec<_>, Vec<_>) =
             cells.into_iter().map(|cells| (cells.fluence, cells.final_gathers)).unzip();
         let mut builders = fluence_builders(scene, &choice, fluence, aimed.origin());
         let final_gathers = settings.final_gathers(scene, gathers, photons.traced.is_some());
         let mut caches = Caches { direct: direct.into(), final_gathers, ..Caches::default() };
         // Shoot photons, whose flights fill the fluence grids.
-        let flight_unit = aimed.flight_unit();
         let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
         let bounds = builders.iter().flatten().map(FluenceBuilder::bounds);
         let recording = Recording {
@@ -160,12 +92,94 @@ impl<'a, S: Spectrum> PreparedPass<'a, S> {
                 builders.iter_mut().flatten().for_each(|builder| builder.add(segments));
             },
         };
-        let (maps, work) = aimed.shoot::<S, H>(recording, &phases, advance);
+        let part = aimed.all(photons);
+        let ShotPart { maps, mut work, .. } = aimed.shoot(recording, &phases, &part, advance);
+        work += aimed.importance().work;
         // Finish the grids.
+        let flight_unit = aimed.flight_unit();
         let finish = |builder: FluenceBuilder<'_, S>| builder.finish(photons.levels, flight_unit);
         caches.fluence = builders.into_iter().map(|builder| builder.map(finish)).collect();
         let widths = caches.fluence.iter().flatten().map(FluenceGrid::cell_width);
         let width = widths.fold(f64::INFINITY, f64::min);
-        (PhotonPass { maps: maps.with_radius_at_most(width), caches, choice }, work)
+        (Self { maps: maps.with_radius_at_most(width), caches, choice }, work)
     }
+}
+
+/// Aims the photons of `scene` at what its camera sees; `None` where no photons are needed.
+///
+/// # Errors
+/// As [`PhotonPass::new`].
+pub(super) fn aim<'a, S: Spectrum, H: PhotonDirection>(
+    scene: &'a Scene,
+    settings: &PassSettings,
+) -> Result<Option<AimedPhotons<'a>>> {
+    let PassSettings { photons, .. } = settings;
+    if !photons.needs.photons() {
+        return Ok(None);
+    }
+    let importance = CameraImportance::look(scene, AIM_SEED, photons.needs);
+    let cells = strategy::direct_cells(scene, &settings.conditions(), &importance.media);
+    let records_sky = cells.iter().any(Option::is_some);
+    AimedPhotons::new::<S, H>(scene, photons, importance, records_sky).map(Some)
+}
+
+/// The strategies that suit `scene`: those that are asked for, or those that a pilot of the `aimed` photons
+/// finds best. They do not depend on the seed, so that pictures of several seeds have the same.
+pub(super) fn strategies_by<'a, S: Spectrum, H: PhotonDirection>(
+    scene: &'a Scene,
+    settings: &PassSettings,
+    aimed: Option<&mut AimedPhotons<'a>>,
+) -> Assignment {
+    let media = scene.media.iter().len();
+    if let StrategyRequest::Asked(strategy) = settings.strategy {
+        return Assignment::uniform(strategy, media, "it is asked for");
+    }
+    let photons = PhotonSettings { seed: PILOT_SEED, ..settings.photons };
+    let settings = PassSettings { photons, ..*settings };
+    let measured = aimed.and_then(|aimed| {
+        let direct = direct_caches(scene, &settings, aimed.importance());
+        let visible = aimed.importance().media.clone();
+        let widths = widths(&direct);
+        let evidence = Evidence::new(&visible, &widths, aimed.flight_length());
+        let pilot = StrategyPilot { scene, settings: &settings, evidence };
+        pilot.measure::<S, H>(aimed, direct)
+    });
+    measured.unwrap_or_else(|| {
+        let first = strategy::first_allowed(scene, &settings.conditions());
+        Assignment::uniform(first, media, "a pilot sees no light by which others differ")
+    })
+}
+
+/// As [`strategies_by`], by photons that are aimed for that alone.
+///
+/// # Errors
+/// As [`PhotonPass::new`].
+pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
+    scene: &Scene,
+    settings: &PassSettings,
+) -> Result<Assignment> {
+    let mut aimed = match settings.strategy {
+        StrategyRequest::Asked(_) => None,
+        StrategyRequest::Auto => aim::<S, H>(scene, settings)?,
+    };
+    Ok(strategies_by::<S, H>(scene, settings, aimed.as_mut()))
+}
+
+/// Empty caches of direct light of each medium that has any: they serve any strategy.
+fn direct_caches<S: Spectrum>(
+    scene: &Scene,
+    settings: &PassSettings,
+    importance: &CameraImportance,
+) -> Vec<Option<DirectLightCache<S>>> {
+    let cells = strategy::direct_cells(scene, &settings.conditions(), &importance.media);
+    let cache = |(medium, cells): (usize, Option<SparseCells>)| {
+        Some(DirectLightCache::new(scene, medium, cells?, settings.photons.seed))
+    };
+    cells.into_iter().enumerate().map(cache).collect()
+}
+
+/// Width in metres of the cells of each cache.
+fn widths<S: Spectrum>(caches: &[Option<DirectLightCache<S>>]) -> Vec<Option<f64>> {
+    let width = |cache: &Option<DirectLightCache<S>>| Some(cache.as_ref()?.cells().width());
+    caches.iter().map(width).collect()
 }

@@ -8,7 +8,7 @@ use super::director_pass::{DirectorMaps, Earlier};
 use super::exposure::{Exposure, RenderRegion, expose};
 use super::features::FeatureTracer;
 use super::integrator::PathTracer;
-use super::photon_pass::{PhotonPass, strategies};
+use super::photon_pass::{PhotonPass, aim, strategies, strategies_by};
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
 use super::rendered::{Ended, Rendered};
@@ -17,7 +17,7 @@ use crate::director::PixelBudget;
 use crate::error::Result;
 use crate::film::Sample;
 use crate::math::{Rgb, Spectrum, Stage};
-use crate::photon::PhotonDirection;
+use crate::photon::{AimedPhotons, PhotonDirection};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::strategy::Assignment;
@@ -59,23 +59,27 @@ pub fn render_next<'a>(
 ) -> Result<Rendered> {
     let control = control.into();
     let mut stages = Stages::default();
+    let needs = Needs::new(scene, settings);
+    let pass = pass_settings(scene, settings);
     // Strategies.
+    let start = Instant::now();
+    let mut aimed = specialised!(needs, aim(scene, &pass))?;
     let own;
     let strategies = match earlier.strategies {
         Some(of_shot) => of_shot,
         None => {
-            own = shot_strategies(scene, settings)?;
+            own = specialised!(needs, strategies_by(scene, &pass, aimed.as_mut()));
             &own
         }
     };
+    stages.done("strategy", start);
     // Pilot and director.
     let earlier = Earlier { strategies: Some(strategies), ..earlier };
     let mut maps = DirectorMaps::for_render(scene, settings, earlier, &mut stages)?;
     let (director, snapshot) = (maps.director_work(), maps.snapshot.take());
     // Photons, caches, rays and film.
-    let needs = Needs::new(scene, settings);
     let job = Directed { scene, settings, maps: &maps, strategies };
-    let rendered = specialised!(needs, render_directed(&job, &control, stages))?;
+    let rendered = specialised!(needs, render_directed(&job, aimed, &control, stages))?;
     Ok(Rendered { director, snapshot, ..rendered })
 }
 
@@ -90,6 +94,7 @@ struct Directed<'a> {
 /// Renders the picture that maps direct. `stages` are those that ran before.
 fn render_directed<S: Spectrum, H: PhotonDirection>(
     job: &Directed<'_>,
+    aimed: Option<AimedPhotons<'_>>,
     control: &Control<'_>,
     mut stages: Stages,
 ) -> Result<Rendered> {
@@ -100,7 +105,7 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
 
     // Photons.
     let start = Instant::now();
-    let (photons, shot) = shoot_photons::<S, H>(job, control)?;
+    let (photons, shot) = shoot_photons::<S, H>(job, aimed, control);
     work += shot;
     stages.done("photons", start);
 
@@ -136,11 +141,12 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
     Ok(Rendered { strategy, ..rendered })
 }
 
-/// Shoots the photons that `maps` ask for and builds the photon maps.
+/// Shoots the `aimed` photons, with what the director's maps ask for, and builds the photon maps.
 fn shoot_photons<S: Spectrum, H: PhotonDirection>(
     job: &Directed<'_>,
+    aimed: Option<AimedPhotons<'_>>,
     control: &Control<'_>,
-) -> Result<(PhotonPass<S, H>, Work)> {
+) -> (PhotonPass<S, H>, Work) {
     let Directed { scene, settings, maps, strategies } = *job;
     let progress = control.progress;
     let settings = maps.pass_settings(scene, settings);
@@ -154,9 +160,9 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
             progress.stage("photon map", 0);
         }
     };
-    let shot = PhotonPass::new(scene, &settings, strategies, &advance)?;
+    let shot = PhotonPass::shoot(scene, &settings, strategies, aimed, &advance);
     progress.finish();
-    Ok(shot)
+    shot
 }
 
 /// The budget of a pixel that nothing directs, with the gather `radius` in metres. The director

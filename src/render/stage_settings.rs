@@ -41,7 +41,6 @@ pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSet
             needs: Needs::new(scene, settings),
         },
         strategy: settings.strategy,
-        step: finest_step(scene, settings),
         final_gather: settings.final_gather,
         denoise: settings.denoise,
         rays: settings.rays,

@@ -60,10 +60,10 @@ pub fn trials(
         return Vec::new();
     };
     // The most that stratification can do is to leave the variance of one ray in as many. Fewer rays than the
-    // picture's are less stratified.
+    // picture's are less stratified, and more of them more.
     let fewer = (rays / picture.rays).powf(STRATIFIED_EXPONENT);
     let left = fewer * sum(common.samples, PixelSamples::stratified) / noise(&common);
-    let left = if left.is_nan() { 1.0 } else { left.clamp(1.0 / rays, 1.0) };
+    let left = if left.is_nan() { 1.0 } else { left.clamp(1.0 / rays.min(picture.rays), 1.0) };
     let trial = |of: &Observed<'_>| {
         let pixels = of.samples.iter().zip(common.samples);
         // No more is in common than all that it has, in the pixels that it was traced in.

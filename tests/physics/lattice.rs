@@ -51,7 +51,6 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
     let settings = PassSettings {
         photons,
         strategy: StrategyRequest::Asked(Strategy::FluenceTowardEye),
-        step: 0.0,
         final_gather: FinalGather::Auto,
         denoise: false,
         rays: 4,

@@ -17,9 +17,9 @@ use crate::work::Work;
 
 use super::contender::Contender;
 
-/// Most rays of a pixel of the pilot, each with the Sobol points of the picture's: further ones lower noise
-/// as independent rays do.
-const MAX_RAYS: u32 = 8;
+/// Fewest and most rays of a pixel of the pilot, each with the Sobol points of the picture's: one alone
+/// shows no variance, and further ones lower it as independent rays do.
+const RAYS: [u32; 2] = [4, 8];
 
 /// Rays of a pixel by which the cost of shared gathers is measured, at most.
 const SHARED_RAYS: u32 = 4;
@@ -53,7 +53,8 @@ impl<'a> PilotPixels<'a> {
             rays: budget.rays.into(),
             gathers: budget.gathers.min(budget.rays).into(),
         };
-        Self { scene, settings, picture, size, rays: budget.rays.min(MAX_RAYS) }
+        let [fewest, most] = RAYS;
+        Self { scene, settings, picture, size, rays: budget.rays.clamp(fewest, most) }
     }
 
     /// Rays of a pixel.
@@ -78,7 +79,8 @@ impl<'a> PilotPixels<'a> {
         let corner = [u * self.size[0], v * self.size[1]].map(f64::floor);
         // Its rays.
         let stream = [seed, (2 * pixel + set) as u64];
-        let budget = PixelBudget::fixed(self.rays, radius, settings.step);
+        // Media are integrated exactly, so that what is chosen does not depend on the step.
+        let budget = PixelBudget::fixed(self.rays, radius, 0.0);
         let start = Stream::new(seed, Stage::Strategy, 0, 0);
         let mut workspace = Workspace::new(PathContext::new(start, settings.photons.needs));
         let sample = |index: u32| {
@@ -104,8 +106,10 @@ impl<'a> PilotPixels<'a> {
     /// Cost of a ray of the picture, by this work of whole pixels of the pilot. Density estimates count as
     /// often as the picture makes them, each of which meets so many photons for one of the pilot's.
     fn ray_cost(&self, work: &Work, photons: f64) -> f64 {
-        // A pixel of the pilot has as many gathers for fewer rays.
-        let gathering = f64::from(self.rays) / self.picture.rays;
+        // Of how many rays each gathers once, here and in the picture.
+        let PixelBudget { rays, gathers, .. } = PixelBudget::fixed(self.rays, 0.0, 0.0);
+        let rays_a_gather = f64::from(rays) / f64::from(gathers.min(rays));
+        let gathering = rays_a_gather * self.picture.gathers / self.picture.rays;
         let gathered = (work.gathered as f64 * photons) as u64;
         strategy::cost(&Work { gathered, ..*work }, gathering) / work.rays.max(1) as f64
     }

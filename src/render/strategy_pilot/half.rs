@@ -46,7 +46,7 @@ impl<S: Spectrum, H: PhotonDirection> Half<S, H> {
             },
         };
         let ShotPart { maps, work, radius_of_all } =
-            aimed.shoot_part::<S, H>(recording, &phases, part, &|_| ());
+            aimed.shoot::<S, H>(recording, &phases, part, &|_| ());
         let finish = |builder: FluenceBuilder<'_, S>| builder.finish(part.levels, unit);
         let fluence = builders
             .into_iter()

@@ -82,9 +82,10 @@ impl<'a> StrategyPilot<'a, '_> {
             return Some(Assignment { strategies, reason, ..Assignment::default() });
         }
         // Two halves of photons, others than those of the render, each of a Sobol sequence of its own.
+        let seed = settings.photons.seed;
         let [a, b] = [1, 2].map(|sequence: u64| {
             let first = sequence << SEQUENCE_BITS;
-            let part = PathSample { paths: first..first + paths, represents, levels: LEVELS };
+            let part = PathSample { seed, paths: first..first + paths, represents, levels: LEVELS };
             Half::<S, H>::shoot(scene, aimed, &contenders, &cells, &part)
         });
         // All contenders enter, with the photons of both halves.

@@ -103,7 +103,6 @@ fn shot(scene: &Scene, strategy: Strategy) -> (PhotonMaps, Work) {
     let settings = PassSettings {
         photons,
         strategy: StrategyRequest::Asked(strategy),
-        step: 0.0,
         final_gather: FinalGather::Auto,
         denoise: false,
         rays: 4,
