@@ -100,12 +100,14 @@ impl Density {
     /// integrated exactly, where `step` is at most a voxel; otherwise one piece of `step` metres
     /// each, by one sample at the fraction `jitter` of it. A little less than `step` divides the
     /// part of `span` inside the grid evenly, so that the mean over `jitter` is the exact integral.
+    /// Where cells are thick for extinction coefficients of `sigma_t` per unit of density, 1/m, they give
+    /// several pieces: within each a straight line tells where light scatters.
     pub(super) fn pieces(
         &self,
         ray: &Ray<World>,
         span: Span,
-        step: f64,
-        jitter: f64,
+        [step, jitter]: [f64; 2],
+        sigma_t: f64,
         mut f: impl FnMut(Span, Ramp),
     ) {
         match self {
@@ -115,7 +117,7 @@ impl Density {
             Self::Voxel(grid) => {
                 let local = grid.transform().ray_to_local(ray);
                 if step <= grid.transform().unit_lengths().max_element() {
-                    let _ = grid.cells(&local, span, |piece, integral, rise| {
+                    let _ = grid.lines(&local, span, sigma_t, |piece, integral, rise| {
                         f(piece, Ramp::new(integral / piece.length(), rise));
                         ControlFlow::Continue(())
                     });

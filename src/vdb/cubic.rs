@@ -51,6 +51,16 @@ impl Cubic {
         [self.at(middle - NODE * half), self.at(middle + NODE * half)]
     }
 
+    /// A bound of how far the integral from 0 to any u is from that of the straight line through
+    /// [`at_nodes`](Self::at_nodes) of 0 and 1.
+    pub fn bow(&self) -> f64 {
+        // With x = 2 u - 1 it is above the line by q (x² - 1/3) + r (x³ - x/3). The integrals over u from
+        // x = -1 are q (x³ - x)/6 and r ((x⁴ - 1)/4 - (x² - 1)/6)/2, both the largest at x = -1/sqrt(3).
+        let [_, _, c, d] = self.coefficients;
+        let (q, r) = (0.25 * c + 0.375 * d, 0.125 * d);
+        q.abs() * NODE / 9.0 + r.abs() / 18.0
+    }
+
     /// The ends of the parts of [0, 1] in which it only rises or only falls: 0, turning points, 1.
     pub fn monotone_parts(&self) -> SmallVec<[f64; 4]> {
         let [_, b, c, d] = self.coefficients;
@@ -119,6 +129,21 @@ mod tests {
             let [a, b, c, d] = values;
             let simpson = (a + 3.0 * b + 3.0 * c + d) / 8.0; // exact for cubics
             prop_assert!((0.5 * (nodes[0] + nodes[1]) - simpson).abs() < 1e-12);
+        }
+
+        #[test]
+        fn its_bow_bounds_how_far_the_line_is_off(
+            values in prop::array::uniform4(-5.0..5.0f64),
+            end in 0.0..=1.0f64,
+        ) {
+            let cubic = Cubic::through(values);
+            let [first, last] = cubic.at_nodes(0.0, 1.0);
+            let (mean, rise) = (0.5 * (first + last), (last - first) * (0.5 / NODE));
+            let [a, b] = cubic.at_nodes(0.0, end);
+            let exact = 0.5 * (a + b) * end;
+            let line = end * (mean + rise * (end - 1.0));
+            let (off, bound) = ((exact - line).abs(), cubic.bow());
+            prop_assert!(off <= bound + 1e-12, "{off} above {bound}");
         }
 
         #[test]

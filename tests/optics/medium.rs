@@ -236,6 +236,30 @@ fn a_profile_knows_how_extinction_rises_within_cells() {
     }
 }
 
+/// Light scatters where it does by the exact optical thickness, to a 32nd, however thick a cell is and
+/// however its density bends.
+#[test]
+fn a_profile_tells_where_light_scatters_in_thick_cells() {
+    for (name, field) in [("speckles", speckles as fn(DVec3) -> f64), ("puffs", puffs)] {
+        for sigma_t in [1.0, 30.0, 1e3, 1e6, 1e9] {
+            let density = Density::Voxel(grid(0.2, field, vec![]));
+            let media = Media::new(vec![medium(density, Rgb::splat(sigma_t))]);
+            for (ray, span) in rays() {
+                let profile = traced(&media, &ray, span, 0.0, 0.5);
+                let opacity = 1.0 - profile.transmittance().x;
+                for i in 0..300 {
+                    let u = (f64::from(i) + 0.5) / 300.0;
+                    let Some(place) = profile.sample([u, 0.5]) else { continue };
+                    let thickness = media.optical_thickness(&ray, Span::new(span.start, place.t)).x;
+                    let wanted = -(-u * opacity).ln_1p();
+                    let off = (thickness - wanted).abs();
+                    assert!(off < 1.0 / 31.0, "{name} of {sigma_t:e}: {thickness} for {wanted}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn a_profile_has_nothing_in_its_gaps() {
     let near = medium(cuboid(DVec3::splat(-1.0), DVec3::splat(-0.5)), Rgb::ONE);
