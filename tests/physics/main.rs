@@ -9,6 +9,7 @@ mod background;
 mod closed_forms;
 mod extremes;
 mod features;
+mod fly_in;
 mod furnaces;
 mod gather;
 mod lattice;
