@@ -100,8 +100,8 @@ impl Density {
     /// integrated exactly, where `step` is at most a voxel; otherwise one piece of `step` metres
     /// each, by one sample at the fraction `jitter` of it. A little less than `step` divides the
     /// part of `span` inside the grid evenly, so that the mean over `jitter` is the exact integral.
-    /// Where cells are thick for extinction coefficients of `sigma_t` per unit of density, 1/m, they give
-    /// several pieces: within each a straight line tells where light scatters.
+    /// A cell without transfer function gives several where it is thick by the extinction coefficient
+    /// `sigma_t` per unit of density, 1/m: within each a straight line tells where light scatters.
     pub(super) fn pieces(
         &self,
         ray: &Ray<World>,

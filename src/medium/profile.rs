@@ -97,9 +97,10 @@ impl<S: Spectrum> Profile<S> {
         jitter: f64,
     ) {
         let (mut steps, mut total) = (0, S::ZERO);
-        let (sigma_t, most) = (S::from_rgb(medium.sigma_t), medium.sigma_t.max_element());
+        let sigma_t = S::from_rgb(medium.sigma_t);
+        let thickest = medium.sigma_t.max_element();
         let pieces = &mut self.pieces;
-        medium.density.pieces(ray, span, [step, jitter], most, |piece, value| {
+        medium.density.pieces(ray, span, [step, jitter], thickest, |piece, value| {
             steps += 1;
             if value.mean > 0.0 && !piece.is_empty() {
                 push(pieces, &mut total, piece, value.times(sigma_t), S::ZERO);
@@ -119,8 +120,8 @@ impl<S: Spectrum> Profile<S> {
                 Some(Emission::Blackbody { .. }) => EmissionRate::OfMedium(index),
                 Some(Emission::Grid { .. } | Emission::Ramped(_)) | None => EmissionRate::None,
             };
-            let (mut steps, most) = (0, medium.sigma_t.max_element());
-            medium.density.pieces(ray, span, [step, jitter], most, |piece, value| {
+            let (mut steps, thickest) = (0, medium.sigma_t.max_element());
+            medium.density.pieces(ray, span, [step, jitter], thickest, |piece, value| {
                 steps += 1;
                 if value.mean > 0.0 && !piece.is_empty() {
                     track.pieces.push((piece, value));

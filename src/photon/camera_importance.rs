@@ -39,6 +39,11 @@ const SPHERE_SHARE: f64 = 0.95;
 /// thousand are within the sphere.
 const SPHERE_MARGIN: f64 = 1.5;
 
+/// Seed of all that photons are aimed by: rays of the camera, and paths of pilots.
+///
+/// Unit: none. Definition: any number does; this one has no pattern, pi in hexadecimal.
+pub(super) const AIM_SEED: u64 = 0x243f_6a88_85a3_08d3;
+
 /// Points that the camera sees, sampled by a coarse grid of rays.
 #[derive(Debug, Default)]
 pub struct CameraImportance {
@@ -61,14 +66,14 @@ struct Candidate {
 }
 
 impl CameraImportance {
-    /// Samples what the camera of `scene` sees.
-    pub fn look(scene: &Scene, seed: u64, needs: Needs) -> Self {
+    /// Samples what the camera of `scene` sees. It does not depend on the seed of a render.
+    pub fn look(scene: &Scene, needs: Needs) -> Self {
         let mut visible = Self::default();
         let mut profile = Profile::default();
         let scale = scene.film.size.map(|side| f64::from(side) / f64::from(RAYS));
         let mut candidates = Vec::new();
         for index in 0..RAYS * RAYS {
-            let mut rng = Stream::new(seed, Stage::Director, u64::from(index), 0);
+            let mut rng = Stream::new(AIM_SEED, Stage::Director, u64::from(index), 0);
             let x = (f64::from(index % RAYS) + rng.uniform()) * scale[0];
             let y = (f64::from(index / RAYS) + rng.uniform()) * scale[1];
             let ray = scene.camera.ray(x, y, rng.uniform2());

@@ -30,6 +30,6 @@ pub use camera_importance::CameraImportance;
 pub use map::PhotonMap;
 pub use maps::PhotonMaps;
 pub use settings::{PhotonMemory, PhotonSettings, memory};
-pub use shoot::{AIM_SEED, AimedPhotons, FlightSink, PathSample, Recording, ShotPart};
+pub use shoot::{AimedPhotons, FlightSink, PathSample, Recording, ShotPart};
 pub use stored::{NoDirection, Octahedral, Photon, PhotonAt, PhotonDirection};
 pub use surface::SurfaceMap;

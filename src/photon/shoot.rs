@@ -12,7 +12,7 @@ use crate::transport::{FlightSegment, camera_position, is_camera_outside};
 use crate::work::Work;
 
 use super::build::MapBuilder;
-use super::camera_importance::CameraImportance;
+use super::camera_importance::{AIM_SEED, CameraImportance};
 use super::deposit_regions::DepositRegions;
 use super::emitters::Emitters;
 use super::extents::{Extents, endless};
@@ -33,11 +33,6 @@ pub struct Recording<'a, S: Spectrum> {
     /// Takes the flights in that box. Their powers are in [`AimedPhotons::flight_unit`].
     pub flights: &'a mut FlightSink<'a, S>,
 }
-
-/// Seed of the paths by which photons are aimed.
-///
-/// Unit: none. Definition: any number does; this one has no pattern, pi in hexadecimal.
-pub const AIM_SEED: u64 = 0x243f_6a88_85a3_08d3;
 
 /// Photon paths that are aimed and weighed, but not yet traced. How does not depend on the seed of a
 /// render, so that a pilot and the render share it.

@@ -8,8 +8,8 @@ use crate::error::Result;
 use crate::math::{Aabb, Rgb, Spectrum};
 use crate::medium::SparseCells;
 use crate::photon::{
-    AIM_SEED, AimedPhotons, CameraImportance, Octahedral, PhotonDirection, PhotonMaps,
-    PhotonSettings, Recording, ShotPart,
+    AimedPhotons, CameraImportance, Octahedral, PhotonDirection, PhotonMaps, PhotonSettings,
+    Recording, ShotPart,
 };
 use crate::scene::plan::Needs;
 use crate::scene::{Scene, StrategyRequest};
@@ -117,7 +117,7 @@ pub(super) fn aim<'a, S: Spectrum, H: PhotonDirection>(
     if !photons.needs.photons() {
         return Ok(None);
     }
-    let importance = CameraImportance::look(scene, AIM_SEED, photons.needs);
+    let importance = CameraImportance::look(scene, photons.needs);
     let cells = strategy::direct_cells(scene, &settings.conditions(), &importance.media);
     let records_sky = cells.iter().any(Option::is_some);
     AimedPhotons::new::<S, H>(scene, photons, importance, records_sky).map(Some)

@@ -100,14 +100,14 @@ impl Grid<f32> {
                     };
                     brick_cells(&walk.ray, entry, &piece, &mut |cell, start, end| {
                         let (sum, rise) = cell_integral(brick, cell, entry, direction, start, end);
-                        if unit * sum <= THIN || thickness.get() > OPAQUE {
+                        let is_hidden = || thickness.get() > OPAQUE;
+                        if unit * sum <= THIN || is_hidden() {
                             return give_within(start, end, sum, rise);
                         }
                         let corners = corners(brick, number(cell & 7));
                         let local = entry - cell.as_dvec3();
                         let along = |part| cubic(corners, local, direction, part).0;
-                        let is_straight =
-                            |bow: f64| unit * bow <= MAX_BOW || thickness.get() > OPAQUE;
+                        let is_straight = |bow: f64| unit * bow <= MAX_BOW || is_hidden();
                         halve(along, [start, end], is_straight, &mut give_within)
                     })?;
                 }
@@ -161,8 +161,7 @@ fn halve(
     let mut ends: SmallVec<[f64; 16]> = smallvec![end];
     while let Some(&end) = ends.last() {
         let (length, cubic) = (end - start, along([start, end]));
-        let [first, last] = cubic.at_nodes(0.0, 1.0);
-        let (mean, rise) = (0.5 * (first + last), (last - first) * (0.5 / NODE));
+        let [mean, rise] = cubic.line();
         // A line that passes below 0 is made less steep.
         let bow = cubic.bow() + 0.25 * (rise.abs() - mean).max(0.0);
         if ends.len() <= MAX_HALVINGS && !is_straight(length * bow) {

@@ -51,8 +51,14 @@ impl Cubic {
         [self.at(middle - NODE * half), self.at(middle + NODE * half)]
     }
 
-    /// A bound of how far the integral from 0 to any u is from that of the straight line through
-    /// [`at_nodes`](Self::at_nodes) of 0 and 1.
+    /// The straight line through [`at_nodes`](Self::at_nodes) of 0 and 1: its mean, which is that of the
+    /// cubic, and by how much it rises from there to its end.
+    pub fn line(&self) -> [f64; 2] {
+        let [first, last] = self.at_nodes(0.0, 1.0);
+        [0.5 * (first + last), (last - first) * (0.5 / NODE)]
+    }
+
+    /// A bound of how far the integral from 0 to any u is from that of [`line`](Self::line).
     pub fn bow(&self) -> f64 {
         // With x = 2 u - 1 it is above the line by q (x² - 1/3) + r (x³ - x/3). The integrals over u from
         // x = -1 are q (x³ - x)/6 and r ((x⁴ - 1)/4 - (x² - 1)/6)/2, both the largest at x = -1/sqrt(3).
@@ -137,8 +143,7 @@ mod tests {
             end in 0.0..=1.0f64,
         ) {
             let cubic = Cubic::through(values);
-            let [first, last] = cubic.at_nodes(0.0, 1.0);
-            let (mean, rise) = (0.5 * (first + last), (last - first) * (0.5 / NODE));
+            let [mean, rise] = cubic.line();
             let [a, b] = cubic.at_nodes(0.0, end);
             let exact = 0.5 * (a + b) * end;
             let line = end * (mean + rise * (end - 1.0));

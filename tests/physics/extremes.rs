@@ -1,25 +1,17 @@
 //! Scenes at the ends of every range: a sound picture that agrees with the reference, or one clear
 //! message.
 //!
-//! Seeds are fixed. Means over [`SEEDS`] seeds of either renderer may be 4.5 standard errors apart, which
-//! are estimated from those seeds: by Student's distribution with 15 degrees of freedom a false alarm of
-//! 4e-4 a comparison of one channel, about 60 of which are made here. Where the photon map is biased the
-//! bound says by how much.
+//! Seeds are fixed. Means over [`SEEDS`](crate::pictures::SEEDS) seeds of either renderer may be 4.5
+//! standard errors apart, which are estimated from those seeds: by Student's distribution with 15 degrees
+//! of freedom a false alarm of 4e-4 a comparison of one channel, about 60 of which are made here. Where
+//! the photon map is biased the bound says by how much.
 
-use fogbow::image::Film;
 use fogbow::render::{Silent, render, render_reference};
 use fogbow::scene::{LoadOptions, RenderSettings, Scene, advice};
 use fogbow::vdb::{Block, GridToWrite, write};
 use glam::{DVec3, IVec3};
 
-/// Seeds of a mean.
-const SEEDS: u64 = 16;
-
-/// What a mean may be off in standard errors.
-const ERRORS: f64 = 4.5;
-
-/// What floats of a film round off, relative to 1.
-const ROUNDING: f64 = 1e-6;
+use crate::pictures::{ERRORS, Mean, ROUNDING, agree, means};
 
 /// Rays a pixel of the reference.
 const REFERENCE_RAYS: u32 = 16;
@@ -71,29 +63,6 @@ fn load(extreme: &Extreme) -> Scene {
     Scene::load(&path, &LoadOptions::default()).unwrap()
 }
 
-/// Mean of a channel over pixels and seeds, with its standard error.
-#[derive(Debug, Clone, Copy)]
-struct Mean {
-    value: f64,
-    error: f64,
-}
-
-/// Means of red, green and blue over the films of all seeds.
-fn means(film: impl Fn(u64) -> Film) -> [Mean; 3] {
-    let films: Vec<Film> = (0..SEEDS).map(film).collect();
-    ["R", "G", "B"].map(|name| {
-        let mean = |film: &Film| {
-            let layer = film.layer(name).unwrap();
-            layer.iter().map(|v| f64::from(*v)).sum::<f64>() / layer.len() as f64
-        };
-        let means: Vec<f64> = films.iter().map(mean).collect();
-        let count = SEEDS as f64;
-        let value = means.iter().sum::<f64>() / count;
-        let squares = means.iter().map(|mean| (mean - value).powi(2)).sum::<f64>();
-        Mean { value, error: (squares / (count * (count - 1.0))).sqrt() }
-    })
-}
-
 /// Means of the photon map, of which every picture is sound: finite, none dropped, of bounded work.
 fn sound(extreme: &Extreme) -> [Mean; 3] {
     let scene = load(extreme);
@@ -117,16 +86,6 @@ fn reference(extreme: &Extreme, max_scatter: Option<u32>) -> [Mean; 3] {
         let settings = RenderSettings { seed, rays: REFERENCE_RAYS, max_scatter, ..scene.render };
         render_reference(&scene, &settings, &Silent).film
     })
-}
-
-/// The photon map agrees with the reference in every channel, but for a relative `bias` at most.
-fn agree(ours: [Mean; 3], reference: [Mean; 3], bias: f64, what: &str) {
-    for (ours, reference) in ours.into_iter().zip(reference) {
-        let noise = ERRORS * ours.error.hypot(reference.error);
-        let off = (ours.value - reference.value).abs();
-        let bound = noise + (bias + ROUNDING) * reference.value;
-        assert!(off <= bound, "{what}: {ours:?} not {reference:?}: {off} above {bound}");
-    }
 }
 
 #[test]

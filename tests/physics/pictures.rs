@@ -6,6 +6,15 @@ use fogbow::image::Film;
 use fogbow::render::{Silent, render};
 use fogbow::scene::{LoadOptions, RenderSettings, Scene};
 
+/// Seeds of a mean.
+pub(crate) const SEEDS: u64 = 16;
+
+/// What a mean may be off in standard errors.
+pub(crate) const ERRORS: f64 = 4.5;
+
+/// What floats of a film round off, relative to 1.
+pub(crate) const ROUNDING: f64 = 1e-6;
+
 /// A scene from its text and settings, in a folder that holds what the text names.
 pub(crate) fn scene(folder: &Path, text: &str, rays: u32, photons: u64) -> Scene {
     let path = folder.join("scene.toml");
@@ -32,4 +41,37 @@ pub(crate) fn seeds(scene: &Scene, count: u32) -> Vec<f64> {
 /// The mean over the first four seeds.
 pub(crate) fn four_seeds(scene: &Scene) -> f64 {
     seeds(scene, 4).iter().sum::<f64>() / 4.0
+}
+
+/// Mean of a channel over pixels and seeds, with its standard error.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Mean {
+    pub value: f64,
+    pub error: f64,
+}
+
+/// Means of red, green and blue over the films of all seeds.
+pub(crate) fn means(film: impl Fn(u64) -> Film) -> [Mean; 3] {
+    let films: Vec<Film> = (0..SEEDS).map(film).collect();
+    ["R", "G", "B"].map(|name| {
+        let mean = |film: &Film| {
+            let layer = film.layer(name).unwrap();
+            layer.iter().map(|v| f64::from(*v)).sum::<f64>() / layer.len() as f64
+        };
+        let means: Vec<f64> = films.iter().map(mean).collect();
+        let count = SEEDS as f64;
+        let value = means.iter().sum::<f64>() / count;
+        let squares = means.iter().map(|mean| (mean - value).powi(2)).sum::<f64>();
+        Mean { value, error: (squares / (count * (count - 1.0))).sqrt() }
+    })
+}
+
+/// Pictures agree with a reference in every channel, but for noise and a relative `bias` at most.
+pub(crate) fn agree(ours: [Mean; 3], reference: [Mean; 3], bias: f64, what: &str) {
+    for (ours, reference) in ours.into_iter().zip(reference) {
+        let noise = ERRORS * ours.error.hypot(reference.error);
+        let off = (ours.value - reference.value).abs();
+        let bound = noise + (bias + ROUNDING) * reference.value;
+        assert!(off <= bound, "{what}: {ours:?} not {reference:?}: {off} above {bound}");
+    }
 }

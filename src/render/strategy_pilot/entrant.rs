@@ -47,14 +47,11 @@ impl<'a> PilotPixels<'a> {
     /// Pixels of the picture by `settings`.
     pub fn new(scene: &'a Scene, settings: &'a PassSettings) -> Self {
         let size = scene.film.size.map(|side| (f64::from(side) / settings.film_pixels).ceil());
-        let budget = PixelBudget::fixed(settings.rays.max(1), 0.0, 0.0);
-        let picture = PictureSize {
-            pixels: size[0] * size[1],
-            rays: budget.rays.into(),
-            gathers: budget.gathers.min(budget.rays).into(),
-        };
+        let rays = settings.rays.max(1);
+        let pixels = size[0] * size[1];
+        let picture = PictureSize { pixels, rays: rays.into(), gathers: gathers(rays) };
         let [fewest, most] = RAYS;
-        Self { scene, settings, picture, size, rays: budget.rays.clamp(fewest, most) }
+        Self { scene, settings, picture, size, rays: rays.clamp(fewest, most) }
     }
 
     /// Rays of a pixel.
@@ -107,12 +104,16 @@ impl<'a> PilotPixels<'a> {
     /// often as the picture makes them, each of which meets so many photons for one of the pilot's.
     fn ray_cost(&self, work: &Work, photons: f64) -> f64 {
         // Of how many rays each gathers once, here and in the picture.
-        let PixelBudget { rays, gathers, .. } = PixelBudget::fixed(self.rays, 0.0, 0.0);
-        let rays_a_gather = f64::from(rays) / f64::from(gathers.min(rays));
+        let rays_a_gather = self.rays() / gathers(self.rays);
         let gathering = rays_a_gather * self.picture.gathers / self.picture.rays;
         let gathered = (work.gathered as f64 * photons) as u64;
         strategy::cost(&Work { gathered, ..*work }, gathering) / work.rays.max(1) as f64
     }
+}
+
+/// Rays that gather, of so many of a pixel.
+fn gathers(rays: u32) -> f64 {
+    PixelBudget::fixed(rays, 0.0, 0.0).gathers.min(rays).into()
 }
 
 /// A contender with its photons, and what was traced so far.
