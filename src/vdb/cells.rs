@@ -26,8 +26,8 @@ const NODE: f64 = 0.577_350_269_189_625_8;
 const MAX_BOW: f64 = 1.0 / 32.0;
 
 /// Optical thickness of a cell up to which no line differs more: of all values that are nowhere below 0
-/// the share of u³ is the largest, an eighth.
-const THIN: f64 = 8.0 * MAX_BOW;
+/// that of u³ differs most, by a quarter of the whole.
+const THIN: f64 = 4.0 * MAX_BOW;
 
 /// Optical thickness behind which nothing is seen.
 const OPAQUE: f64 = 16.0;

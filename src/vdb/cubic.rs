@@ -151,6 +151,29 @@ mod tests {
             prop_assert!(off <= bound + 1e-12, "{off} above {bound}");
         }
 
+        /// Along a line through a cell whose corners are nowhere below 0 the Bernstein coefficients are not.
+        #[test]
+        fn a_line_that_is_kept_above_0_is_off_by_a_quarter_at_most(
+            bernstein in prop::array::uniform4(0.0..5.0f64),
+            zeros in 0..16u32,
+            end in 0.0..=1.0f64,
+        ) {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| {
+                if zeros >> k & 1 == 1 { 0.0 } else { bernstein[k as usize] }
+            });
+            let value = |u: f64| {
+                let v = 1.0 - u;
+                a * v.powi(3) + 3.0 * u * v * (b * v + c * u) + d * u.powi(3)
+            };
+            let cubic = Cubic::through(THIRDS.map(value));
+            let [mean, rise] = cubic.line();
+            let rise = rise.clamp(-mean.max(0.0), mean.max(0.0));
+            let [first, last] = cubic.at_nodes(0.0, end);
+            let (exact, line) = (0.5 * (first + last) * end, end * (mean + rise * (end - 1.0)));
+            let off = (exact - line).abs();
+            prop_assert!(off <= 0.25 * mean + 1e-12, "{off} of {mean}");
+        }
+
         #[test]
         fn it_crosses_every_value_of_a_part_once(
             values in prop::array::uniform4(-5.0..5.0f64),

@@ -241,7 +241,7 @@ fn a_profile_knows_how_extinction_rises_within_cells() {
 #[test]
 fn a_profile_tells_where_light_scatters_in_thick_cells() {
     for (name, field) in [("speckles", speckles as fn(DVec3) -> f64), ("puffs", puffs)] {
-        for sigma_t in [1.0, 30.0, 1e3, 1e6, 1e9] {
+        for sigma_t in [1.0, 3.0, 10.0, 30.0, 1e3, 1e6, 1e9] {
             let density = Density::Voxel(grid(0.2, field, vec![]));
             let media = Media::new(vec![medium(density, Rgb::splat(sigma_t))]);
             for (ray, span) in rays() {
