@@ -5,7 +5,7 @@ use crate::medium::SparseCells;
 use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint};
 
-use super::gather_origin::{DENSITY_LOOKUPS, gather_origin};
+use super::gather_origin::GatherOrigins;
 use super::lazy_cells::LazyCells;
 
 /// Gathers per expected lookup of a cell by a ray: about one for each place at which a ray samples.
@@ -33,8 +33,8 @@ pub struct SamplePass {
     pub rays: u32,
 }
 
-/// Light that one medium scatters toward the camera, estimated by final gathers that start near the
-/// centres of cubic cells: rays that sample the same cell share its gathers (path space filtering,
+/// Light that one medium scatters toward the camera, estimated by final gathers that start [where rays
+/// sample](GatherOrigins) cubic cells: rays that sample the same cell share its gathers (path space filtering,
 /// Keller, Dahm and Binder 2014, on a grid). The light is smooth over a cell, as it comes from all of the
 /// sky or has been scattered at least twice.
 ///
@@ -69,33 +69,38 @@ impl<S: Spectrum> FinalGatherCache<S> {
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
     /// camera per unit of sigma_s, W/(m² sr), for a ray of `pass`: that of one of the eight nearest
-    /// cells. `gather` returns the mean of a number of gathers from a place in a cell.
+    /// cells. `gather` returns the mean of a number of gathers from these places.
     pub fn sample(
         &self,
         scene: &Scene,
         p: WorldPoint,
         pass: SamplePass,
         ctx: &mut PathContext,
-        gather: impl FnOnce(WorldPoint, u32, &mut PathContext) -> S,
+        gather: impl FnOnce(&GatherOrigins, u32, &mut PathContext) -> S,
     ) -> S {
-        let wanted = |p: WorldPoint, ctx: &mut PathContext| {
-            GATHERS_PER_RAY * f64::from(pass.rays) * self.expected_rays(scene, p, ctx)
+        let (medium, width, footprint) = (self.medium, self.cells.width(), &self.footprint);
+        // By the part of one ray a pixel that takes its light from a cell.
+        let wanted = |center: WorldPoint, origins: &GatherOrigins| {
+            let rays = origins.opacity() * (width / footprint.width(center)).powi(2);
+            GATHERS_PER_RAY * f64::from(pass.rays) * rays
         };
         if self.pilot {
             // What decides their number is work of cells, not of rays.
-            let times = wanted(p, &mut ctx.clone());
-            let part = times.max(MIN_GATHERS) / times.max(1.0) * self.opacity(scene, p);
-            let count = (part + ctx.rng.uniform()) as u32;
-            return if count > 0 { gather(p, count, ctx) } else { S::ZERO };
+            let here = GatherOrigins::at::<S>(scene, medium, p, width, footprint, &mut ctx.clone());
+            let lookups = wanted(p, &here);
+            let part = self.opacity(scene, p) / lookups.max(1.0);
+            if ctx.rng.uniform() < part {
+                GatherOrigins::in_cell::<S>(scene, medium, p, width, footprint, ctx);
+            }
+            let count = (lookups.max(MIN_GATHERS) * part + ctx.rng.uniform()) as u32;
+            return if count > 0 { gather(&here, count, ctx) } else { S::ZERO };
         }
         // Pass 0 of the cells is that of light which all passes share.
         self.cells.sample(p, 1 + pass.index, ctx, |cell, own| {
-            let wo = scene.camera.toward(cell.center);
-            let width = self.cells.width();
-            let origin = gather_origin(&scene.media, self.medium, cell.center, width, wo);
-            own.work.grid_lookups += DENSITY_LOOKUPS * scene.media.density_grids();
-            let count = wanted(origin, own).clamp(MIN_GATHERS, MAX_GATHERS).round();
-            gather(origin, count as u32, own)
+            let center = cell.center;
+            let origins = GatherOrigins::in_cell::<S>(scene, medium, center, width, footprint, own);
+            let count = wanted(center, &origins).clamp(MIN_GATHERS, MAX_GATHERS).round();
+            gather(&origins, count as u32, own)
         })
     }
 
@@ -107,18 +112,5 @@ impl<S: Spectrum> FinalGatherCache<S> {
             scene.media.optical_thickness(&Ray::new(p, direction), Span::new(0.0, length))
         });
         1.0 - (-(thickness[0] + thickness[1])).exp().max_element()
-    }
-
-    /// Expected number of rays, of one a pixel, that take their light from a cell at `p`.
-    fn expected_rays(&self, scene: &Scene, p: WorldPoint, ctx: &mut PathContext) -> f64 {
-        let width = self.cells.width();
-        let medium = scene.media.get(self.medium);
-        ctx.work.grid_lookups += u64::from(medium.density.is_voxel());
-        let thickness = medium.sigma_t_at(p) * width;
-        let opacity = 1.0 - (-thickness.max_element()).exp();
-        let to_camera = Ray::new(p, scene.camera.toward(p));
-        let span = Span::new(0.0, self.footprint.distance(p));
-        let seen: S = scene.media.transmittance_counted(&to_camera, span, &mut ctx.work);
-        opacity * seen.max_element() * (width / self.footprint.width(p)).powi(2)
     }
 }

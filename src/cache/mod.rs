@@ -29,4 +29,5 @@ pub use direct_light::DirectLightCache;
 pub use final_gather::{FinalGatherCache, GATHERS_PER_RAY, SamplePass};
 pub use fluence_builder::{CellContents, FluenceBuilder};
 pub use fluence_grid::FluenceGrid;
+pub use gather_origin::GatherOrigins;
 pub use lazy_cells::LazyCells;

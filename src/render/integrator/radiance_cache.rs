@@ -1,6 +1,6 @@
 //! In-scattered light from caches: fluence grids, direct light and final gathers kept per cell.
 
-use crate::cache::SamplePass;
+use crate::cache::{GatherOrigins, SamplePass};
 use crate::math::{Ray, Spectrum, World, WorldPoint};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
@@ -75,24 +75,25 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> S {
         let Some(cache) = &self.caches.final_gathers[medium] else { return S::ZERO };
-        cache.sample(self.scene, p, pass, ctx, |place, count, ctx| {
-            self.mean_of_gathers(medium, place, count, ctx)
+        cache.sample(self.scene, p, pass, ctx, |origins, count, ctx| {
+            self.mean_of_gathers(medium, origins, count, ctx)
         })
     }
 
-    /// The mean of `count` final gathers that start at `p`, where a medium scatters toward the camera.
+    /// The mean of `count` final gathers of light that a medium scatters at these places toward the camera.
     fn mean_of_gathers(
         &self,
         medium: usize,
-        p: WorldPoint,
+        origins: &GatherOrigins,
         count: u32,
         ctx: &mut PathContext,
     ) -> S {
-        let from_camera = Ray::new(p, -self.scene.camera.toward(p));
         let scramble = ctx.rng.scramble();
         let mut sum = S::ZERO;
         for index in 0..count {
-            let [_, _, c, d] = SobolPoint { index, scramble }.scattering();
+            let [a, _, c, d] = SobolPoint { index, scramble }.scattering();
+            let p = origins.place(a);
+            let from_camera = Ray::new(p, -self.scene.camera.toward(p));
             let gather = GatherPath::new(PathState::new(from_camera), 0, 1.0);
             sum += self.trace_gather(gather, p, medium, [c, d], ctx).radiance;
         }
