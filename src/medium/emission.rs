@@ -90,6 +90,11 @@ impl Medium {
         }
     }
 
+    /// Whether the emission has a grid of its own.
+    pub const fn emits_apart(&self) -> bool {
+        matches!(self.emission, Some(Emission::Grid { .. } | Emission::Ramped(_)))
+    }
+
     /// Integral over `span` of `ray` (unit direction) of an emission that has a grid of its own,
     /// W/(m² sr), nothing in between; 0 for the other kinds.
     pub fn emission_apart(&self, ray: &Ray<World>, span: Span) -> Rgb {

@@ -96,8 +96,8 @@ impl EmissionSampler {
         Some(EmissionStart { ray: Ray::new(at, direction), power })
     }
 
-    /// A place and its density, 1/m³.
-    fn place(&self, medium: &Medium, rng: &mut Stream) -> Option<(WorldPoint, f64)> {
+    /// A place that may glow and its density, 1/m³; nothing where this choice finds no place.
+    pub fn place(&self, medium: &Medium, rng: &mut Stream) -> Option<(WorldPoint, f64)> {
         Some(match &self.places {
             Places::Region { region, volume } => (region.sample(rng)?, 1.0 / volume),
             Places::Cells { transform, cells, cdf } => {

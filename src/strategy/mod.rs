@@ -23,7 +23,7 @@ pub use choose::{Choice, MediumCells, cell_width, choose, shared_footprint};
 pub use gather_termination::GatherTermination;
 pub use kind::{
     Assignment, Conditions, Evidence, MediumStrategy, Summary, Widening, away_from_camera,
-    holds_moments, shared, unshared,
+    holds_moments, makes_gathers, shared, unshared,
 };
 pub use measured::{
     Measured, PictureSize, PixelRays, PixelSamples, RayLuminance, VarianceScale, weights,

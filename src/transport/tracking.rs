@@ -134,12 +134,13 @@ fn collide<S: Spectrum>(
 
 /// Radiance that `media` emit along one step of a flight along `ray`, added to `radiance`, W/(m² sr):
 /// emission that has no extinction of its own along the segment, other emission at the tentative
-/// collision, divided by the majorant.
+/// collision, divided by the majorant and times the `weight` of its place.
 pub fn add_emission<S: Spectrum>(
     radiance: &mut S,
     media: &Media,
     ray: &Ray<World>,
     step: &FlightStep<S>,
+    weight: impl Fn(&Collision, Rgb) -> f64,
     ctx: &mut PathContext,
 ) {
     for medium in media.iter().filter(|m| m.emission.is_some()) {
@@ -148,8 +149,11 @@ pub fn add_emission<S: Spectrum>(
         *radiance += step.throughput * S::from_rgb(emission);
     }
     if let Some(c) = &step.collision {
-        let emission = S::from_rgb(media.get(c.medium).emission_of(c.density, ray.at(c.t)));
-        *radiance += step.throughput * emission / c.majorant;
+        let emission = media.get(c.medium).emission_of(c.density, ray.at(c.t));
+        if emission != Rgb::ZERO {
+            let rate = weight(c, emission) / c.majorant;
+            *radiance += step.throughput * S::from_rgb(emission) * rate;
+        }
     }
 }
 

@@ -9,8 +9,8 @@
 use glam::DVec3;
 
 use crate::light::LightSample;
-use crate::math::{Ray, Spectrum, World, WorldPoint, warp};
-use crate::medium::Phase;
+use crate::math::{Ray, Rgb, Spectrum, World, WorldPoint, warp};
+use crate::medium::{Collision, Phase};
 use crate::photon::PhotonDirection;
 use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
 use crate::transport::{PathContext, PathState, Scattering, direct_light};
@@ -91,11 +91,17 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         end: f64,
         ctx: &mut PathContext,
     ) -> FlightEnd {
+        let last = path.scattering;
         let PathState { ray, throughput, radiance, .. } = path;
         let media = &self.scene.media;
+        let weight = |collision: &Collision, emission: Rgb| {
+            let (Some(nee), Some(last)) = (&self.emission, last) else { return 1.0 };
+            let sigma_t = media.get(collision.medium).sigma_t * collision.density;
+            nee.weight_of_hit(&last, ray.at(collision.t), emission, sigma_t)
+        };
         let visit = |step: &FlightStep<S>, ctx: &mut PathContext| {
             if ctx.needs.emission {
-                tracking::add_emission(radiance, media, ray, step, ctx);
+                tracking::add_emission(radiance, media, ray, step, weight, ctx);
             }
         };
         tracking::fly(media, ray, end, throughput, Absorption::Weighted, ctx, visit)

@@ -2,11 +2,13 @@
 //!
 //! A ray reads from [`camera_path`] (media, mirrors, first diffuse surface) through [`in_scattering`]
 //! (what media scatter along a ray) to the estimators that this sums: [`direct_in_media`],
-//! [`radiance_cache`], [`final_gather`] with [`joint_nee`], [`photon_gather`] and [`forward_peak`].
+//! [`radiance_cache`], [`final_gather`] with [`joint_nee`] and [`emission_nee`], [`photon_gather`] and
+//! [`forward_peak`].
 //! [`reference`](mod@reference) is an integrator of its own.
 
 mod camera_path;
 mod direct_in_media;
+mod emission_nee;
 mod final_gather;
 mod forward_peak;
 mod in_scattering;

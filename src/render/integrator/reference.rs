@@ -136,7 +136,7 @@ impl<'a> PathTracer<'a> {
         let PathState { ray, throughput, radiance, .. } = path;
         let media = &self.scene.media;
         let visit = |step: &FlightStep<S>, ctx: &mut PathContext| {
-            tracking::add_emission(radiance, media, ray, step, ctx);
+            tracking::add_emission(radiance, media, ray, step, |_, _| 1.0, ctx);
         };
         tracking::fly(media, ray, end, throughput, Absorption::Sampled, ctx, visit)
     }

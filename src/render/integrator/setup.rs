@@ -9,8 +9,9 @@ use crate::medium::Phase;
 use crate::photon::{PhotonDirection, PhotonMaps};
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
-use crate::strategy::{Choice, holds_moments};
+use crate::strategy::{Choice, holds_moments, makes_gathers};
 
+use super::emission_nee::EmissionNee;
 use super::ray_estimators::{RayEstimators, handled_by_gather};
 
 /// [`concentration`](Phase::concentration) of a phase function above which final gathers sample it
@@ -48,6 +49,8 @@ pub struct Integrator<'a, S: Spectrum, H: PhotonDirection> {
     pub(super) choice: &'a Choice,
     pub(super) needs: Needs,
     pub(super) media: MediumTraits,
+    /// Emissive media that final gathers sample, where there are any.
+    pub(super) emission: Option<EmissionNee<'a>>,
     /// Mask of the lights that final gathers hit with their own rays.
     pub(super) handled_by_gather: Vec<bool>,
     /// Estimators for rays from the camera.
@@ -82,6 +85,8 @@ impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
     ) -> Self {
         let media = MediumTraits::new(scene, choice);
         let handled_by_gather = handled_by_gather(scene, choice);
+        let makes_gathers = choice.media.iter().any(|medium| makes_gathers(medium.strategy));
+        let emission = (needs.emission && makes_gathers).then(|| EmissionNee::new(scene)).flatten();
         let [from_camera, elsewhere] = [true, false].map(|from_camera| {
             RayEstimators::new(scene, choice, caches, &handled_by_gather, from_camera)
         });
@@ -92,6 +97,7 @@ impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
             choice,
             needs,
             media,
+            emission,
             handled_by_gather,
             from_camera,
             elsewhere,

@@ -1,0 +1,104 @@
+//! Next-event estimation of emissive media: places that glow are sampled at each scattering of a final
+//! gather.
+//!
+//! A small flame is seldom hit by gathers from the smoke above it, and bright where it is. Places are
+//! sampled by what they emit, as photons start there (volumetric emission sampling, Villemin and Hery
+//! 2013, "Practical Illumination from Flames"), and combined by the balance heuristic (Veach 1997, section
+//! 9.2.2) with the emission that gathers find at collisions. Both densities stand for expected numbers of
+//! samples a m³ without their transmittance: the weights need not be those of the densities to sum to 1.
+//! Emission that has a grid of its own is integrated along flights, and left to those.
+
+use glam::DVec3;
+
+use std::f64::consts::PI;
+
+use crate::math::{Cdf, Ray, Rgb, Span, Spectrum, WorldPoint, luminance};
+use crate::medium::{EmissionSampler, Medium};
+use crate::photon::PhotonDirection;
+use crate::scene::Scene;
+use crate::transport::{PathContext, Scattering};
+
+use super::setup::Integrator;
+
+/// The emissive media that gathers sample.
+#[derive(Debug)]
+pub(super) struct EmissionNee<'a> {
+    /// Of each medium of the scene.
+    samplers: &'a [Option<EmissionSampler>],
+    /// Which medium, by its power in W.
+    choice: Cdf,
+}
+
+impl<'a> EmissionNee<'a> {
+    /// Those of `scene`; `None` where none can be sampled.
+    pub fn new(scene: &'a Scene) -> Option<Self> {
+        let samplers = scene.media.emission_samplers().ok()?;
+        let power = |(medium, sampler): (&Medium, &Option<EmissionSampler>)| {
+            let sampler = sampler.as_ref().filter(|_| !medium.emits_apart());
+            sampler.map_or(0.0, EmissionSampler::power)
+        };
+        let choice = Cdf::new(scene.media.iter().zip(samplers).map(power))?;
+        Some(Self { samplers, choice })
+    }
+
+    /// Densities of places in 1/m³ times m², by which sampling and gathers share the light of `emission`,
+    /// W/(m³ sr), at `distance` metres: a gather takes that direction with density `pdf`, 1/sr, and
+    /// collides there at the rate `sigma_t`, 1/m.
+    fn densities(&self, emission: Rgb, distance: f64, pdf: f64, sigma_t: Rgb) -> [f64; 2] {
+        let sampled = 4.0 * PI * luminance(emission) / self.choice.total();
+        [sampled * distance * distance, pdf * sigma_t.element_sum() / 3.0]
+    }
+
+    /// MIS weight of the emission that a gather finds at a collision at `p`, flying from `last`.
+    pub fn weight_of_hit(
+        &self,
+        last: &Scattering,
+        p: WorldPoint,
+        emission: Rgb,
+        sigma_t: Rgb,
+    ) -> f64 {
+        let distance = (p - last.position).length();
+        let [sampled, hit] = self.densities(emission, distance, last.pdf, sigma_t);
+        if sampled > 0.0 { hit / (sampled + hit) } else { 1.0 }
+    }
+}
+
+impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
+    /// Emission of media that `medium` scatters at `p` back along a ray that arrived along the unit
+    /// `incoming`, W/(m² sr): the part of it that sampling has by the balance heuristic.
+    pub(super) fn sample_emission(
+        &self,
+        p: WorldPoint,
+        incoming: DVec3,
+        medium: usize,
+        ctx: &mut PathContext,
+    ) -> S {
+        let Some(nee) = &self.emission else { return S::ZERO };
+        let (index, _) = nee.choice.sample(ctx.rng.uniform());
+        let emitter = self.scene.media.get(index);
+        let place = nee.samplers[index].as_ref().and_then(|s| s.place(emitter, &mut ctx.rng));
+        let Some((at, pdf)) = place else { return S::ZERO };
+        ctx.work.emission_lookups += 1;
+        let emission = emitter.emission_at(at);
+        let way = at - p;
+        let distance = way.length();
+        if emission == Rgb::ZERO || distance == 0.0 {
+            return S::ZERO;
+        }
+        let ray = Ray::new(p, way / distance);
+        let phase = self.scene.media.get(medium).phase.eval(incoming.dot(ray.direction));
+        let sigma_t = emitter.sigma_t_at(at);
+        let [sampled, hit] = nee.densities(emission, distance, phase, sigma_t);
+        let span = Span::new(0.0, distance);
+        if ctx.needs.surfaces {
+            ctx.work.shadow_rays += 1;
+            if self.scene.surfaces.occluded(&ray, span) {
+                return S::ZERO;
+            }
+        }
+        let through: S = self.scene.media.transmittance_counted(&ray, span, &mut ctx.work);
+        // The weight over the squared distance, which is finite where that is 0.
+        let weight = sampled / (distance * distance) / (sampled + hit);
+        through * S::from_rgb(emission) * (phase * weight / (nee.choice.probability(index) * pdf))
+    }
+}
