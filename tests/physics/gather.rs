@@ -314,3 +314,42 @@ fn gathers_lose_no_sunlight_in_thick_haze() {
     let (found, right) = (found(&fast, SEEDS), right(&exact));
     assert!((found / right - 1.0).abs() < 0.013, "{found} not {right}");
 }
+
+/// A small bright ball below the picture, half behind a stone, lights the smoke as much as it does: gathers
+/// sample places in it and hit it, and share its light. The mean of four seeds scatters by at most 1.3 %, the
+/// reference by 0.6 %; light counted twice would be tens of per cent.
+#[test]
+fn gathers_find_small_flames_once() {
+    const SEEDS: u64 = 4;
+    let text = r#"
+        [camera]
+        position = [0.4, 0.6, 5.0]
+        target = [0.0, 0.45, 0.0]
+        fov = 12.0
+        [film]
+        size = [24, 24]
+        [[medium]]
+        region = { box = { min = [-1.0, -1.0, -1.0], max = [1.0, 1.2, 1.0] } }
+        sigma_t = 1.5
+        albedo = 0.9
+        phase = { type = "henyey-greenstein", g = 0.3 }
+        [[medium]]
+        region = { sphere = { center = [0.0, -0.7, 0.0], radius = 0.15 } }
+        sigma_t = 6.0
+        albedo = 0.0
+        emission = { color = [1.0, 0.4, 0.1], scale = 20.0 }
+        [[surface]]
+        shape = "sphere"
+        center = [0.1, -0.7, 0.4]
+        radius = 0.2
+        material = { type = "diffuse", reflectance = 0.3 }
+    "#;
+    let exact = scene(text, 8000, 0);
+    let right = right(&exact);
+    for strategy in [Strategy::Traced, Strategy::Moments, Strategy::SharedGathers] {
+        let mut fast = scene(text, 64, 50_000);
+        fast.render.strategy = StrategyRequest::Asked(strategy);
+        let found = found(&fast, SEEDS);
+        assert!((found / right - 1.0).abs() < 0.04, "{strategy:?}: {found} not {right}");
+    }
+}
