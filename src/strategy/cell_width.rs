@@ -96,13 +96,11 @@ const MAX_GATHER_WIDTH: f64 = 1.5;
 /// Unit: count. Definition: the number up to which the width is stated.
 const GATHER_RAYS: u32 = 32;
 
-/// Exponent of the largest width of final gathers' cells over the number of rays. Across thick cells
-/// light is not linear and the squared bias is about as width², for which the sum with variance is
-/// least at -1/4. The bias has one sign all over a picture, so that it falls faster here.
+/// Exponent of the largest width of final gathers' cells over the number of rays. Thick cells blur light
+/// that is not linear across them, with a squared error of about width².
 ///
-/// Unit: none. Derivation: between -1/4, where the sum is least, and -1/2, where the bias alone
-/// would fall as the variance does.
-const GATHER_EXPONENT: f64 = -1.0 / 3.0;
+/// Unit: none. Derivation: the sum of that and of variance, which is as 1 / (rays width²), is least there.
+const GATHER_EXPONENT: f64 = -0.25;
 
 /// Effective width of a tent function of half width 1: one over the integral of its square.
 ///

@@ -4,13 +4,13 @@
 //! A small flame is seldom hit by gathers from the smoke above it, and bright where it is. Places are
 //! sampled by what they emit, as photons start there (volumetric emission sampling, Villemin and Hery
 //! 2013, "Practical Illumination from Flames"), and combined by the balance heuristic (Veach 1997, section
-//! 9.2.2) with the emission that gathers find at collisions. Both densities stand for expected numbers of
-//! samples a m³ without their transmittance: the weights need not be those of the densities to sum to 1.
-//! Emission that has a grid of its own is integrated along flights, and left to those.
-
-use glam::DVec3;
+//! 9.2.2) with the emission that gathers find at collisions. The weights leave the transmittance out of
+//! the density of collisions: any weights that sum to 1 at each place are unbiased, and these need no march
+//! where a gather hits. Emission that has a grid of its own is integrated along flights, and left to those.
 
 use std::f64::consts::PI;
+
+use glam::DVec3;
 
 use crate::math::{Cdf, Ray, Rgb, Span, Spectrum, WorldPoint, luminance};
 use crate::medium::{EmissionSampler, Medium};
@@ -41,9 +41,9 @@ impl<'a> EmissionNee<'a> {
         Some(Self { samplers, choice })
     }
 
-    /// Densities of places in 1/m³ times m², by which sampling and gathers share the light of `emission`,
-    /// W/(m³ sr), at `distance` metres: a gather takes that direction with density `pdf`, 1/sr, and
-    /// collides there at the rate `sigma_t`, 1/m.
+    /// Densities of sampled places and of a gather's collisions where a medium emits `emission`, W/(m³ sr),
+    /// each times the squared distance, 1/m: at `distance` metres, in a direction that the gather takes
+    /// with density `pdf`, 1/sr, where its rate of collisions is `sigma_t`, 1/m.
     fn densities(&self, emission: Rgb, distance: f64, pdf: f64, sigma_t: Rgb) -> [f64; 2] {
         let sampled = 4.0 * PI * luminance(emission) / self.choice.total();
         [sampled * distance * distance, pdf * sigma_t.element_sum() / 3.0]
