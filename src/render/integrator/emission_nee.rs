@@ -13,12 +13,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::math::{Cdf, Ray, Rgb, Span, Spectrum, WorldPoint, luminance};
-use crate::medium::{EmissionSampler, Medium};
-use crate::photon::PhotonDirection;
+use crate::medium::{EmissionSampler, Medium, Phase};
 use crate::scene::Scene;
 use crate::transport::{PathContext, Scattering};
-
-use super::setup::Integrator;
 
 /// The emissive media that gathers sample.
 #[derive(Debug)]
@@ -61,22 +58,21 @@ impl<'a> EmissionNee<'a> {
         let [sampled, hit] = self.densities(emission, distance, last.pdf, sigma_t);
         if sampled > 0.0 { hit / (sampled + hit) } else { 1.0 }
     }
-}
 
-impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
-    /// Emission of media that `medium` scatters at `p` back along a ray that arrived along the unit
-    /// `incoming`, W/(m² sr): the part of it that sampling has by the balance heuristic.
-    pub(super) fn sample_emission(
+    /// Emission of media that a medium with this `phase` scatters at `p` back along a ray that
+    /// arrived along the unit `incoming`, W/(m² sr): the part of it that sampling has by the balance
+    /// heuristic.
+    pub fn sample<S: Spectrum>(
         &self,
+        scene: &Scene,
         p: WorldPoint,
         incoming: DVec3,
-        medium: usize,
+        phase: &Phase,
         ctx: &mut PathContext,
     ) -> S {
-        let Some(nee) = &self.emission else { return S::ZERO };
-        let (index, _) = nee.choice.sample(ctx.rng.uniform());
-        let emitter = self.scene.media.get(index);
-        let place = nee.samplers[index].as_ref().and_then(|s| s.place(emitter, &mut ctx.rng));
+        let (index, _) = self.choice.sample(ctx.rng.uniform());
+        let emitter = scene.media.get(index);
+        let place = self.samplers[index].as_ref().and_then(|s| s.place(emitter, &mut ctx.rng));
         let Some((at, pdf)) = place else { return S::ZERO };
         ctx.work.emission_lookups += 1;
         let emission = emitter.emission_at(at);
@@ -86,19 +82,18 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             return S::ZERO;
         }
         let ray = Ray::new(p, way / distance);
-        let phase = self.scene.media.get(medium).phase.eval(incoming.dot(ray.direction));
-        let sigma_t = emitter.sigma_t_at(at);
-        let [sampled, hit] = nee.densities(emission, distance, phase, sigma_t);
+        let value = phase.eval(incoming.dot(ray.direction));
+        let [sampled, hit] = self.densities(emission, distance, value, emitter.sigma_t_at(at));
         let span = Span::new(0.0, distance);
         if ctx.needs.surfaces {
             ctx.work.shadow_rays += 1;
-            if self.scene.surfaces.occluded(&ray, span) {
+            if scene.surfaces.occluded(&ray, span) {
                 return S::ZERO;
             }
         }
-        let through: S = self.scene.media.transmittance_counted(&ray, span, &mut ctx.work);
+        let through: S = scene.media.transmittance_counted(&ray, span, &mut ctx.work);
         // The weight over the squared distance, which is finite where that is 0.
         let weight = sampled / (distance * distance) / (sampled + hit);
-        through * S::from_rgb(emission) * (phase * weight / (nee.choice.probability(index) * pdf))
+        through * S::from_rgb(emission) * (value * weight / (self.choice.probability(index) * pdf))
     }
 }

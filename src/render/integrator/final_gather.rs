@@ -85,7 +85,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         }
         path.radiance += path.throughput * self.sampled_environment(p, -incoming, phase, ctx);
         path.radiance += path.throughput * self.sample_joint(p, incoming, medium, ctx);
-        path.radiance += path.throughput * self.sample_emission(p, incoming, medium, ctx);
+        if let Some(nee) = &self.emission {
+            let emitted: S = nee.sample(self.scene, p, incoming, phase, ctx);
+            path.radiance += path.throughput * emitted;
+        }
         let (direction, pdf) = phase.sample(incoming, u);
         path.ray = Ray::new(p, direction);
         path.scattering = Some(Scattering { position: p, pdf, medium: Some(medium) });
