@@ -316,8 +316,8 @@ fn gathers_lose_no_sunlight_in_thick_haze() {
 }
 
 /// A small bright ball below the picture, half behind a stone, lights the smoke as much as it does: gathers
-/// sample places in it and hit it, and share its light. The mean of four seeds scatters by at most 1.3 %, the
-/// reference by 0.6 %; light counted twice would be tens of per cent.
+/// sample places in it and hit it, and share its light. The mean of four seeds scatters by at most 1.1 %, the
+/// reference by 0.3 %, and cells make shared gathers 1.5 % bright; light counted twice would be tens of per cent.
 #[test]
 fn gathers_find_small_flames_once() {
     const SEEDS: u64 = 4;
@@ -334,13 +334,13 @@ fn gathers_find_small_flames_once() {
         albedo = 0.9
         phase = { type = "henyey-greenstein", g = 0.3 }
         [[medium]]
-        region = { sphere = { center = [0.0, -0.7, 0.0], radius = 0.15 } }
+        region = { sphere = { center = [0.0, -0.7, 0.0], radius = 0.3 } }
         sigma_t = 6.0
         albedo = 0.0
         emission = { color = [1.0, 0.4, 0.1], scale = 20.0 }
         [[surface]]
         shape = "sphere"
-        center = [0.1, -0.7, 0.4]
+        center = [0.1, -0.7, 0.65]
         radius = 0.2
         material = { type = "diffuse", reflectance = 0.3 }
     "#;
