@@ -69,7 +69,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
     /// camera per unit of sigma_s, W/(m² sr), for a ray of `pass`: that of one of the eight nearest
-    /// cells. `gather` returns the mean of a number of gathers from these places.
+    /// cells. `gather` returns the mean of a number of gathers that start at places of a cell.
     pub fn sample(
         &self,
         scene: &Scene,
@@ -79,7 +79,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
         gather: impl FnOnce(&GatherOrigins, u32, &mut PathContext) -> S,
     ) -> S {
         let (medium, width, footprint) = (self.medium, self.cells.width(), &self.footprint);
-        // By the part of one ray a pixel that takes its light from a cell.
+        // Gathers of a cell, by the number of rays that are expected to look it up.
         let wanted = |center: WorldPoint, origins: &GatherOrigins| {
             let rays = origins.opacity() * (width / footprint.width(center)).powi(2);
             GATHERS_PER_RAY * f64::from(pass.rays) * rays

@@ -4,9 +4,9 @@ use std::array;
 
 use glam::DVec3;
 
-use crate::math::{Cdf, Ray, Rgb, Span, Spectrum, WorldPoint};
+use crate::math::{Cdf, Ray, Rgb, Span, Spectrum, WorldPoint, warp};
 use crate::scene::Scene;
-use crate::transport::{PathContext, PixelFootprint, SobolPoint};
+use crate::transport::{PathContext, PixelFootprint, SobolPoint, direct_light};
 
 /// Places of a cell among which the start of a gather is chosen.
 ///
@@ -21,20 +21,22 @@ const CANDIDATES: usize = 16;
 /// Gathers start at places of the same density, drawn by resampling (Talbot, Cline and Egbert 2005,
 /// "Importance Resampling for Global Illumination"). The tents of all cells sum to 1, so that all cells
 /// together send as much light to the camera as if each ray had gathered at its own place, however
-/// light varies across them: cells blur it and lose none.
+/// light varies across them: cells blur it and lose none. That is as exact as the transmittance, which is
+/// taken to be the same for all places from a plane before the cell on: where a face of a thick medium is
+/// oblique to the view, places nearer to it are drawn too seldom.
 #[derive(Debug)]
 pub struct GatherOrigins {
     center: WorldPoint,
     places: [WorldPoint; CANDIDATES],
     /// Which of the places; `None` where rays see none of them, and gathers start at the centre.
     choice: Option<Cdf>,
-    /// Optical thickness of the cell, its width times the mean extinction over the tent, where each place
-    /// counts as the transmittance from it to the camera.
+    /// Width of the cell times the mean over the tent of extinction coefficient and transmittance to the
+    /// camera.
     opacity: f64,
 }
 
 impl GatherOrigins {
-    /// A single place, with the opacity of a cell of `width` metres round it.
+    /// The single place `p`, with the opacity of a cell of `width` metres in which density is the same as there.
     pub fn at<S: Spectrum>(
         scene: &Scene,
         medium: usize,
@@ -65,9 +67,9 @@ impl GatherOrigins {
         let scramble = ctx.rng.scramble();
         let offsets: [DVec3; CANDIDATES] = array::from_fn(|index| {
             let [x, y, z, _] = SobolPoint { index: index as u32, scramble }.scattering();
-            width * DVec3::new(x, y, z).map(tent)
+            width * DVec3::new(x, y, z).map(warp::tent)
         });
-        // All ways to the camera leave the cell in one plane, beyond which they have one transmittance.
+        // Ways to the camera leave the cell in one plane, beyond which one transmittance stands for all.
         let reach = width * wo.abs().element_sum();
         let way = (footprint.distance(center) - reach).max(0.0);
         let before = Ray::new(center + reach * wo, wo);
@@ -79,7 +81,9 @@ impl GatherOrigins {
             let p = center + offset;
             ctx.work.grid_lookups += u64::from(of.density.is_voxel());
             let sigma_t = of.sigma_t_at(p);
-            if sigma_t == Rgb::ZERO || is_hidden(scene, p, way + reach, ctx) {
+            let to_camera = Ray::new(p, scene.camera.toward(p));
+            if sigma_t == Rgb::ZERO || !direct_light::is_clear(scene, &to_camera, way + reach, ctx)
+            {
                 return 0.0;
             }
             let span = Span::new(0.0, reach - offset.dot(wo));
@@ -102,25 +106,11 @@ impl GatherOrigins {
         self.choice.as_ref().map_or(self.center, |choice| self.places[choice.sample(u).0])
     }
 
-    /// Share of the light of a ray through the whole cell that the cell scatters toward the camera, but for
-    /// its albedo.
+    /// Weight of the cell's source function in the radiance of a ray from the camera through all of it,
+    /// without unit.
     pub const fn opacity(&self) -> f64 {
         self.opacity
     }
-}
-
-/// Whether a surface stands between `p` and the camera, `distance` metres away.
-fn is_hidden(scene: &Scene, p: WorldPoint, distance: f64, ctx: &mut PathContext) -> bool {
-    if !ctx.needs.surfaces {
-        return false;
-    }
-    ctx.work.shadow_rays += 1;
-    scene.surfaces.occluded(&Ray::new(p, scene.camera.toward(p)), Span::new(0.0, distance))
-}
-
-/// A number of the tent density 1 - |x| over [-1, 1], by inverting its distribution.
-fn tent(u: f64) -> f64 {
-    if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() }
 }
 
 #[cfg(test)]
@@ -173,7 +163,7 @@ mod tests {
         let n = 20_000;
         let width = (b + 1.0) / f64::from(n);
         let at = |i: i32| -1.0 + (f64::from(i) + 0.5) * width;
-        (0..n).map(|i| width * (1.0 - at(i).abs()) * f(at(i))).sum()
+        (0..n).map(|i| width * warp::tent_pdf(at(i)) * f(at(i))).sum()
     }
 
     /// Deterministic to within the quadrature of 16 places a cell, of which 512 cells leave 0.2 %.

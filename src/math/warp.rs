@@ -59,9 +59,37 @@ pub fn uniform_cone_pdf(one_minus_cos: f64) -> f64 {
     1.0 / (2.0 * PI * one_minus_cos)
 }
 
+/// Over [-1, 1], falling linearly from 0 to both ends; density [`tent_pdf`].
+pub fn tent(u: f64) -> f64 {
+    if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).sqrt() }
+}
+
+/// Density of [`tent`].
+pub fn tent_pdf(x: f64) -> f64 {
+    (1.0 - x.abs()).max(0.0)
+}
+
 /// Barycentric coordinates uniform over a triangle; density 1/area.
 pub fn uniform_triangle(u: [f64; 2]) -> [f64; 3] {
     let s = u[0].sqrt();
     let (a, b) = (1.0 - s, u[1] * s);
     [a, b, 1.0 - a - b]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tents_have_their_density() {
+        let n = 10_000;
+        let at = |i: i32| tent(f64::from(i) / f64::from(n));
+        assert_eq!([at(0), at(n / 2), at(n)], [-1.0, 0.0, 1.0]);
+        for i in 0..n {
+            // The same share of the numbers lies between neighbours, which the density at their middle tells.
+            let (low, high) = (at(i), at(i + 1));
+            let share = (high - low) * tent_pdf(0.5 * (low + high));
+            assert!((share * f64::from(n) - 1.0).abs() < 1e-9, "{share} at {low}");
+        }
+    }
 }

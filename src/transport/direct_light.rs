@@ -98,12 +98,16 @@ pub fn is_visible(
     light: &LightSample,
     ctx: &mut PathContext,
 ) -> bool {
+    is_clear(scene, ray, light.distance * SHORT_OF_LIGHT, ctx)
+}
+
+/// Whether no surface stands within `distance` metres along `ray` (unit direction).
+pub fn is_clear(scene: &Scene, ray: &Ray<World>, distance: f64, ctx: &mut PathContext) -> bool {
     if !ctx.needs.surfaces {
         return true;
     }
     ctx.work.shadow_rays += 1;
-    let span = Span::new(0.0, light.distance * SHORT_OF_LIGHT);
-    !scene.surfaces.occluded(ray, span)
+    !scene.surfaces.occluded(ray, Span::new(0.0, distance))
 }
 
 /// In-scattered direct light at `p` in a medium toward the unit direction `wo`, per unit of the

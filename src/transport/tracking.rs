@@ -151,8 +151,8 @@ pub fn add_emission<S: Spectrum>(
     if let Some(c) = &step.collision {
         let emission = media.get(c.medium).emission_of(c.density, ray.at(c.t));
         if emission != Rgb::ZERO {
-            let rate = weight(c, emission) / c.majorant;
-            *radiance += step.throughput * S::from_rgb(emission) * rate;
+            let emission = S::from_rgb(emission) * weight(c, emission);
+            *radiance += step.throughput * emission / c.majorant;
         }
     }
 }

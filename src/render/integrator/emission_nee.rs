@@ -15,7 +15,7 @@ use glam::DVec3;
 use crate::math::{Cdf, Ray, Rgb, Span, Spectrum, WorldPoint, luminance};
 use crate::medium::{EmissionSampler, Medium, Phase};
 use crate::scene::Scene;
-use crate::transport::{PathContext, Scattering};
+use crate::transport::{PathContext, Scattering, direct_light};
 
 /// The emissive media that gathers sample.
 #[derive(Debug)]
@@ -46,7 +46,8 @@ impl<'a> EmissionNee<'a> {
         [sampled * distance * distance, pdf * sigma_t.element_sum() / 3.0]
     }
 
-    /// MIS weight of the emission that a gather finds at a collision at `p`, flying from `last`.
+    /// MIS weight of the `emission` of a medium, W/(m³ sr), that a gather finds at a collision
+    /// at `p`, flying from `last`, where the medium's extinction coefficient is `sigma_t`, 1/m.
     pub fn weight_of_hit(
         &self,
         last: &Scattering,
@@ -59,9 +60,8 @@ impl<'a> EmissionNee<'a> {
         if sampled > 0.0 { hit / (sampled + hit) } else { 1.0 }
     }
 
-    /// Emission of media that a medium with this `phase` scatters at `p` back along a ray that
-    /// arrived along the unit `incoming`, W/(m² sr): the part of it that sampling has by the balance
-    /// heuristic.
+    /// The emission of media that a medium with this `phase` scatters at `p` back along a ray that arrived
+    /// along the unit `incoming`, W/(m² sr): the part of it that sampling has by the balance heuristic.
     pub fn sample<S: Spectrum>(
         &self,
         scene: &Scene,
@@ -84,13 +84,10 @@ impl<'a> EmissionNee<'a> {
         let ray = Ray::new(p, way / distance);
         let value = phase.eval(incoming.dot(ray.direction));
         let [sampled, hit] = self.densities(emission, distance, value, emitter.sigma_t_at(at));
-        let span = Span::new(0.0, distance);
-        if ctx.needs.surfaces {
-            ctx.work.shadow_rays += 1;
-            if scene.surfaces.occluded(&ray, span) {
-                return S::ZERO;
-            }
+        if !direct_light::is_clear(scene, &ray, distance, ctx) {
+            return S::ZERO;
         }
+        let span = Span::new(0.0, distance);
         let through: S = scene.media.transmittance_counted(&ray, span, &mut ctx.work);
         // The weight over the squared distance, which is finite where that is 0.
         let weight = sampled / (distance * distance) / (sampled + hit);

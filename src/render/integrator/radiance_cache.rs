@@ -80,7 +80,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         })
     }
 
-    /// The mean of `count` final gathers of light that a medium scatters at these places toward the camera.
+    /// The mean of `count` final gathers of light that a medium scatters toward the camera at these `origins`.
     fn mean_of_gathers(
         &self,
         medium: usize,
