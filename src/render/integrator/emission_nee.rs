@@ -46,15 +46,20 @@ impl<'a> EmissionNee<'a> {
         [sampled * distance * distance, pdf * sigma_t.element_sum() / 3.0]
     }
 
-    /// MIS weight of the `emission` of a medium, W/(m³ sr), that a gather finds at a collision
+    /// MIS weight of the `emission` of the medium of this index, W/(m³ sr), that a gather finds at a collision
     /// at `p`, flying from `last`, where the medium's extinction coefficient is `sigma_t`, 1/m.
     pub fn weight_of_hit(
         &self,
         last: &Scattering,
+        medium: usize,
         p: WorldPoint,
         emission: Rgb,
         sigma_t: Rgb,
     ) -> f64 {
+        // What is never sampled is left to hits.
+        if self.choice.probability(medium) == 0.0 {
+            return 1.0;
+        }
         let distance = (p - last.position).length();
         let [sampled, hit] = self.densities(emission, distance, last.pdf, sigma_t);
         if sampled > 0.0 { hit / (sampled + hit) } else { 1.0 }

@@ -96,8 +96,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let media = &self.scene.media;
         let weight = |collision: &Collision, emission: Rgb| {
             let (Some(nee), Some(last)) = (&self.emission, last) else { return 1.0 };
-            let sigma_t = media.get(collision.medium).sigma_t * collision.density;
-            nee.weight_of_hit(&last, ray.at(collision.t), emission, sigma_t)
+            let &Collision { t, medium, density, .. } = collision;
+            let sigma_t = media.get(medium).sigma_t * density;
+            nee.weight_of_hit(&last, medium, ray.at(t), emission, sigma_t)
         };
         let visit = |step: &FlightStep<S>, ctx: &mut PathContext| {
             if ctx.needs.emission {
