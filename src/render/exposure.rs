@@ -265,7 +265,8 @@ where
             let budget = (self.budget)(x, y);
             let PixelBudget { radius, step, saliency, xs, .. } = budget;
             let pixel = FilmPixel::from(samples);
-            let radiance = pixel.radiance + indirect_correction(samples, &budget);
+            // Moments with noise may be negative: no ray but the pixel is clamped, lest it be too bright.
+            let radiance = (pixel.radiance + indirect_correction(samples, &budget)).not_negative();
             FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
         });
         known.iter().for_each(|known| film.fill(known));

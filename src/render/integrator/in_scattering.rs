@@ -108,10 +108,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let gather = GatherPath::new(path, level, camera_ray.indirect_weight);
         let found = self.trace_gather(gather, p, medium, [c, d], ctx);
         let weight = place.weight * albedo;
-        Estimate {
-            radiance: weight * found.radiance.not_negative(),
-            indirect: weight * found.indirect,
-        }
+        Estimate { radiance: weight * found.radiance, indirect: weight * found.indirect }
     }
 
     /// A medium at `p` whose light rays gather, chosen in proportion to what it scatters, and its part of

@@ -97,6 +97,6 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let gather = GatherPath::new(PathState::new(from_camera), 0, 1.0);
             sum += self.trace_gather(gather, p, medium, [c, d], ctx).radiance;
         }
-        (sum / f64::from(count)).not_negative()
+        sum / f64::from(count)
     }
 }
