@@ -122,9 +122,9 @@ impl Trial {
     }
 
     /// What gathers that `sharing` rays share would bring, by what was measured of gathers that none shares. Their
-    /// variance is as much smaller beyond that of the least noisy of `others`, whose rays have the same other
-    /// light; all of it where none of them is less noisy. A ray stands for so many `gathers`, and the
-    /// picture takes this `cost`.
+    /// variance is as much smaller, but for a share that is the mean variance of the least noisy of `others`,
+    /// whose rays have the same other light. A ray stands for so many `gathers`, and the picture takes this
+    /// `cost`.
     pub fn shared(
         &self,
         others: &[&Self],
@@ -133,20 +133,19 @@ impl Trial {
         cost: f64,
     ) -> Self {
         let noise = |trial: &Self| trial.measured(weights).variance.smooth_ray_variance;
-        let least = others.iter().min_by(|a, b| noise(a).total_cmp(&noise(b)));
-        let least = least.filter(|trial| noise(trial) < noise(self));
-        let of_pixel = |(pixel, own): (usize, &Variance)| {
-            let least = least.map_or(0.0, |trial| trial.variances[pixel].smooth_ray_variance);
-            let share = |variance: f64| least + (variance - least) / (gathers * sharing);
-            Variance {
-                ray_variance: share(own.ray_variance),
-                smooth_ray_variance: share(own.smooth_ray_variance),
-                ..*own
-            }
+        let least = others.iter().map(|trial| noise(trial)).fold(f64::INFINITY, f64::min);
+        let part = least / noise(self);
+        // Where none of them is less noisy, gathers bring all.
+        let part = if part < 1.0 { part } else { 0.0 };
+        let left = part + (1.0 - part) / (gathers * sharing);
+        let of_pixel = |own: &Variance| Variance {
+            ray_variance: left * own.ray_variance,
+            smooth_ray_variance: left * own.smooth_ray_variance,
+            ..*own
         };
         Self {
             strategies: self.strategies.iter().map(|strategy| shared(*strategy)).collect(),
-            variances: self.variances.iter().enumerate().map(of_pixel).collect(),
+            variances: self.variances.iter().map(of_pixel).collect(),
             cost,
         }
     }
@@ -243,7 +242,8 @@ mod tests {
         assert_eq!(shared.strategies, [Strategy::SharedGathers]);
         let variances: Vec<f64> =
             shared.variances.iter().map(|variance| variance.ray_variance).collect();
-        assert_eq!((variances, shared.cost), (vec![1.5, 1.0], 33.0));
+        // A fifth of the mean is common, and a sixteenth of the rest is left.
+        assert_eq!((variances, shared.cost), (vec![2.25, 0.25], 33.0));
         assert_eq!(shared.unshared(), moments.strategies);
         let shared = moments.shared(&[&noisy], &weights, gathers, 33.0);
         assert_eq!(shared.variances[0].ray_variance, 9.0 / 16.0);

@@ -9,8 +9,8 @@ use crate::strategy::{
 };
 use crate::work::Work;
 
-/// Width of the pilot's cells of moments over that which suits its photons: gathers end in cells everywhere,
-/// so that wider ones change them little, and are fewer.
+/// Width of the pilot's cells of moments over that which suits its photons: the gathers of a pixel end in
+/// cells everywhere, so that wider ones change the photons' noise that they share little, and are fewer.
 const WIDENING: f64 = 2.0;
 
 /// Width of the pilot's cells toward the camera over that of the picture's: there are a quarter as many.
@@ -104,9 +104,7 @@ impl Contenders<'_> {
     /// Assignments that differ, with their cells in the pilot.
     pub fn all(&self) -> Vec<(Contender, Vec<MediumCells>)> {
         let conditions = self.settings.conditions();
-        let moments = WIDENING * strategy::width_for_photons(1.0 / self.represents);
-        let widening = Widening { toward_eye: EYE_WIDENING, moments };
-        let evidence = Evidence { widening, ..*self.evidence };
+        let evidence = Evidence { widening: self.widening(), ..*self.evidence };
         let mut contenders: Vec<(Contender, Vec<MediumCells>)> = Vec::new();
         for strategies in strategy::assignments(self.scene, &conditions) {
             let assignment = Assignment { strategies, ..Assignment::default() };
@@ -119,6 +117,12 @@ impl Contenders<'_> {
             }
         }
         contenders
+    }
+
+    /// Width of the pilot's cells over that of the picture's.
+    fn widening(&self) -> Widening {
+        let moments = WIDENING * strategy::width_for_photons(1.0 / self.represents);
+        Widening { toward_eye: EYE_WIDENING, moments }
     }
 
     /// The choice with the gathers of these strategies shared, and their cells; `None` where that is not
@@ -154,9 +158,15 @@ impl Contenders<'_> {
         }
         let photons = 1.0 / self.represents;
         let (mut shared, mut of_rays) = (photons, photons);
-        if choice.media.iter().any(|medium| medium.strategy == Strategy::FluenceTowardEye) {
-            shared *= EYE_WIDENING.powf(-NOISE_EXPONENT);
-            of_rays *= EYE_WIDENING.powi(2);
+        let Widening { toward_eye, moments } = self.widening();
+        let has = |is: fn(Strategy) -> bool| choice.media.iter().any(|m| is(m.strategy));
+        if has(|strategy| strategy == Strategy::FluenceTowardEye) {
+            shared *= toward_eye.powf(-NOISE_EXPONENT);
+            of_rays *= toward_eye.powi(2);
+        }
+        if has(holds_moments) {
+            // The noise of the single cell that a gather reads.
+            of_rays *= moments.powi(2);
         }
         let scale = VarianceScale { shared, of_rays };
         Some(Contender { choice, shared: None, scale, crossings, gathered: self.represents })
