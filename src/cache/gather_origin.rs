@@ -8,11 +8,12 @@ use crate::math::{Cdf, Ray, Rgb, Span, Spectrum, WorldPoint, warp};
 use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint, SobolPoint, direct_light};
 
-/// Places of a cell among which the start of a gather is chosen.
+/// Places of a cell among which the start of a gather is chosen: the first number, or the second where the
+/// effective number of the first is less than half of it.
 ///
-/// Unit: count. Limit: on the error of a cell's expected light, one over the square root of this in the
-/// worst case. The mean over cells, each of which has other places, is off by as little as one over this.
-const CANDIDATES: usize = 8;
+/// Unit: count. Limit: on the error of a cell's expected light, one over the square root of their effective
+/// number in the worst case. The mean over cells, each of which has other places, is off by as little as one over it.
+const CANDIDATES: [usize; 2] = [8, 16];
 
 /// Places in a cell at which final gathers start.
 ///
@@ -25,7 +26,7 @@ const CANDIDATES: usize = 8;
 #[derive(Debug)]
 pub struct GatherOrigins {
     center: WorldPoint,
-    places: [WorldPoint; CANDIDATES],
+    places: [WorldPoint; CANDIDATES[1]],
     /// Which of the places; `None` where rays see none of them, and gathers start at the centre.
     choice: Option<Cdf>,
     /// Width of the cell times the mean over the tent of extinction coefficient and transmittance to the
@@ -46,7 +47,7 @@ impl GatherOrigins {
         let seen: S = visibility(scene, p, footprint, ctx);
         let thickness = width * scene.media.get(medium).sigma_t_at(p).max_element();
         let opacity = seen.max_element() * -(-thickness).exp_m1();
-        Self { center: p, places: [p; CANDIDATES], choice: None, opacity }
+        Self { center: p, places: [p; CANDIDATES[1]], choice: None, opacity }
     }
 
     /// For light that the medium of this index scatters toward the camera from the cell of `width` metres
@@ -60,23 +61,31 @@ impl GatherOrigins {
         ctx: &mut PathContext,
     ) -> Self {
         let scramble = ctx.rng.scramble();
-        let places: [WorldPoint; CANDIDATES] = array::from_fn(|index| {
+        let places: [WorldPoint; CANDIDATES[1]] = array::from_fn(|index| {
             let [x, y, z, _] = SobolPoint { index: index as u32, scramble }.scattering();
             center + width * DVec3::new(x, y, z).map(warp::tent)
         });
         let of = scene.media.get(medium);
-        let mut opacity = 0.0;
-        let weights = places.map(|p| {
-            ctx.work.grid_lookups += u64::from(of.density.is_voxel());
-            let sigma_t = of.sigma_t_at(p);
-            if sigma_t == Rgb::ZERO {
-                return 0.0;
+        let (mut weights, mut seen) = ([0.0; CANDIDATES[1]], 0.0);
+        let mut count = 0;
+        for wanted in CANDIDATES {
+            for (p, weight) in places.iter().zip(&mut weights).take(wanted).skip(count) {
+                ctx.work.grid_lookups += u64::from(of.density.is_voxel());
+                let sigma_t = of.sigma_t_at(*p);
+                if sigma_t == Rgb::ZERO {
+                    continue;
+                }
+                let light: S = S::from_rgb(sigma_t) * visibility::<S>(scene, *p, footprint, ctx);
+                seen += light.max_element();
+                ctx.work.grid_lookups += u64::from(!of.albedo.is_constant());
+                *weight = (light * S::from_rgb(of.albedo.at(*p))).element_sum();
             }
-            let seen: S = S::from_rgb(sigma_t) * visibility::<S>(scene, p, footprint, ctx);
-            opacity += width * seen.max_element() / CANDIDATES as f64;
-            ctx.work.grid_lookups += u64::from(!of.albedo.is_constant());
-            (seen * S::from_rgb(of.albedo.at(p))).element_sum()
-        });
+            count = wanted;
+            if effective_number(&weights) >= wanted as f64 / 2.0 {
+                break;
+            }
+        }
+        let opacity = width * seen / count as f64;
         Self { center, places, choice: Cdf::new(weights), opacity }
     }
 
@@ -90,6 +99,12 @@ impl GatherOrigins {
     pub const fn opacity(&self) -> f64 {
         self.opacity
     }
+}
+
+/// The number of equal weights whose mean is as certain as that of these (Kish 1965, "Survey Sampling").
+fn effective_number(weights: &[f64]) -> f64 {
+    let squares = weights.iter().map(|weight| weight * weight).sum::<f64>();
+    weights.iter().sum::<f64>().powi(2) / squares.max(f64::MIN_POSITIVE)
 }
 
 /// Transmittance from `p` to the camera; 0 where a surface stands between.
@@ -112,12 +127,16 @@ mod tests {
     use crate::math::{Stage, Stream};
     use crate::scene::plan::Needs;
 
-    /// Cells with numbers of their own.
+    /// Cells of a mean, each with numbers of its own.
     const CELLS: u64 = 16_384;
 
-    /// A medium left of x = 0, seen by parallel rays from above, at an angle of this `cosine` to its upper side,
-    /// with `more` beside it.
-    fn scene(sigma_t: f64, cosine: f64, more: &str) -> Scene {
+    /// A medium left of x = 0, seen from above by parallel rays, with `more` beside it.
+    fn scene(sigma_t: f64, more: &str) -> Scene {
+        scene_at_a_slant(sigma_t, 1.0, more)
+    }
+
+    /// As [`scene`], by rays that meet the upper side at an angle of this `cosine` to its normal.
+    fn scene_at_a_slant(sigma_t: f64, cosine: f64, more: &str) -> Scene {
         let [x, y] = [50.0 * (1.0 - cosine * cosine).sqrt(), 50.0 * cosine];
         Scene::of_text(&format!(
             "
@@ -171,7 +190,7 @@ mod tests {
     fn gathers_start_as_rays_sample_a_cell() {
         // Thin, at the side: a tent cut off there. `far` is the coordinate of the side from the centre.
         for far in [-0.3, 0.0, 0.4] {
-            let (scene, center) = (scene(1e-6, 1.0, ""), DVec3::new(-far, 0.0, 0.0));
+            let (scene, center) = (scene(1e-6, ""), DVec3::new(-far, 0.0, 0.0));
             let found = origins(&scene, center);
             let part = over_tent(far, |_| 1.0);
             let right = over_tent(far, |x| x) / part;
@@ -180,13 +199,19 @@ mod tests {
             let opacity = found.iter().map(GatherOrigins::opacity).sum::<f64>() / CELLS as f64;
             assert!((opacity / (1e-6 * part) - 1.0).abs() < 0.01, "{opacity} at {far}");
         }
-        // As thick as cells of gathers are where g is 0.9, within: transmittance from above, and at a slant, beside
-        // the thickness of what lies before the cell.
-        let depths = [(1.0, 4.0), (1.75, 6.0), (1.75, 8.7)];
-        for (cosine, (thickness, y)) in [1.0, 0.6].into_iter().flat_map(|c| depths.map(|d| (c, d)))
-        {
+        // Thick, within: transmittance from above, and at a slant, beside the thickness of what lies before the
+        // cell.
+        for (cosine, thickness, [x, y]) in [
+            (1.0, 1.0, [-4.0, 0.0]),
+            (1.0, 4.0, [-4.0, 6.0]),
+            (1.0, 4.0, [-4.0, 8.7]),
+            (0.6, 1.0, [-8.0, 4.0]),
+            (0.6, 4.0, [-8.0, 6.0]),
+            (0.6, 4.0, [-8.0, 8.7]),
+        ] {
             let sigma_t = thickness * cosine;
-            let (scene, center) = (scene(sigma_t, cosine, ""), DVec3::new(-8.0, y, 0.0));
+            let scene = scene_at_a_slant(sigma_t, cosine, "");
+            let center = DVec3::new(x, y, 0.0);
             let found = origins(&scene, center);
             let seen = |x: f64| if y + x < 9.0 { (-thickness * (9.0 - y - x)).exp() } else { 0.0 };
             let part = over_tent(1.0, seen);
@@ -208,9 +233,9 @@ mod tests {
             region = { box = { min = [-9.0, 0.0, -9.0], max = [9.0, 9.0, 9.0] } }
             sigma_t = 1e9
         ";
-        let found = origins(&scene(1e-6, 1.0, thick), DVec3::new(-4.0, 0.0, 0.0));
+        let found = origins(&scene(1e-6, thick), DVec3::new(-4.0, 0.0, 0.0));
         assert!(found.iter().all(|o| o.opacity() == 0.0), "nothing is seen through it");
-        let found = origins(&scene(1e-6, 1.0, thick), DVec3::new(-4.0, 8.5, 0.0));
+        let found = origins(&scene(1e-6, thick), DVec3::new(-4.0, 8.5, 0.0));
         let highest = |o: &GatherOrigins| (0..16).all(|i| o.place(f64::from(i) / 16.0).xyz.y > 8.9);
         assert!(
             found.iter().filter(|o| o.opacity() > 0.0).all(highest),
@@ -226,7 +251,7 @@ mod tests {
             point = [0.0, 0.1, 0.0]
             normal = [0.0, 1.0, 0.0]
         ";
-        let found = origins(&scene(1e-6, 1.0, floor), DVec3::new(-4.0, 0.0, 0.0));
+        let found = origins(&scene(1e-6, floor), DVec3::new(-4.0, 0.0, 0.0));
         let above = |o: &GatherOrigins| (0..16).all(|i| o.place(f64::from(i) / 16.0).xyz.y > 0.1);
         assert!(found.iter().all(above), "all places are above the floor");
         let opacity = found.iter().map(GatherOrigins::opacity).sum::<f64>() / CELLS as f64;
@@ -236,7 +261,7 @@ mod tests {
 
     #[test]
     fn a_cell_that_rays_do_not_see_starts_gathers_at_its_centre() {
-        let found = origins(&scene(1.0, 1.0, ""), DVec3::new(3.0, 0.0, 0.0));
+        let found = origins(&scene(1.0, ""), DVec3::new(3.0, 0.0, 0.0));
         assert!(found.iter().all(|o| o.opacity() == 0.0 && o.place(0.7) == o.center));
     }
 }
