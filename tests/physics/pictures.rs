@@ -38,9 +38,14 @@ pub(crate) fn seeds(scene: &Scene, count: u32) -> Vec<f64> {
     (0..count).map(of_seed).collect()
 }
 
+/// The mean over the first `count` seeds.
+pub(crate) fn mean_of_seeds(scene: &Scene, count: u32) -> f64 {
+    seeds(scene, count).iter().sum::<f64>() / f64::from(count)
+}
+
 /// The mean over the first four seeds.
 pub(crate) fn four_seeds(scene: &Scene) -> f64 {
-    seeds(scene, 4).iter().sum::<f64>() / 4.0
+    mean_of_seeds(scene, 4)
 }
 
 /// Mean of a channel over pixels and seeds, with its standard error.
