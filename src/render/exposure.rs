@@ -265,7 +265,7 @@ where
             let budget = (self.budget)(x, y);
             let PixelBudget { radius, step, saliency, xs, .. } = budget;
             let pixel = FilmPixel::from(samples);
-            // Moments with noise may be negative: no ray but the pixel is clamped, lest it be too bright.
+            // Noise of moments makes rays negative, and cutting each of them off would brighten the pixel.
             let radiance = (pixel.radiance + indirect_correction(samples, &budget)).not_negative();
             FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
         });

@@ -121,10 +121,9 @@ impl Trial {
         self.strategies.iter().map(|strategy| unshared(*strategy)).collect()
     }
 
-    /// What gathers that `sharing` rays share would bring, by what was measured of gathers that none shares. Their
-    /// variance is as much smaller, but for a share that is the mean variance of the least noisy of `others`,
-    /// whose rays have the same other light. A ray stands for so many `gathers`, and the picture takes this
-    /// `cost`.
+    /// What gathers that `sharing` rays share would bring, by what was measured of gathers that none shares. The
+    /// least noisy of `others` has the same light but for gathers: as much variance stays. The rest is divided
+    /// by the number of `gathers` that a ray stands for times `sharing`. The picture takes this `cost`.
     pub fn shared(
         &self,
         others: &[&Self],
@@ -135,7 +134,7 @@ impl Trial {
         let noise = |trial: &Self| trial.measured(weights).variance.smooth_ray_variance;
         let least = others.iter().map(|trial| noise(trial)).fold(f64::INFINITY, f64::min);
         let part = least / noise(self);
-        // Where none of them is less noisy, gathers bring all.
+        // Where none of them is less noisy, all variance is that of gathers.
         let part = if part < 1.0 { part } else { 0.0 };
         let left = part + (1.0 - part) / (gathers * sharing);
         let of_pixel = |own: &Variance| Variance {
