@@ -148,7 +148,7 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, threads: usize) -> 
     lines.join("\n")
 }
 
-/// Whether rays are told at most: the director ends pixels that are good enough.
+/// Whether rays are told at most: the director gives them by a variance that is not known yet.
 fn is_bound(scene: &Scene) -> bool {
     scene.render.director == Director::Variance
 }

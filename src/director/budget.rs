@@ -6,12 +6,8 @@ use crate::scene::Directing;
 /// unbiased.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PixelBudget {
-    /// Camera rays, at most.
+    /// Camera rays.
     pub rays: u32,
-    /// Rays after which the pixel may end early.
-    pub least: u32,
-    /// Ratio of standard error to mean, of luminance, at which it does; a pixel without light goes on.
-    pub tolerance: f64,
     /// Rays that gather indirect light, weighted for the others; spread evenly among all.
     pub gathers: u32,
     /// Gather radius of volume photons, in metres.
@@ -39,8 +35,7 @@ impl PixelBudget {
     /// The budget that every pixel of the gold standard has: `radius` and `step` in metres are its finest.
     pub const fn fixed(rays: u32, radius: f64, step: f64) -> Self {
         let (saliency, xs) = (1.0, 1.0);
-        let (least, tolerance, gathers) = (rays, 0.0, GATHERS);
-        Self { rays, least, tolerance, gathers, radius, step, saliency, xs }
+        Self { rays, gathers: GATHERS, radius, step, saliency, xs }
     }
 
     /// The budget of a pixel of the importance `xs`, 0 to 1, where `self` is the gold standard's. Rays
@@ -53,7 +48,6 @@ impl PixelBudget {
         if directing.directed.rays {
             let rays = (f64::from(self.rays) * importance).round() as u32;
             budget.rays = rays.clamp(directing.floor.min(self.rays), self.rays);
-            budget.least = budget.rays;
             // As many gathers a ray as the gold standard has.
             budget.gathers = (self.gathers * budget.rays).div_ceil(self.rays).max(1);
         }
@@ -70,14 +64,6 @@ impl PixelBudget {
             };
         }
         budget
-    }
-
-    /// As `self`, but a pixel ends after at least `floor` rays once the ratio of its standard error to its
-    /// mean is at most `tolerance`.
-    pub fn until(self, tolerance: f64, floor: u32) -> Self {
-        let least = floor.max(GATHERS).min(self.rays);
-        // The last ray is not known beforehand, so each must gather.
-        Self { least, tolerance, gathers: self.rays, ..self }
     }
 
     /// How many of the first `rays` rays gather for others; 0 where every ray gathers for itself.

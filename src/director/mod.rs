@@ -11,6 +11,7 @@ mod importance;
 mod resample;
 mod saliency;
 mod snapshot;
+mod variance;
 
 pub use budget::{PixelBudget, radius_level};
 pub use cached_snapshot::CachedSnapshot;
@@ -18,3 +19,4 @@ pub use importance::{false_medium, scattering_x_map, x_map, xs_map};
 pub use resample::resampled;
 pub use saliency::Saliency;
 pub use snapshot::Snapshot;
+pub use variance::variance_budgets;

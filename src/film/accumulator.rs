@@ -196,13 +196,6 @@ impl Accumulator {
         self.luminance_squares * self.per_mean()
     }
 
-    /// Whether the standard error of the mean's luminance is at most `tolerance` times it. A pixel
-    /// without light has not converged: a rare path may still bring some.
-    pub fn has_converged(&self, tolerance: f64) -> bool {
-        let mean = luminance(self.mean());
-        mean > 0.0 && self.luminance_variance().sqrt() <= tolerance * mean
-    }
-
     /// From a sum of squared deviations to the variance of the mean: 1 / (n (n - 1)).
     fn per_mean(&self) -> f64 {
         let n = f64::from(self.count);

@@ -8,5 +8,5 @@ mod tiled;
 
 pub use accumulator::{Accumulator, Sample};
 pub use feature_mean::FeatureMean;
-pub use passes::{Pass, passes, sample_pass};
+pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
 pub use tiled::{Pixel, Tile, TiledFilm};

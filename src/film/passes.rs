@@ -9,6 +9,11 @@ use crate::cache::SamplePass;
 /// Unit: none. Derivation: each pass halves the noise.
 const GROWTH: u32 = 4;
 
+/// Rays of a pixel in the first of the [`SamplePass`]es.
+///
+/// Unit: count. Definition: all before the second pass begins.
+pub const FIRST_RAYS: u32 = GROWTH;
+
 /// Spacing, in pixels, of those that get their first ray before all do, pass by pass: a render that is cut
 /// short early shows the whole film coarsely.
 ///

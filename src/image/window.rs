@@ -30,6 +30,18 @@ impl Window {
         inside(self.left, self.width, size[0]) && inside(self.top, self.height, size[1])
     }
 
+    /// It and the pixels round it, as far as they lie on a film of `size`.
+    #[must_use]
+    pub fn grown(&self, size: [u32; 2]) -> Self {
+        let grown = |first: u32, length: u32, all: u32| {
+            let begin = first.saturating_sub(1);
+            [begin, (first + length + 1).min(all) - begin]
+        };
+        let [left, width] = grown(self.left, self.width, size[0]);
+        let [top, height] = grown(self.top, self.height, size[1]);
+        Self { left, top, width, height }
+    }
+
     /// Pixels in it.
     pub fn pixels(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)

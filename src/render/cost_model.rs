@@ -40,11 +40,9 @@ impl Remaining {
             tile.pixels().fold(Self::default(), |sum, (x, y, samples)| {
                 let budget = direct(x, y);
                 let given = samples.given() as u32;
-                let converged = given >= budget.least && samples.has_converged(budget.tolerance);
-                let rays = if converged { 0 } else { budget.rays.saturating_sub(given) };
+                let rays = budget.rays.saturating_sub(given);
                 let all = budget.gathers_within(budget.rays);
                 let gathers = all.saturating_sub(budget.gathers_within(given));
-                let gathers = if rays == 0 { 0 } else { gathers };
                 sum.and(Self { most: budget.rays, rays: rays.into(), gathers })
             })
         };

@@ -23,12 +23,12 @@ use super::progress::Stages;
 use super::stage_settings::{finest_step, pass_settings, sampled_pass_settings, specialised};
 use crate::director::PixelBudget;
 use crate::error::Result;
-use crate::film::Sample;
+use crate::film::{FIRST_RAYS, Sample};
 use crate::image::Window;
 use crate::math::{Spectrum, Stage};
 use crate::photon::{self, PhotonDirection, PhotonMemory};
 use crate::scene::plan::Needs;
-use crate::scene::{RenderSettings, Scene};
+use crate::scene::{Director, RenderSettings, Scene};
 use crate::strategy::{Assignment, Summary};
 use crate::work::Work;
 
@@ -59,7 +59,7 @@ pub struct StageSeconds {
     pub director: f64,
     /// Photons, with building their maps.
     pub photons: f64,
-    /// Rays; an upper bound where a director ends a pixel once its error is small.
+    /// Rays; an upper bound where a director gives rays by variance.
     pub march: f64,
 }
 
@@ -104,7 +104,12 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
         photons: rate.map_or(0.0, |rate| rate.time(settings.photons).as_secs_f64()),
         march: directed.share * seconds * sample.ratio + (first_seconds - seconds).max(0.0),
     };
-    work.rays = Window::whole(scene.film.size).pixels() * u64::from(settings.rays);
+    let measuring = match settings.director {
+        Director::Variance => FIRST_RAYS.min(settings.rays),
+        Director::Fixed | Director::X | Director::S | Director::Xs => 0,
+    };
+    let rays = u64::from(settings.rays) + u64::from(measuring);
+    work.rays = Window::whole(scene.film.size).pixels() * rays;
     let maps = Needs::new(scene, settings).maps;
     work.map_pixels = if maps { map_pixels(scene, settings) } else { 0 };
     let memory = memory_with(

@@ -209,9 +209,6 @@ where
                 of.timing.rays += u64::from(index - begin);
                 return;
             }
-            if index >= budget.least && samples.has_converged(budget.tolerance) {
-                break;
-            }
             let cells = of.workspace.ctx.amortized.cells;
             let sample = self.sample([x, y], index, &budget, of);
             let dropped = samples.dropped();

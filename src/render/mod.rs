@@ -38,6 +38,7 @@ mod rendered;
 mod session;
 mod stage_settings;
 mod strategy_pilot;
+mod variance_pilot;
 
 pub use checkpoint::Checkpoints;
 pub use clock::{Clock, Deadline};

@@ -30,7 +30,7 @@ const RAYS: u32 = 4;
 
 /// Flips bits of the seed, so that the noise of a pilot is independent of the picture's. An odd number
 /// without a pattern: the multiplier of Knuth's MMIX generator.
-const SEED: u64 = 0x5851_f42d_4c95_7f2d;
+pub(super) const PILOT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
 
 /// Pixels of the metered pilot along the longer side.
 const METERED_PIXELS: f64 = 96.0;
@@ -60,7 +60,7 @@ impl Pilot {
     ) -> Result<(Film, Work)> {
         let Self { photons, size, pixels, step } = self;
         let whole = pass_settings(scene, settings);
-        let seed = settings.seed ^ SEED;
+        let seed = settings.seed ^ PILOT_SEED;
         let pass = PassSettings {
             photons: PhotonSettings { photons, seed, levels: 0, ..whole.photons },
             rays: RAYS,

@@ -13,6 +13,7 @@ use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
 use super::rendered::{Ended, Rendered};
 use super::stage_settings::{finest_step, pass_settings, render_region, specialised};
+use super::variance_pilot::budgets_by_variance;
 use crate::director::PixelBudget;
 use crate::error::Result;
 use crate::film::Sample;
@@ -109,6 +110,20 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
     work += shot;
     stages.done("photons", start);
 
+    // Budgets of pixels.
+    let start = Instant::now();
+    let radius = photons.maps.volume_radius;
+    let gold = PixelBudget::fixed(settings.rays, radius, finest_step(scene, settings));
+    let integrator = photons.integrator(scene, Needs::new(scene, settings));
+    let budgets = if settings.director == Director::Variance {
+        let (budgets, measuring) = budgets_by_variance(scene, settings, &integrator, gold);
+        work += measuring;
+        stages.done("pilot", start);
+        budgets
+    } else {
+        maps.budgets(scene, settings, gold)
+    };
+
     // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
     let start = Instant::now();
     if let Some(checkpoints) = control.checkpoints {
@@ -116,10 +131,7 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
     }
 
     // Rays.
-    let gold = gold_budget(scene, settings, photons.maps.volume_radius);
-    let budgets = maps.budgets(scene, settings, gold);
     let width = scene.film.size[0] as usize;
-    let integrator = photons.integrator(scene, Needs::new(scene, settings));
     let tracer = FeatureTracer::new(scene, settings.denoise);
     let exposed = expose(
         render_region(scene, settings, Stage::March),
@@ -163,17 +175,6 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
     let shot = PhotonPass::shoot(scene, &settings, strategies, aimed, &advance);
     progress.finish();
     shot
-}
-
-/// The budget of a pixel that nothing directs, with the gather `radius` in metres. The director
-/// `variance` lets a pixel end early.
-fn gold_budget(scene: &Scene, settings: &RenderSettings, radius: f64) -> PixelBudget {
-    let gold = PixelBudget::fixed(settings.rays, radius, finest_step(scene, settings));
-    if settings.director == Director::Variance {
-        gold.until(settings.directing.tolerance, settings.directing.floor)
-    } else {
-        gold
-    }
 }
 
 /// Renders the unbiased reference of `scene`: null-collision path tracing with next-event estimation.

@@ -12,8 +12,8 @@ pub enum Director {
     S,
     /// XS: both, combined as [`Directing`] says.
     Xs,
-    /// No map: each pixel is sampled until its own error estimate is small, as Cycles and Arnold
-    /// do. As stopping depends on the samples it is biased; budgets of the maps are not.
+    /// No map: each pixel gets the rays that bring its error to a tolerance, by the variance of a pilot's
+    /// rays, which are not kept. Cycles and Arnold stop by the samples that they keep, which is biased.
     Variance,
 }
 
@@ -139,7 +139,7 @@ pub struct Directing {
     pub coarsest_radius: f64,
     /// March step of the least important pixel, in voxels.
     pub coarsest_step: f64,
-    /// Ratio of standard error to mean of a pixel at which [`Director::Variance`] ends it.
+    /// Ratio of standard error to mean of a pixel for which [`Director::Variance`] gives it rays.
     pub tolerance: f64,
     /// Ratio of the maps' pixels to the film's, along each side, in [`RESOLUTIONS`].
     pub resolution: f64,

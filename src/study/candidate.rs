@@ -17,7 +17,7 @@ pub(super) const PHOTONS: &str = "photons";
 /// Its photons over the gold standard's.
 const PHOTON_SHARES: [f64; 4] = [1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0, 1.0 / 256.0];
 
-/// Relative errors at which the variance-driven rival ends a pixel.
+/// Relative errors for which the variance-driven rival gives a pixel rays.
 const TOLERANCES: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
 
 const RAYS: Directed = Directed { rays: true, radius: false, step: false };

@@ -71,7 +71,7 @@ pub(in crate::scene) const TOLERANCE: Key = Key::new(
     Kind::Number(Range::POSITIVE),
     "",
     Default("0.05"),
-    "Relative error at which the director \"variance\" ends a pixel.",
+    "Relative error of a pixel for which the director \"variance\" gives it rays.",
 )
 .flag("tolerance");
 pub(in crate::scene) const RESOLUTION: Key = Key::new(
