@@ -32,7 +32,7 @@ impl<S: Spectrum> Default for Caches<S> {
 impl<S: Spectrum> Caches<S> {
     /// All cells that rays fill, in a fixed order: a checkpoint stores them.
     pub fn lazy(&self) -> Vec<&LazyCells<S>> {
-        let direct = self.direct.iter().flatten().map(DirectLightCache::cells);
+        let direct = self.direct.iter().flatten().filter_map(DirectLightCache::cells);
         direct.chain(self.final_gathers.iter().flatten().map(FinalGatherCache::cells)).collect()
     }
 

@@ -17,11 +17,22 @@ use super::lazy_cells::{EmptyCell, LazyCells};
 /// changes by a quarter over a cell, and linear interpolation is off by less than a hundredth.
 const MIN_LAMP_DISTANCE: f64 = 8.0;
 
-/// Light that comes straight from lights and that one medium scatters toward the camera, at the
-/// centres of cubic cells: lights are sampled once a cell, not once a ray.
+/// Ratio of the brightest to the darkest of eight cells, at most, between which light is interpolated.
+///
+/// Unit: none. Limit: on how far interpolation is off: exponential light is interpolated too bright by about
+/// ln(r)² / 12 of it, in the mean, where it falls by the ratio r over an edge of a cell.
+const MAX_RATIO: f64 = 4.0;
+
+/// Light that comes straight from lights and that one medium scatters toward the camera. Where many rays read the
+/// same cells, it is kept at the centres of those: lights are sampled once a cell, not once a ray. Where light
+/// changes much from cell to cell, as at edges of shadows and where it grazes a dense medium, nothing is
+/// interpolated.
 #[derive(Debug)]
 pub struct DirectLightCache<S = Rgb> {
-    cells: LazyCells<S>,
+    /// None where few rays would read the same.
+    cells: Option<LazyCells<S>>,
+    /// Width of the cells, in metres.
+    width: f64,
     medium: usize,
     seed: u64,
     /// Indices of the lights whose light is cached.
@@ -29,16 +40,24 @@ pub struct DirectLightCache<S = Rgb> {
 }
 
 impl<S: Spectrum> DirectLightCache<S> {
-    /// An empty cache for the medium of this index in `scene` on `cells`; `seed` is that of the random
-    /// streams.
-    pub fn new(scene: &Scene, medium: usize, cells: SparseCells, seed: u64) -> Self {
+    /// An empty cache for the medium of this index in `scene` on `cells`, where many rays share them; `seed`
+    /// is that of the random streams.
+    pub fn new(
+        scene: &Scene,
+        medium: usize,
+        cells: SparseCells,
+        are_shared: bool,
+        seed: u64,
+    ) -> Self {
         // A medium without an end has no cells.
         let near = scene.media.get(medium).density.bounds().unwrap_or(Aabb::EMPTY);
-        let near = near.grown(MIN_LAMP_DISTANCE * cells.edge);
+        let width = cells.edge;
+        let near = near.grown(MIN_LAMP_DISTANCE * width);
         let lights = &scene.lights.lights;
         let cached = (0..lights.len()).filter(|&index| is_smooth(&lights[index], &near));
         let lights = cached.collect();
-        Self { cells: LazyCells::new(cells, seed, medium), medium, seed, lights }
+        let cells = are_shared.then(|| LazyCells::new(cells, seed, medium));
+        Self { cells, width, medium, seed, lights }
     }
 
     /// Whether the light of this index is cached.
@@ -46,36 +65,42 @@ impl<S: Spectrum> DirectLightCache<S> {
         self.lights.contains(&light)
     }
 
-    /// Its cells.
-    pub const fn cells(&self) -> &LazyCells<S> {
-        &self.cells
+    /// Its cells, if it keeps any light.
+    pub const fn cells(&self) -> Option<&LazyCells<S>> {
+        self.cells.as_ref()
     }
 
-    /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
-    /// camera per unit of sigma_s, W/(m² sr): that of one of the eight nearest cells.
-    pub fn sample(&self, scene: &Scene, p: WorldPoint, ctx: &mut PathContext) -> S {
-        self.cells.sample(p, 0, ctx, |cell, own| self.light(scene, cell, own))
+    /// Width of its cells in metres, which it has where they are shared.
+    pub const fn width(&self) -> f64 {
+        self.width
     }
 
-    /// Direct light at the centre of a cell.
-    fn light(
-        &self,
-        scene: &Scene,
-        &EmptyCell { cell, center }: &EmptyCell,
-        ctx: &mut PathContext,
-    ) -> S {
-        let wo = scene.camera.toward(center);
+    /// The light scattered toward the camera at `p` per unit of sigma_s, W/(m² sr): interpolated between the
+    /// eight nearest cells, or sampled at `p` where those differ much or are not shared.
+    pub fn at(&self, scene: &Scene, p: WorldPoint, ctx: &mut PathContext) -> S {
+        // Neighbouring cells sample different parts of a light.
+        let fill = |&EmptyCell { cell, center }: &EmptyCell, own: &mut PathContext| {
+            self.sampled(scene, center, stratified(cell, self.seed), own)
+        };
+        let cells = self.cells.as_ref();
+        cells.and_then(|cells| cells.interpolate(p, 0, MAX_RATIO, ctx, fill)).unwrap_or_else(|| {
+            let u = ctx.rng.uniform2();
+            self.sampled(scene, p, u, ctx)
+        })
+    }
+
+    /// A sample of the direct light at `p`; `u` chooses a part of each light.
+    fn sampled(&self, scene: &Scene, p: WorldPoint, u: [f64; 2], ctx: &mut PathContext) -> S {
+        let wo = scene.camera.toward(p);
         let phase = &scene.media.get(self.medium).phase;
         let mut sum = S::ZERO;
         for &index in &self.lights {
             let light = &scene.lights.lights[index];
-            // Neighbouring cells sample different parts of a light.
-            let sample = light.sample(center, stratified(cell, self.seed));
+            let sample = light.sample(p, u);
             if let Some(light) = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO) {
                 let scatterers = [(phase, S::ONE)];
                 let pdf = light.pdf;
-                sum +=
-                    direct_light::in_scattered(scene, center, wo, &scatterers, &light, ctx) / pdf;
+                sum += direct_light::in_scattered(scene, p, wo, &scatterers, &light, ctx) / pdf;
             }
         }
         sum

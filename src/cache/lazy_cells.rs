@@ -22,6 +22,20 @@ const PASS_MASK: u32 = 0x1f;
 /// Unit: none. Definition: the largest value of those bits, which no pass has.
 const EMPTY: u32 = PASS_MASK;
 
+/// The corners of a cube, opposite ones next to each other: they differ most.
+///
+/// Unit: count. Definition: the corners of the unit cube, in cells.
+const CORNERS: [IVec3; 8] = [
+    IVec3::new(0, 0, 0),
+    IVec3::new(1, 1, 1),
+    IVec3::new(0, 0, 1),
+    IVec3::new(1, 1, 0),
+    IVec3::new(0, 1, 0),
+    IVec3::new(1, 0, 1),
+    IVec3::new(1, 0, 0),
+    IVec3::new(0, 1, 1),
+];
+
 /// Light at the centres of cubic cells, found by the first ray of a pass that samples a cell and read by
 /// all later ones. Threads may fill cells at once: the value depends on the cell and the pass alone.
 #[derive(Debug)]
@@ -105,14 +119,60 @@ impl<S: Spectrum> LazyCells<S> {
         let low = local.floor();
         let [x, y, z] = (local - low).to_array().map(|share| i32::from(ctx.rng.uniform() < share));
         let cell = low.as_ivec3() + IVec3::new(x, y, z);
-        let Some(brick) = self.cells.find_brick(cell >> BRICK) else { return S::ZERO };
+        self.light(cell, pass, ctx, fill).unwrap_or(S::ZERO)
+    }
+
+    /// Trilinear interpolation at `p` between the eight nearest cells, if in each channel the brightest has at
+    /// most `ratio` times the light of the darkest, which is not negative. Elsewhere, and where there is no
+    /// cell, nothing. `fill`, `pass` and `ctx` are as in [`sample`](Self::sample).
+    #[inline]
+    pub(super) fn interpolate(
+        &self,
+        p: WorldPoint,
+        pass: u32,
+        ratio: f64,
+        ctx: &mut PathContext,
+        fill: impl Fn(&EmptyCell, &mut PathContext) -> S,
+    ) -> Option<S> {
+        let local = self.cells.to_cells(p) - 0.5;
+        let low = local.floor();
+        let share = local - low;
+        // The darkest and the brightest in each channel.
+        let mut range = [(f64::INFINITY, 0.0f64); 3];
+        let mut sum = S::ZERO;
+        for corner in CORNERS {
+            let light = self.light(low.as_ivec3() + corner, pass, ctx, &fill)?;
+            for (channel, (darkest, brightest)) in range[..S::CHANNELS].iter_mut().enumerate() {
+                let light = light.channel(channel);
+                (*darkest, *brightest) = (darkest.min(light), brightest.max(light));
+                if *brightest > ratio * *darkest {
+                    return None;
+                }
+            }
+            let far = corner.as_dvec3();
+            let weights = far * share + (1.0 - far) * (1.0 - share);
+            sum += light * weights.element_product();
+        }
+        Some(sum)
+    }
+
+    /// The light of a cell, if there is one, which is filled if it is empty.
+    #[inline]
+    fn light(
+        &self,
+        cell: IVec3,
+        pass: u32,
+        ctx: &mut PathContext,
+        fill: impl FnOnce(&EmptyCell, &mut PathContext) -> S,
+    ) -> Option<S> {
+        let brick = self.cells.find_brick(cell >> BRICK)?;
         let index = brick * VOLUME + cell_index(cell & ((1 << BRICK) - 1));
         let channels = self.channels_of(index);
         if channels[0].load(Ordering::Acquire) & PASS_MASK == pass {
             let value = |c: usize| f32::from_bits(channels[c].load(Ordering::Relaxed) & !PASS_MASK);
-            return S::to_f64(S::from_channels(value));
+            return Some(S::to_f64(S::from_channels(value)));
         }
-        S::to_f64(self.fill(cell, index, pass, ctx, fill))
+        Some(S::to_f64(self.fill(cell, index, pass, ctx, fill)))
     }
 
     /// Finds and stores the light of a cell. Threads that do so at once find the same.

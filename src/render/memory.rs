@@ -21,7 +21,7 @@ const FILM: u64 = (size_of::<Accumulator>() + Film::PIXEL_BYTES) as u64;
 const FEATURES: u64 = (size_of::<FeatureMean>() + size_of::<Features>()) as u64;
 
 /// Bytes of a pixel while the film is written: its layers, their copy for the encoder, and the file.
-const WRITING: u64 = 3 * Film::LAYER_BYTES as u64;
+const WRITING: u64 = (Film::PIXEL_BYTES + 2 * Film::LAYER_BYTES) as u64;
 
 /// Bytes of a pixel of the director's maps: distance, snapshot, X, S and XS.
 const MAPS: u64 = (size_of::<f64>() + size_of::<[f32; 3]>() + 3 * size_of::<f32>()) as u64;
@@ -111,6 +111,8 @@ pub(super) fn memory_with(
     // Photons use what loading and a pilot have freed again.
     let most = photons.building.max(photons.pilot);
     let freed = retained(reading.max(most.saturating_sub(photons.held)));
+    // The samples of the film lie in tiles, too small to be returned.
+    let resolved = retained(freed + pixels * size_of::<Accumulator>() as u64);
     let built = photons.building + retained(photons.pieces);
     // A pilot comes right after loading, in pieces that fit into little of what that has freed.
     let built = built.max(retained(reading) + photons.pilot);
@@ -121,7 +123,7 @@ pub(super) fn memory_with(
         MemoryParts { grids: grids + read, surfaces: 2 * surfaces, ..scene },
         MemoryParts { maps, photons: built, ..aimed },
         MemoryParts { maps, photons: photons.held + freed, film, ..aimed },
-        MemoryParts { film: writing, photons: freed, ..aimed },
+        MemoryParts { film: writing + resolved, ..aimed },
     ];
     let at_peak = stages.into_iter().max_by_key(MemoryParts::sum).unwrap_or(scene);
     let kept = MemoryParts { photons: photons.held, film, maps, ..aimed };

@@ -75,8 +75,12 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         let direct = direct_caches(scene, settings, aimed.importance());
         let widths = widths(&direct);
         let evidence = Evidence::new(&aimed.importance().media, &widths, aimed.flight_length());
-        let (choice, cells) =
+        let (mut choice, cells) =
             strategy::choose(scene, &settings.conditions(), &evidence, assignment);
+        for (medium, cache) in choice.media.iter_mut().zip(&direct) {
+            let has_cells = cache.as_ref().is_some_and(|cache| cache.cells().is_some());
+            medium.direct_cell_width = medium.direct_cell_width.filter(|_| has_cells);
+        }
         let (fluence, gathers): (Vec<_>, Vec<_>) =
             cells.into_iter().map(|cells| (cells.fluence, cells.final_gathers)).unzip();
         let mut builders = fluence_builders(scene, &choice, fluence, aimed.origin());
@@ -171,15 +175,18 @@ fn direct_caches<S: Spectrum>(
     settings: &PassSettings,
     importance: &CameraImportance,
 ) -> Vec<Option<DirectLightCache<S>>> {
-    let cells = strategy::direct_cells(scene, &settings.conditions(), &importance.media);
+    let (conditions, visible) = (settings.conditions(), &importance.media);
+    let cells = strategy::direct_cells(scene, &conditions, visible);
     let cache = |(medium, cells): (usize, Option<SparseCells>)| {
-        Some(DirectLightCache::new(scene, medium, cells?, settings.photons.seed))
+        let cells = cells?;
+        let are_shared = strategy::shares_direct_cells(scene, &conditions, visible, medium, &cells);
+        Some(DirectLightCache::new(scene, medium, cells, are_shared, settings.photons.seed))
     };
     cells.into_iter().enumerate().map(cache).collect()
 }
 
 /// Width in metres of the cells of each cache.
 fn widths<S: Spectrum>(caches: &[Option<DirectLightCache<S>>]) -> Vec<Option<f64>> {
-    let width = |cache: &Option<DirectLightCache<S>>| Some(cache.as_ref()?.cells().width());
+    let width = |cache: &Option<DirectLightCache<S>>| Some(cache.as_ref()?.width());
     caches.iter().map(width).collect()
 }

@@ -57,6 +57,16 @@ const DIRECT_PIXELS: f64 = 1.5;
 /// Unit: count. Definition: the number up to which the width is stated.
 const DIRECT_RAYS: u32 = 16;
 
+/// Places along a ray at which caches of the finest level are sampled.
+///
+/// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
+pub(super) const PLACES: u32 = 8;
+
+/// Places of rays in a cell of direct light from which on it pays to fill it.
+///
+/// Unit: count. Derivation: each of them reads eight cells.
+const MIN_PLACES_A_CELL: f64 = 8.0;
+
 /// Exponent of the largest width of direct light's cells over the number of rays a pixel: variance is
 /// as 1 / rays and the squared bias of interpolation as the fourth power of the width.
 ///
@@ -160,6 +170,23 @@ pub fn sharing_pixels(edge: f64, pixel: f64) -> f64 {
     1.0 + (TENT_WIDTH * edge / pixel).powi(2)
 }
 
+/// Whether the rays of a picture read direct light's `cells` in the medium of this index often enough that it pays to
+/// fill them.
+pub fn shares_direct_cells(
+    scene: &Scene,
+    conditions: &Conditions,
+    visible: &[WorldPoint],
+    medium: usize,
+    cells: &SparseCells,
+) -> bool {
+    let footprint = PixelFootprint::new(scene, conditions.film_pixels);
+    let pixel = pixel_width(&footprint, visible).unwrap_or(f64::INFINITY);
+    let sigma_t = extinction(scene.media.get(medium), visible, 0.5).unwrap_or(0.0);
+    // Of the places of all rays that cross a column of cells, those within one of them.
+    let places = f64::from(PLACES * conditions.rays) * (cells.edge / pixel).powi(2);
+    places * (sigma_t * cells.edge).min(1.0) >= MIN_PLACES_A_CELL
+}
+
 /// Cells for direct light in each medium, where it can be cached.
 pub fn direct_cells(
     scene: &Scene,
@@ -250,8 +277,14 @@ pub(super) fn pixel_width(footprint: &PixelFootprint, visible: &[WorldPoint]) ->
 /// Extinction coefficient in 1/m that a tenth of the visible places in the medium exceed; `None`
 /// where none is in it.
 fn thickest(medium: &Medium, visible: &[WorldPoint]) -> Option<f64> {
+    extinction(medium, visible, THICK_SHARE)
+}
+
+/// The quantile `share` of the extinction coefficient, in 1/m, at the visible places in the medium; `None`
+/// where none is in it.
+fn extinction(medium: &Medium, visible: &[WorldPoint], share: f64) -> Option<f64> {
     let sigma_t = visible.iter().map(|p| medium.sigma_t_at(*p).max_element());
-    quantile(sigma_t.filter(|sigma_t| *sigma_t > 0.0).collect(), THICK_SHARE)
+    quantile(sigma_t.filter(|sigma_t| *sigma_t > 0.0).collect(), share)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use crate::scene::{Scene, Strategy};
 use crate::transport::{PixelFootprint, is_camera_outside};
 
 use super::cell_width::{
-    final_gather_cells, pixel_width, sharing_pixels, thin_width, thin_width_for_moments,
+    PLACES, final_gather_cells, pixel_width, sharing_pixels, thin_width, thin_width_for_moments,
     width_for_flights,
 };
 use super::gather_termination::GatherTermination;
@@ -24,11 +24,6 @@ const FIRST_DEGREE_VALUES: usize = 4;
 /// Unit: none. Limit: on the optical thickness of cells, beyond which light does not vary linearly across
 /// them; from each to the next there are half as many cells.
 const WIDER_FOR_MOMENTS: [f64; 4] = [1.0, 1.26, 1.59, 2.0];
-
-/// Places along a ray at which caches of the finest level are sampled.
-///
-/// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
-const PLACES: u32 = 8;
 
 /// Fewest places along a ray at which caches are sampled: at the widest level, and in denoised pictures.
 ///

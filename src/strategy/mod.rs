@@ -16,8 +16,8 @@ mod unit_costs;
 
 pub use crate::scene::{Strategy, StrategyRequest};
 pub use cell_width::{
-    direct_cells, noise_of_kernels, thin_width, thin_width_for_moments, width_for_flights,
-    width_for_photons,
+    direct_cells, noise_of_kernels, shares_direct_cells, thin_width, thin_width_for_moments,
+    width_for_flights, width_for_photons,
 };
 pub use choose::{Choice, MediumCells, cell_width, choose, shared_footprint};
 pub use gather_termination::GatherTermination;

@@ -55,7 +55,7 @@ fn errors_fall_with_photons_as_theory_says() {
     let path = folder.path().join("ball.toml");
     std::fs::write(&path, BALL).unwrap();
     let candidates = names(&["photons"]);
-    let request = Request { candidates, seeds: 3, reference: Some(1500), ..Request::default() };
+    let request = Request { candidates, seeds: 3, reference: Some(2500), ..Request::default() };
     let results = studied(&path, &LoadOptions::default(), &request);
     let told = results.convergence.unwrap();
     eprintln!("{told:#?}");

@@ -54,7 +54,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> S {
         let direct = self.caches.direct.get(medium).and_then(Option::as_ref);
-        let direct = direct.map_or(S::ZERO, |cache| cache.sample(self.scene, p, ctx));
+        let direct = direct.map_or(S::ZERO, |cache| cache.at(self.scene, p, ctx));
         let indirect = match strategy {
             Strategy::FluenceTowardEye => {
                 let grid = self.caches.fluence[medium].as_ref();

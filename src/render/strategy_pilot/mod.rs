@@ -105,7 +105,8 @@ impl<'a> StrategyPilot<'a, '_> {
         let grids = a.fluence.into_iter().zip(b.fluence).map(|(a, b)| [a, b]);
         let mut entrants: Vec<Entrant<S>> = contenders.into_iter().zip(grids).map(enter).collect();
         let of_photons = photon::memory::<S, H>(&a.work, [0; 2], 0);
-        let of_direct = direct.iter().flatten().map(|cache| cache.cells().memory_bytes() as u64);
+        let cells = direct.iter().flatten().filter_map(DirectLightCache::cells);
+        let of_direct = cells.map(|cells| cells.memory_bytes() as u64);
         let pilot_bytes = of_photons.held
             + of_photons.building
             + of_direct.sum::<u64>()
