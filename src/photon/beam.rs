@@ -130,6 +130,12 @@ impl<S: Spectrum, H: PhotonDirection> BeamMap<S, H> {
         self.photons.is_empty()
     }
 
+    /// Position and radius, in metres, of each photon.
+    pub fn kernels(&self) -> impl Iterator<Item = (WorldPoint, f64)> {
+        let place = |sphere: &Sphere<S, H>| DVec3::from(sphere.at.place.map(f64::from));
+        self.photons.iter().map(move |s| (self.origin + place(s), f64::from(s.radius)))
+    }
+
     /// Calls `f` with each photon whose sphere, `scale` times as wide (at most 1), `ray` (unit
     /// direction) crosses and whose closest point on the ray lies in `span`, in a fixed order.
     pub fn along(

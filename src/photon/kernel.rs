@@ -2,6 +2,30 @@
 
 use std::f64::consts::PI;
 
+/// Radius of a kernel at most, in mean free paths of where its light is gathered.
+///
+/// Unit: none. Derivation: a disk of radius r that is slanted by 60° to a face blurs light along the normal by a
+/// variance of r² / 8. Fluence that falls by e in a mean free path l is brightened by half of that over l²: by
+/// 1/64 for l / 2.
+const MAX_FREE_PATHS: f64 = 0.5;
+
+/// Largest factor by which a kernel becomes narrower for that.
+///
+/// Unit: none. Limit: on noise: rays meet a sixteenth of the photons.
+const MAX_NARROWING: f64 = 4.0;
+
+/// The radius in metres that a photon's kernel has where its light is gathered in a medium of extinction coefficient
+/// `sigma_t`, 1/m, if it has `radius` where free paths are long. Wider ones would blur fluence across the faces of a
+/// thick medium. With more photons, and narrower radii, the limit of how narrow it becomes is lost and blur ends.
+pub fn radius_within(radius: f64, sigma_t: f64) -> f64 {
+    (MAX_FREE_PATHS / sigma_t).clamp(radius / MAX_NARROWING, radius)
+}
+
+/// Whether a kernel of this `radius` stays wider than that however narrow it may become.
+pub fn is_too_wide(radius: f64, sigma_t: f64) -> bool {
+    radius / MAX_NARROWING * sigma_t > MAX_FREE_PATHS
+}
+
 /// Epanechnikov's kernel on a disk, 1/m²: integrates to 1 over it (Silverman 1986, "Density
 /// Estimation for Statistics and Data Analysis", section 4.2).
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +50,14 @@ impl DiskKernel {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn kernels_are_as_narrow_as_free_paths_but_not_endlessly() {
+        for (sigma_t, right) in [(0.0, 0.8), (0.5, 0.8), (1.0, 0.5), (2.0, 0.25), (1e9, 0.2)] {
+            assert_eq!(radius_within(0.8, sigma_t), right, "{sigma_t}");
+            assert_eq!(is_too_wide(0.8, sigma_t), sigma_t > 2.5, "{sigma_t}");
+        }
+    }
 
     #[test]
     fn integrates_to_one() {

@@ -28,7 +28,7 @@ mod surface;
 pub use beam::{BeamHit, BeamMap};
 pub use camera_importance::CameraImportance;
 pub use map::PhotonMap;
-pub use maps::PhotonMaps;
+pub use maps::{PhotonMaps, Response};
 pub use settings::{PhotonMemory, PhotonSettings, memory};
 pub use shoot::{AimedPhotons, FlightSink, PathSample, Recording, ShotPart};
 pub use stored::{NoDirection, Octahedral, Photon, PhotonAt, PhotonDirection};

@@ -132,7 +132,12 @@ impl<'a> AimedPhotons<'a> {
         work.surface_photons = deposits.surface.len() as u64;
         let [volume_unit, surface_unit] =
             [tracer.units.volume, tracer.units.surface].map(|unit| unit * represents);
-        let maps = PhotonMaps { volume, volume_radius, surface, volume_unit, surface_unit };
+        let free_paths = match extents.radius {
+            Some(_) => f64::INFINITY,
+            None => volume_radius / radius_of_all,
+        };
+        let maps =
+            PhotonMaps { volume, volume_radius, free_paths, surface, volume_unit, surface_unit };
         ShotPart { maps, work, radius_of_all }
     }
 

@@ -7,6 +7,7 @@ mod skip;
 
 mod background;
 mod closed_forms;
+mod edges;
 mod extremes;
 mod features;
 mod fly_in;

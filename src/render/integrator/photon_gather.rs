@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::math::{Ray, Span, Spectrum, World};
 use crate::medium::Profile;
-use crate::photon::PhotonDirection;
+use crate::photon::{PhotonDirection, Response};
 use crate::render::pixel_sampling::CameraRay;
 use crate::surface::{SurfaceHit, TransportMode};
 use crate::transport::{PathContext, direct_light};
@@ -48,16 +48,16 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let span = Span::new(0.0, end + beyond);
         let respond = |t: f64| {
             let t = t.min(end);
-            let Some((transmittance, sigma_t)) = profile.at(t) else {
-                return Scatterers::new();
-            };
+            let (transmittance, sigma_t) = profile.at(t)?;
             let attenuated = transmittance * sigma_t;
             let scatterer = |(medium, albedo): (usize, S)| {
                 let split = &self.choice.splits[medium];
                 (&split.phase, albedo * attenuated * split.share)
             };
             let albedos = self.albedos(ray.at(t)).into_iter();
-            albedos.filter(|(medium, _)| by.gathers_photons(*medium)).map(scatterer).collect()
+            let scatterers: Scatterers<'_, S> =
+                albedos.filter(|(medium, _)| by.gathers_photons(*medium)).map(scatterer).collect();
+            Some(Response { sigma_t: sigma_t.max_element(), scatterers })
         };
         work.directed_gathers += u64::from(H::KNOWN);
         let light = self.maps.along(ray, span, radius, &mut work.gathered, respond);

@@ -43,7 +43,7 @@ impl Contender {
         evidence: &Evidence<'_>,
         [pilot, all]: [f64; 2],
     ) -> Self {
-        if self.choice.media.iter().any(|medium| medium.strategy == Strategy::Beams) {
+        if self.has_beams() {
             let narrower = all / pilot;
             self.gathered *= narrower.powi(2);
             let noise = [all, pilot].map(|radius| {
@@ -59,6 +59,11 @@ impl Contender {
     /// The strategy of each medium.
     pub fn strategies(&self) -> Vec<Strategy> {
         self.choice.media.iter().map(|medium| medium.strategy).collect()
+    }
+
+    /// Whether rays gather photons in a medium.
+    pub fn has_beams(&self) -> bool {
+        self.choice.media.iter().any(|medium| medium.strategy == Strategy::Beams)
     }
 
     /// Whether gathers end at moments, so that they can be shared.

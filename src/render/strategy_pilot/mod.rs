@@ -59,7 +59,7 @@ pub(super) struct StrategyPilot<'a, 'b> {
 }
 
 impl<'a> StrategyPilot<'a, '_> {
-    /// Measures all assignments that differ, and returns the one with the least variance times cost;
+    /// Measures the assignments that differ, and returns the one with the least variance times cost;
     /// `None` where no light is seen. `direct` are the caches of direct light.
     pub fn measure<S: Spectrum, H: PhotonDirection>(
         &self,
@@ -103,7 +103,12 @@ impl<'a> StrategyPilot<'a, '_> {
             Entrant::new(contender, caches, photon_cost)
         };
         let grids = a.fluence.into_iter().zip(b.fluence).map(|(a, b)| [a, b]);
-        let mut entrants: Vec<Entrant<S>> = contenders.into_iter().zip(grids).map(enter).collect();
+        // What beams blur is no variance: they do not enter where it would be much.
+        let blurs = a.maps.blur_faces(|p| scene.media.sigma_t_at(p).max_element());
+        let others = contenders.iter().any(|contender| !contender.has_beams());
+        let enters = |(contender, _): &(Contender, _)| !(blurs && others && contender.has_beams());
+        let entering = contenders.into_iter().zip(grids).filter(enters);
+        let mut entrants: Vec<Entrant<S>> = entering.map(enter).collect();
         let of_photons = photon::memory::<S, H>(&a.work, [0; 2], 0);
         let cells = direct.iter().flatten().filter_map(DirectLightCache::cells);
         let of_direct = cells.map(|cells| cells.memory_bytes() as u64);

@@ -1,0 +1,131 @@
+//! Light at edges of thick media: round terminators, and at faces that are seen aslant.
+
+use std::f64::consts::PI;
+
+use fogbow::image::{Film, Window};
+use fogbow::render::{Silent, render, render_reference};
+use fogbow::scene::{RenderSettings, Scene, Strategy, StrategyRequest};
+
+use crate::pictures::{mean, scene};
+
+/// Seeds of a mean.
+const SEEDS: u64 = 8;
+
+/// Standard errors by eight seeds that a mean may be off: one false alarm in 600 comparisons. Seeds are fixed.
+const ERRORS: f64 = 5.0;
+
+/// Bias that is allowed.
+const BIAS: f64 = 0.02;
+
+/// The part of the ball's picture round its terminator: a sixth of the ball's width.
+const TERMINATOR: Window = Window { left: 27, top: 0, width: 10, height: 64 };
+
+/// The pictures of the first seeds, by one strategy.
+fn films(scene: &Scene, settings: &RenderSettings, strategy: Strategy) -> Vec<Film> {
+    let strategy = StrategyRequest::Asked(strategy);
+    let of_seed = |seed| RenderSettings { seed, strategy, ..*settings };
+    (0..SEEDS).map(|seed| render(scene, &of_seed(seed), &Silent).unwrap().film).collect()
+}
+
+/// `values` have this mean, which itself has a relative error, but for their own noise and [`BIAS`].
+fn have_mean(values: &[f64], expected: f64, error: f64, what: &str) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    let noise = (squares / (count * (count - 1.0))).sqrt() / expected;
+    let (ratio, bound) = (mean / expected, BIAS + ERRORS * noise.hypot(error));
+    assert!((ratio - 1.0).abs() < bound, "{what}: {ratio} of what is right, by {bound} at most");
+}
+
+/// Mean of the green channel over the picture within `rows` above and below the middle, and its standard error.
+fn mean_over(film: &Film, rows: [f64; 2]) -> [f64; 2] {
+    let (width, light) = (film.width(), film.layer("G").unwrap());
+    let noise = film.layer("variance").unwrap();
+    let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0);
+    for (index, (light, noise)) in light.iter().zip(noise).enumerate() {
+        let row = ((index / width) as f64 - 31.5).abs();
+        if (rows[0]..rows[1]).contains(&row) {
+            sum += f64::from(*light);
+            variance += f64::from(*noise);
+            count += 1.0;
+        }
+    }
+    [sum / count, variance.sqrt() / count]
+}
+
+/// Where the sun grazes a thick ball light falls by orders of magnitude within a free path, and photons have wide
+/// kernels.
+#[test]
+fn terminators_are_as_bright_as_the_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    use Strategy::{Beams, FluenceTowardEye, Moments};
+    for (g, strategies) in [(0.0, &[FluenceTowardEye][..]), (-0.5, &[Moments, Beams])] {
+        let text = format!(
+            r#"
+            [camera]
+            position = [0.0, 0.0, 9.0]
+            target = [0.0, 0.0, 0.0]
+            fov = 15.0
+            [film]
+            size = [64, 64]
+            [[medium]]
+            region = {{ sphere = {{ center = [0.0, 0.0, 0.0], radius = 1.0 }} }}
+            sigma_t = 20.0
+            albedo = 0.99
+            phase = {{ type = "henyey-greenstein", g = {g:?} }}
+            [[light]]
+            type = "sun"
+            direction = [-1.0, 0.0, 0.0]
+            irradiance = 1.0
+            "#
+        );
+        let scene = scene(folder.path(), &text, 16, 200_000);
+        let settings = RenderSettings { crop: Some(TERMINATOR), ..scene.render };
+        let exact = RenderSettings { rays: 2000, ..settings };
+        let reference = render_reference(&scene, &exact, &Silent).film;
+        for &strategy in strategies {
+            let films = films(&scene, &settings, strategy);
+            for (part, rows) in [("terminator", [0.0, 20.0]), ("its limb", [20.0, 27.0])] {
+                let [right, noise] = mean_over(&reference, rows);
+                let all: Vec<f64> = films.iter().map(|film| mean_over(film, rows)[0]).collect();
+                have_mean(&all, right, noise / right, &format!("{strategy:?}, g {g}, {part}"));
+            }
+        }
+    }
+}
+
+/// What a slab of thickness 16 sends toward 60° from its normal, under the sun at its zenith, by adding-doubling.
+#[test]
+fn kernels_of_photons_keep_light_within_faces() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sine, cosine) = 60_f64.to_radians().sin_cos();
+    for (side, expected) in [(1.0, 0.66319), (-1.0, 0.01187)] {
+        let (face, x) = (0.5 * side, 20.0 * sine);
+        let z = face + 20.0 * side * cosine;
+        let text = format!(
+            r#"
+            [camera]
+            type = "orthographic"
+            position = [{x:?}, 0.0, {z:?}]
+            target = [0.0, 0.0, {face:?}]
+            up = [0.0, 1.0, 0.0]
+            height = 1.0
+            [film]
+            size = [16, 16]
+            [[medium]]
+            region = {{ box = {{ min = [-4.0, -4.0, -0.5], max = [4.0, 4.0, 0.5] }} }}
+            sigma_t = 16.0
+            albedo = 0.99
+            phase = {{ type = "henyey-greenstein", g = -0.5 }}
+            [[light]]
+            type = "sun"
+            direction = [0.0, 0.0, -1.0]
+            irradiance = 1.0
+            "#
+        );
+        let scene = scene(folder.path(), &text, 4, 100_000);
+        let films = films(&scene, &scene.render, Strategy::Beams);
+        let all: Vec<f64> = films.iter().map(|film| PI * mean(film).0).collect();
+        have_mean(&all, expected, 0.0, &format!("beams on the side {side}"));
+    }
+}
