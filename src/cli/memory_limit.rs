@@ -109,6 +109,8 @@ fn most_photons(scene: &Scene, limit: Limit, without: &Memory, program: u64) -> 
         // Caches grow more slowly than photons do, so more of these may fit.
         let share = if share > 1.0 { share.powf(CACHE_EXPONENT) } else { share };
         let next = ((photons as f64 * share) as u64).clamp(MIN_PATHS.min(all), all);
+        // Where all but a few may fit, all are tried.
+        let next = if next > photons && all - next <= next / WORTH_TRYING { all } else { next };
         if limit.leaves(needed.peak / MARGIN, needed.peak) {
             fitting = fitting.max(Some((photons, needed.peak)));
             if photons == all || next <= photons + photons / WORTH_TRYING {
