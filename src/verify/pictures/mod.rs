@@ -3,6 +3,7 @@
 //! Each picture is made with several seeds; the mean must lie as near to what is expected as its
 //! standard error allows, and that error must be small enough for the answer to say something.
 
+mod angles;
 mod balance;
 mod lamps;
 mod slabs;
@@ -31,6 +32,7 @@ const NOISE: &str = "6.9 standard errors over six seeds (Student's t, one false 
 
 pub(super) fn cases(effort: Effort) -> Vec<Case> {
     let mut cases = slabs::cases(effort);
+    cases.extend(angles::cases(effort));
     cases.extend(lamps::cases(effort));
     cases.extend(balance::cases(effort));
     cases

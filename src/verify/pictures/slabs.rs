@@ -3,14 +3,17 @@
 use glam::IVec3;
 
 use super::super::adding_doubling::slab;
-use super::super::case::{Case, Effort, Group};
+use super::super::case::{Case, Curve, Effort, Findings, Group};
 use super::super::known::HALF_SPACES;
 use super::super::{Check, fields, scenes};
-use super::{Work, both};
+use super::{Closeness, Work, both, compare};
 use crate::error::Result;
 
 pub(super) fn cases(effort: Effort) -> Vec<Case> {
     let mut cases = slabs(effort);
+    if effort == Effort::Full {
+        cases.push(convergence());
+    }
     cases.extend(half_spaces(effort));
     cases.extend(half_spaces_of_voxels(effort));
     cases.push(reciprocity(effort));
@@ -95,6 +98,49 @@ fn slabs(effort: Effort) -> Vec<Case> {
         }
     }
     cases
+}
+
+/// What a very thick slab of forward scattering sends back and lets through, by moments of more and more photons:
+/// cells are as wide as photons^(-1/5), and interpolation is off as the square of that.
+fn convergence() -> Case {
+    const PHOTONS: [u64; 3] = [12_500, 50_000, 200_000];
+    let of = Slab { albedo: 1.0, thickness: 64.0, g: 0.9, reach: 6.0, seen: 2.0 };
+    let name = "slab/convergence/albedo=1/thickness=64/g=0.9";
+    let words = ["adding-doubling", "as of slabs, and 1.5 % at most with the most photons"];
+    Case::new(Group::ClosedForms, name, words, move |parts| {
+        let exact = slab(of.thickness, of.albedo, of.g);
+        let mut findings = Findings::default();
+        for (what, from_above, expected) in [
+            ("reflectance", true, exact.reflectance),
+            ("transmittance", false, exact.transmittance),
+        ] {
+            let mut points = Vec::new();
+            for photons in PHOTONS {
+                let text = of.text(from_above, 64, photons);
+                let text = text.replace("[render]", "[render]\nstrategy = \"moments\"");
+                // With fewer photons blur may be as much larger as theory says.
+                let fewer = PHOTONS[PHOTONS.len() - 1] as f64 / photons as f64;
+                let close = Closeness { bias: 0.015 * fewer.powf(0.4), error: 0.1 };
+                let name = format!("{what} by {photons} photons");
+                let checks =
+                    compare(&name, &parts.render, &text, &[], scenes::mean, expected, close)?;
+                let off = (checks[0].found / expected - 1.0).abs();
+                points.push([photons as f64, off.max(1e-4)]);
+                findings.checks.extend(checks);
+            }
+            let theory = PHOTONS
+                .map(|n| n as f64)
+                .map(|n| [n, points[0][1] * (n / points[0][0]).powf(-0.4)]);
+            findings.curves.push(Curve {
+                name: format!("Moments in a slab of thickness 64, g = 0.9: {what}"),
+                axes: ["photons", "relative error"],
+                theory: theory.into(),
+                theory_name: "photons^(-2/5)",
+                points,
+            });
+        }
+        Ok(findings)
+    })
 }
 
 fn half_spaces(effort: Effort) -> Vec<Case> {
