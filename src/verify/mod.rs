@@ -23,7 +23,7 @@ mod values;
 
 use rayon::prelude::*;
 
-pub use adding_doubling::{SlabLight, slab};
+pub use adding_doubling::{SEEN_FROM, SlabLight, slab};
 pub use case::{Case, Cell, Curve, Effort, Findings, Group, Outcome};
 pub use check::Check;
 pub use page::page;
