@@ -20,7 +20,7 @@ mod surface;
 
 use glam::DVec3;
 
-use crate::math::{Ray, Rgb, World, WorldPoint, is_grey};
+use crate::math::{Ray, Rgb, Span, World, WorldPoint, is_grey};
 pub use emission_target::{EmissionTarget, TargetSphere};
 pub use environment::Environment;
 pub use lights::Lights;
@@ -174,6 +174,19 @@ impl Light {
             Self::Point(l) => Some(l.position()),
             Self::Spot(l) => Some(l.position()),
             Self::Sun(_) | Self::Quad(_) | Self::Mesh(_) | Self::Environment(_) => None,
+        }
+    }
+
+    /// The part of a span of `ray` that a light without an extent may reach, were nothing in between; all of it
+    /// for other lights.
+    pub fn reach(&self, ray: &Ray<World>, span: Span) -> Span {
+        match self {
+            Self::Spot(l) => l.reach(ray).intersect(span),
+            Self::Point(_)
+            | Self::Sun(_)
+            | Self::Quad(_)
+            | Self::Mesh(_)
+            | Self::Environment(_) => span,
         }
     }
 

@@ -10,7 +10,7 @@ use super::{
     EmissionTarget, LightSample, PhotonStart, checked_color, checked_direction, checked_place,
 };
 use super::{one_minus_cos, one_minus_cos_between};
-use crate::math::{Frame, Ray, Rgb, WorldPoint, are_grey, is_grey, warp};
+use crate::math::{Cone, Frame, Ray, Rgb, Span, World, WorldPoint, are_grey, is_grey, warp};
 
 /// How the intensity falls from the axis of a spot light to the edge of its cone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -162,6 +162,14 @@ impl SpotLight {
         self.picture = Some((picture, (1.0 - self.edge) / sin));
         self.power = self.total_power();
         Ok(self)
+    }
+
+    /// The span of `ray` that is in the light's cone; all of it where that is wider than a half space.
+    pub(super) fn reach(&self, ray: &Ray<World>) -> Span {
+        if self.edge > 1.0 {
+            return Span::new(f64::NEG_INFINITY, f64::INFINITY);
+        }
+        Cone { apex: self.position, axis: self.frame.z, one_minus_cos: self.edge }.clip(ray)
     }
 
     /// Intensity in W/sr along the unit `direction` away from the light.

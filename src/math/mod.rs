@@ -3,6 +3,7 @@
 
 mod cdf;
 mod color;
+mod cone;
 mod equiangular;
 mod frame;
 mod quantile;
@@ -14,6 +15,7 @@ pub mod warp;
 
 pub use cdf::Cdf;
 pub use color::{Rgb, are_grey, is_grey, luminance};
+pub use cone::Cone;
 pub use equiangular::Equiangular;
 pub use frame::Frame;
 pub use quantile::{WeightedValues, nth_smallest, quantile};

@@ -12,33 +12,37 @@ use crate::math::{Equiangular, Ray, Span, World};
 /// Unit: count. Limit: on the shadow rays of a camera ray.
 pub(super) const MAX_SAMPLED: usize = 4;
 
-/// The equiangular distributions over the distances along one ray, one for each punctual light.
+/// The equiangular distributions over the distances along one ray, one for each punctual light that reaches it.
 #[derive(Debug)]
 pub struct EquiangularLights {
     /// Index among the scene's lights, and the distribution over distances.
     distributions: SmallVec<[(usize, Equiangular); MAX_SAMPLED]>,
-    /// Whether the scene has no other lights.
+    /// Whether all lights of the scene are punctual.
     are_all: bool,
 }
 
 impl EquiangularLights {
-    /// Distributions over `span` of `ray` (unit direction) for the punctual lights of `lights`.
+    /// Distributions for the punctual lights of `lights`, each over the part of `span` of `ray` (unit direction) that it
+    /// reaches.
     pub fn new(lights: &Lights, ray: &Ray<World>, span: Span) -> Self {
         let distribution = |(index, light): (usize, &Light)| {
-            Some((index, Equiangular::new(ray, span, light.position()?)?))
+            let place = light.position()?;
+            let reach = light.reach(ray, span);
+            let distances = (!reach.is_empty()).then(|| Equiangular::new(ray, reach, place))?;
+            Some((index, distances?))
         };
         let distributions: SmallVec<_> =
             lights.lights.iter().enumerate().filter_map(distribution).collect();
-        let are_all = distributions.len() == lights.lights.len();
+        let are_all = lights.lights.iter().all(|light| light.position().is_some());
         Self { distributions, are_all }
     }
 
-    /// Whether the scene has no other lights.
+    /// Whether all lights of the scene are punctual.
     pub const fn are_all(&self) -> bool {
         self.are_all
     }
 
-    /// Whether the scene has no punctual light.
+    /// Whether no punctual light reaches the ray.
     pub fn is_empty(&self) -> bool {
         self.distributions.is_empty()
     }
@@ -54,7 +58,7 @@ impl EquiangularLights {
     }
 
     /// Density with which [`pick`](Self::pick) and the distribution of the light with this index sample
-    /// the distance `t`, 1/m; 0 where the light is not punctual.
+    /// the distance `t`, 1/m; 0 where the light is not punctual or does not reach it.
     pub fn pdf(&self, light: usize, t: f64) -> f64 {
         let choice = if self.distributions.len() <= MAX_SAMPLED {
             1.0
