@@ -112,7 +112,7 @@ pub(super) fn memory_with(
     let most = photons.building.max(photons.pilot);
     let freed = retained(reading.max(most.saturating_sub(photons.held)));
     // The samples of the film lie in tiles, too small to be returned.
-    let resolved = retained(freed + pixels * size_of::<Accumulator>() as u64);
+    let samples = retained(freed + pixels * size_of::<Accumulator>() as u64) - freed;
     let built = photons.building + retained(photons.pieces);
     // A pilot comes right after loading, in pieces that fit into little of what that has freed.
     let built = built.max(retained(reading) + photons.pilot);
@@ -123,7 +123,7 @@ pub(super) fn memory_with(
         MemoryParts { grids: grids + read, surfaces: 2 * surfaces, ..scene },
         MemoryParts { maps, photons: built, ..aimed },
         MemoryParts { maps, photons: photons.held + freed, film, ..aimed },
-        MemoryParts { film: writing + resolved, ..aimed },
+        MemoryParts { film: writing + samples, photons: freed, ..aimed },
     ];
     let at_peak = stages.into_iter().max_by_key(MemoryParts::sum).unwrap_or(scene);
     let kept = MemoryParts { photons: photons.held, film, maps, ..aimed };
