@@ -3,6 +3,7 @@
 use super::super::adding_doubling::{SEEN_FROM, slab};
 use super::super::case::{Case, Effort, Group};
 use super::super::{Parts, scenes};
+use super::slabs::orthographic;
 use super::{Closeness, NOISE, Work, compare};
 use crate::image::Film;
 
@@ -71,32 +72,17 @@ fn text(of: Slab, lit: bool, angle: f64, [rays, photons]: [u64; 2]) -> String {
     let Slab { albedo, thickness, g, strategy, .. } = of;
     let (sine, cosine) = angle.to_radians().sin_cos();
     let (face, side) = if lit { (0.0, 1.0) } else { (-1.0, -1.0) };
-    let (x, y) = (20.0 * sine, face + 20.0 * side * cosine);
-    // The sun has no size, so that it is not seen through the slab.
-    format!(
+    let line = [[20.0 * sine, face + 20.0 * side * cosine, 0.0], [0.0, face, 0.0]];
+    let render = format!("rays = {rays}\nphotons = {photons}\nstrategy = '{strategy}'");
+    let medium = format!(
         r#"
-        [camera]
-        type = "orthographic"
-        position = [{x:?}, {y:?}, 0.0]
-        target = [0.0, {face:?}, 0.0]
-        up = [0.0, 0.0, 1.0]
-        height = 1.0
-        [film]
-        size = [8, 8]
-        [render]
-        rays = {rays}
-        photons = {photons}
-        strategy = "{strategy}"
-        [[medium]]
         region = {{ box = {{ min = [-6.0, -1.0, -6.0], max = [6.0, 0.0, 6.0] }} }}
         sigma_t = {thickness:?}
         albedo = {albedo:?}
         phase = {{ type = "henyey-greenstein", g = {g:?} }}
-        [[light]]
-        type = "sun"
-        direction = [0.0, -1.0, 0.0]
-        irradiance = 1.0
-        angle = 0.0
         "#
-    )
+    );
+    // The sun has no size, so that it is not seen through the slab.
+    let sun = "type = 'sun'\ndirection = [0.0, -1.0, 0.0]\nirradiance = 1.0\nangle = 0.0";
+    orthographic(line, 1.0, &render, &medium, sun)
 }
