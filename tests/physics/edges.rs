@@ -4,15 +4,13 @@ use std::f64::consts::PI;
 
 use fogbow::image::{Film, Window};
 use fogbow::render::{Silent, render, render_reference};
-use fogbow::scene::{RenderSettings, Scene, Strategy, StrategyRequest};
+use fogbow::scene::Strategy::{self, Beams, FluenceTowardEye, Moments};
+use fogbow::scene::{RenderSettings, Scene, StrategyRequest};
 
-use crate::pictures::{mean, scene};
+use crate::pictures::{Mean, agree, mean, scene};
 
-/// Seeds of a mean.
+/// Seeds of a mean: its error, which they tell, makes one false alarm in 350 comparisons (Student's t). They are fixed.
 const SEEDS: u64 = 8;
-
-/// Standard errors by eight seeds that a mean may be off: one false alarm in 600 comparisons. Seeds are fixed.
-const ERRORS: f64 = 5.0;
 
 /// Bias that is allowed.
 const BIAS: f64 = 0.02;
@@ -27,18 +25,8 @@ fn films(scene: &Scene, settings: &RenderSettings, strategy: Strategy) -> Vec<Fi
     (0..SEEDS).map(|seed| render(scene, &of_seed(seed), &Silent).unwrap().film).collect()
 }
 
-/// `values` have this mean, which itself has a relative error, but for their own noise and [`BIAS`].
-fn have_mean(values: &[f64], expected: f64, error: f64, what: &str) {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    let noise = (squares / (count * (count - 1.0))).sqrt() / expected;
-    let (ratio, bound) = (mean / expected, BIAS + ERRORS * noise.hypot(error));
-    assert!((ratio - 1.0).abs() < bound, "{what}: {ratio} of what is right, by {bound} at most");
-}
-
 /// Mean of the green channel over the picture within `rows` above and below the middle, and its standard error.
-fn mean_over(film: &Film, rows: [f64; 2]) -> [f64; 2] {
+fn mean_over(film: &Film, rows: [f64; 2]) -> Mean {
     let (width, light) = (film.width(), film.layer("G").unwrap());
     let noise = film.layer("variance").unwrap();
     let (mut sum, mut variance, mut count) = (0.0, 0.0, 0.0);
@@ -50,7 +38,7 @@ fn mean_over(film: &Film, rows: [f64; 2]) -> [f64; 2] {
             count += 1.0;
         }
     }
-    [sum / count, variance.sqrt() / count]
+    Mean { value: sum / count, error: variance.sqrt() / count }
 }
 
 /// Where the sun grazes a thick ball light falls by orders of magnitude within a free path, and photons have wide
@@ -58,7 +46,6 @@ fn mean_over(film: &Film, rows: [f64; 2]) -> [f64; 2] {
 #[test]
 fn terminators_are_as_bright_as_the_reference() {
     let folder = tempfile::tempdir().unwrap();
-    use Strategy::{Beams, FluenceTowardEye, Moments};
     for (g, strategies) in [(0.0, &[FluenceTowardEye][..]), (-0.5, &[Moments, Beams])] {
         let text = format!(
             r#"
@@ -86,9 +73,9 @@ fn terminators_are_as_bright_as_the_reference() {
         for &strategy in strategies {
             let films = films(&scene, &settings, strategy);
             for (part, rows) in [("terminator", [0.0, 20.0]), ("its limb", [20.0, 27.0])] {
-                let [right, noise] = mean_over(&reference, rows);
-                let all: Vec<f64> = films.iter().map(|film| mean_over(film, rows)[0]).collect();
-                have_mean(&all, right, noise / right, &format!("{strategy:?}, g {g}, {part}"));
+                let all: Vec<f64> = films.iter().map(|film| mean_over(film, rows).value).collect();
+                let what = format!("{strategy:?}, g {g}, {part}");
+                agree([Mean::of(&all)], [mean_over(&reference, rows)], BIAS, &what);
             }
         }
     }
@@ -124,8 +111,9 @@ fn kernels_of_photons_keep_light_within_faces() {
             "#
         );
         let scene = scene(folder.path(), &text, 4, 100_000);
-        let films = films(&scene, &scene.render, Strategy::Beams);
+        let films = films(&scene, &scene.render, Beams);
         let all: Vec<f64> = films.iter().map(|film| PI * mean(film).0).collect();
-        have_mean(&all, expected, 0.0, &format!("beams on the side {side}"));
+        let expected = Mean { value: expected, error: 0.0 };
+        agree([Mean::of(&all)], [expected], BIAS, &format!("beams on the side {side}"));
     }
 }

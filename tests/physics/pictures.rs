@@ -55,6 +55,16 @@ pub(crate) struct Mean {
     pub error: f64,
 }
 
+impl Mean {
+    /// That of independent values.
+    pub(crate) fn of(values: &[f64]) -> Self {
+        let count = values.len() as f64;
+        let value = values.iter().sum::<f64>() / count;
+        let squares = values.iter().map(|each| (each - value).powi(2)).sum::<f64>();
+        Self { value, error: (squares / (count * (count - 1.0))).sqrt() }
+    }
+}
+
 /// Means of red, green and blue over the films of all seeds.
 pub(crate) fn means(film: impl Fn(u64) -> Film) -> [Mean; 3] {
     let films: Vec<Film> = (0..SEEDS).map(film).collect();
@@ -63,16 +73,17 @@ pub(crate) fn means(film: impl Fn(u64) -> Film) -> [Mean; 3] {
             let layer = film.layer(name).unwrap();
             layer.iter().map(|v| f64::from(*v)).sum::<f64>() / layer.len() as f64
         };
-        let means: Vec<f64> = films.iter().map(mean).collect();
-        let count = SEEDS as f64;
-        let value = means.iter().sum::<f64>() / count;
-        let squares = means.iter().map(|mean| (mean - value).powi(2)).sum::<f64>();
-        Mean { value, error: (squares / (count * (count - 1.0))).sqrt() }
+        Mean::of(&films.iter().map(mean).collect::<Vec<f64>>())
     })
 }
 
 /// Pictures agree with a reference in every channel, but for noise and a relative `bias` at most.
-pub(crate) fn agree(ours: [Mean; 3], reference: [Mean; 3], bias: f64, what: &str) {
+pub(crate) fn agree<const CHANNELS: usize>(
+    ours: [Mean; CHANNELS],
+    reference: [Mean; CHANNELS],
+    bias: f64,
+    what: &str,
+) {
     for (ours, reference) in ours.into_iter().zip(reference) {
         let noise = ERRORS * ours.error.hypot(reference.error);
         let off = (ours.value - reference.value).abs();
