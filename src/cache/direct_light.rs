@@ -2,7 +2,7 @@
 
 use glam::IVec3;
 
-use crate::light::Light;
+use crate::light::{Light, LightSample};
 use crate::math::{Aabb, Rgb, Spectrum, World, WorldPoint};
 use crate::medium::SparseCells;
 use crate::scene::Scene;
@@ -29,7 +29,7 @@ const MAX_RATIO: f64 = 4.0;
 /// interpolated.
 #[derive(Debug)]
 pub struct DirectLightCache<S = Rgb> {
-    /// None where few rays would read the same.
+    /// None where few rays would share a cell.
     cells: Option<LazyCells<S>>,
     /// Width of the cells, in metres.
     width: f64,
@@ -97,7 +97,7 @@ impl<S: Spectrum> DirectLightCache<S> {
         for &index in &self.lights {
             let light = &scene.lights.lights[index];
             let sample = light.sample(p, u);
-            if let Some(light) = sample.filter(|s| s.pdf > 0.0 && s.radiance != Rgb::ZERO) {
+            if let Some(light) = sample.filter(LightSample::shines) {
                 let scatterers = [(phase, S::ONE)];
                 let pdf = light.pdf;
                 sum += direct_light::in_scattered(scene, p, wo, &scatterers, &light, ctx) / pdf;

@@ -16,7 +16,7 @@ const MAX_NARROWING: f64 = 4.0;
 
 /// The radius in metres that a photon's kernel has where its light is gathered in a medium of extinction coefficient
 /// `sigma_t`, 1/m, if it has `radius` where free paths are long. Wider ones would blur fluence across the faces of a
-/// thick medium. With more photons, and narrower radii, the limit of how narrow it becomes is lost and blur ends.
+/// thick medium. More photons have narrower radii, so that blur vanishes however short free paths are.
 pub fn radius_within(radius: f64, sigma_t: f64) -> f64 {
     (MAX_FREE_PATHS / sigma_t).clamp(radius / MAX_NARROWING, radius)
 }

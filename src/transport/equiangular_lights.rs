@@ -26,10 +26,8 @@ impl EquiangularLights {
     /// reaches.
     pub fn new(lights: &Lights, ray: &Ray<World>, span: Span) -> Self {
         let distribution = |(index, light): (usize, &Light)| {
-            let place = light.position()?;
             let reach = light.reach(ray, span);
-            let distances = (!reach.is_empty()).then(|| Equiangular::new(ray, reach, place))?;
-            Some((index, distances?))
+            Some((index, Equiangular::new(ray, reach, light.position()?)?))
         };
         let distributions: SmallVec<_> =
             lights.lights.iter().enumerate().filter_map(distribution).collect();
