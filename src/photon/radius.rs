@@ -18,11 +18,22 @@ const PHOTONS_ALONG_RAY: f64 = 64.0;
 /// Unit: none. Limit: on gathers: the rays that find a photon grow by a factor of 64.
 const MAX_WIDENING: f64 = 8.0;
 
-/// Photons within the radius of one: to be found on a surface, and the most in the sphere of one in a
-/// medium, where few are near any ray.
+/// Photons within the radius of one: the most in the sphere of one in a medium, where few are near any ray, and on
+/// surfaces where [`FEW_ON_SURFACES`] are found.
 ///
 /// Unit: count. Bench: `cargo bench --bench results -- --only equal-time`.
 const PHOTONS_IN_RADIUS: f64 = 100.0;
+
+/// Photons on surfaces up to which [`PHOTONS_IN_RADIUS`] lie within the radius of one.
+///
+/// Unit: count. Bench: `cargo bench --bench results -- --only equal-time`.
+const FEW_ON_SURFACES: f64 = 50_000.0;
+
+/// Exponent by which the photons within a radius grow with all photons on surfaces, so that both noise and blur fade.
+///
+/// Unit: none. Source: Silverman 1986, "Density Estimation for Statistics and Data Analysis", section 4.3: in two
+/// dimensions the best width of a kernel is as the number to the power of -1/6.
+const GROWTH: f64 = 2.0 / 3.0;
 
 /// Nearest photons by whose distance the density of photons is measured.
 ///
@@ -109,14 +120,15 @@ impl Radii {
 }
 
 /// The radius of each photon on a surface, in metres, at most `most`: about [`PHOTONS_IN_RADIUS`]
-/// lie within it, more where a photon's power exceeds its neighbours'.
+/// lie within it, more where there are many or where a photon's power exceeds its neighbours'.
 pub(super) fn on_surfaces<S: Spectrum>(
     origin: WorldPoint,
     photons: &[PhotonAt<S>],
     probes: &Probes<'_, S, Octahedral>,
     most: f64,
 ) -> Vec<f32> {
-    let radius = |near: f64, crowd: f64| near * (PHOTONS_IN_RADIUS / crowd).sqrt();
+    let within = PHOTONS_IN_RADIUS * (probes.all / FEW_ON_SURFACES).max(1.0).powf(GROWTH);
+    let radius = |near: f64, crowd: f64| near * (within / crowd).sqrt();
     let spacing = Spacing::new(origin, probes.photons, probes.all, most, radius);
     photons.par_iter().map(|p| spacing.widened(p, 1.0)).collect()
 }
