@@ -10,8 +10,8 @@
 //!
 //! The covariance of A and B over the rays of a pixel is the variance that the pixel would have if its rays
 //! were independent, and the variance of A less that what photons add to it. It is known much better than
-//! the products of one pixel, but too large: the rays of a pixel are stratified. What assignments
-//! have in common is therefore lowered by the ratio of both, and what they differ by is not.
+//! the products of one pixel, but too large: the rays of a pixel are stratified. It is therefore lowered by the ratio
+//! of both, over all pixels.
 
 use std::fmt;
 
@@ -117,10 +117,10 @@ impl PixelSamples {
         0.5 * (a[0] - a[1]) * (b[0] - b[1])
     }
 
-    /// Variance of this pixel in the picture; any part may be negative. `common` is what all assignments have in
-    /// common of the variance of independent rays, and stratification leaves the share `left` of it.
-    pub fn variance(&self, common: f64, left: f64, scale: &VarianceScale) -> Variance {
-        let smooth = self.independent - (1.0 - left) * common;
+    /// Variance of this pixel in the picture; any part may be negative. Stratification leaves the share `left` of the
+    /// variance of independent rays.
+    pub fn variance(&self, left: f64, scale: &VarianceScale) -> Variance {
+        let smooth = left * self.independent;
         Variance {
             ray_variance: smooth + scale.of_rays * self.of_rays,
             smooth_ray_variance: smooth,
@@ -260,24 +260,21 @@ mod tests {
         let count = 4096;
         let error = 4.5 * (2.0 / count as f64).sqrt();
         let scale = VarianceScale { shared: 0.5, of_rays: 0.25 };
-        let quiet = [0.3, 0.0, 0.0];
-        let common = made(count, quiet);
-        for parts in [quiet, [0.5, 0.2, 0.1], [0.1, 0.4, 0.0], [0.0, 0.3, 0.2], [0.2, 0.0, 0.0]] {
+        for parts in
+            [[0.3, 0.0, 0.0], [0.5, 0.2, 0.1], [0.1, 0.4, 0.0], [0.0, 0.3, 0.2], [0.2, 0.0, 0.0]]
+        {
             let [rays, photons, both] = parts.map(|part: f64| part * part);
             let pixels = made(count, parts);
-            let each = pixels
-                .iter()
-                .zip(&common)
-                .map(|(pixel, common)| pixel.variance(common.independent, 0.5, &scale));
-            let each: Vec<Variance> = each.collect();
+            let each: Vec<Variance> =
+                pixels.iter().map(|pixel| pixel.variance(0.5, &scale)).collect();
             let mean =
                 |part: fn(&Variance) -> f64| each.iter().map(part).sum::<f64>() / count as f64;
             let near = |found: f64, right: f64, scale: f64| (found - right).abs() <= error * scale;
             // A quarter of the variance is that of each of 16 rays, another that of each of 4 gathers.
             let independent = 0.25 / 16.0 + 0.25 / 4.0;
-            let right = independent * (rays + 0.25 * both - 0.5 * 0.09);
+            let right = independent * (0.5 * rays + 0.25 * both);
             let found = mean(|variance| variance.ray_variance);
-            assert!(near(found, right, rays + photons + both + 0.09), "rays {found} not {right}");
+            assert!(near(found, right, rays + photons + both), "rays {found} not {right}");
             let found = mean(|variance| variance.photon_variance);
             assert!(
                 near(found, 0.5 * photons, rays + photons + both),

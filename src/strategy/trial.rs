@@ -43,39 +43,26 @@ impl Observed<'_> {
     }
 }
 
-/// The trials of all that were observed, each ray of which is one of `rays` of a pixel. What they have in
-/// common is measured by the one whose rays are the least noisy of those that were traced in all pixels.
+/// The trials of all that were observed, each ray of which is one of `rays` of a pixel.
 pub fn trials(
     observed: &[Observed<'_>],
     weights: &[f64],
     rays: f64,
     picture: PictureSize,
 ) -> Vec<Trial> {
-    let sum = |samples: &[PixelSamples], part: fn(&PixelSamples) -> f64| {
-        samples.iter().zip(weights).map(|(pixel, weight)| weight * part(pixel)).sum::<f64>()
-    };
-    let complete = observed.iter().filter(|of| of.samples.len() == weights.len());
-    let noise = |of: &&Observed<'_>| sum(of.samples, PixelSamples::independent);
-    let Some(common) = complete.min_by(|a, b| noise(a).total_cmp(&noise(b))) else {
-        return Vec::new();
-    };
-    // The most that stratification can do is to leave the variance of one ray in as many. Fewer rays than the
-    // picture's are less stratified, and more of them more.
+    // Fewer rays than the picture's are less stratified, and more of them more.
     let fewer = (rays / picture.rays).powf(STRATIFIED_EXPONENT);
-    let left = fewer * sum(common.samples, PixelSamples::stratified) / noise(&common);
-    let left = if left.is_nan() { 1.0 } else { left.clamp(1.0 / rays.min(picture.rays), 1.0) };
     let trial = |of: &Observed<'_>| {
-        let pixels = of.samples.iter().zip(common.samples);
-        // No more is in common than all that it has, in the pixels that it was traced in.
-        let common_noise = sum(&common.samples[..of.samples.len()], PixelSamples::independent);
-        let part = sum(of.samples, PixelSamples::independent) / common_noise;
-        let part = if part.is_nan() { 1.0 } else { part.clamp(0.0, 1.0) };
-        let variance = |(own, common): (&PixelSamples, &PixelSamples)| {
-            own.variance(part * common.independent(), left, &of.scale)
+        let sum = |part: fn(&PixelSamples) -> f64| {
+            let pixels = of.samples.iter().zip(weights);
+            pixels.map(|(pixel, weight)| weight * part(pixel)).sum::<f64>()
         };
+        // The most that stratification can do is to leave the variance of one ray in as many.
+        let left = fewer * sum(PixelSamples::stratified) / sum(PixelSamples::independent);
+        let left = if left.is_nan() { 1.0 } else { left.clamp(1.0 / rays.min(picture.rays), 1.0) };
         Trial {
             strategies: of.strategies.clone(),
-            variances: pixels.map(variance).collect(),
+            variances: of.samples.iter().map(|own| own.variance(left, &of.scale)).collect(),
             cost: of.cost(picture),
         }
     };
