@@ -2,16 +2,15 @@
 
 use glam::IVec3;
 
-use crate::light::{Light, LightSample};
-use crate::math::{Aabb, Rgb, Spectrum, World, WorldPoint};
+use crate::light::{LightBounds, LightRegion, LightSample};
+use crate::math::{Aabb, Rgb, Spectrum, WorldPoint};
 use crate::medium::SparseCells;
 use crate::scene::Scene;
 use crate::transport::{PathContext, direct_light};
 
 use super::lazy_cells::{EmptyCell, LazyCells};
 
-/// Distance from the medium, in cells, within which the light of a lamp is not cached: it varies too
-/// much over a cell.
+/// Distance from a lamp, in cells, within which its light is not cached: it varies too much over a cell.
 ///
 /// Unit: none. Derivation: a lamp's light is as one over the squared distance: at 8 cells it
 /// changes by a quarter over a cell, and linear interpolation is off by less than a hundredth.
@@ -35,8 +34,16 @@ pub struct DirectLightCache<S = Rgb> {
     width: f64,
     medium: usize,
     seed: u64,
-    /// Indices of the lights whose light is cached.
-    lights: Vec<usize>,
+    lights: Vec<CachedLight>,
+}
+
+/// A light whose light is cached.
+#[derive(Debug, Clone, Copy)]
+struct CachedLight {
+    /// Its index among the scene's lights.
+    index: usize,
+    /// Where it is not cached, if it shines from near the medium.
+    near: Option<LightBounds>,
 }
 
 impl<S: Spectrum> DirectLightCache<S> {
@@ -50,19 +57,27 @@ impl<S: Spectrum> DirectLightCache<S> {
         seed: u64,
     ) -> Self {
         // A medium without an end has no cells.
-        let near = scene.media.get(medium).density.bounds().unwrap_or(Aabb::EMPTY);
+        let bounds = scene.media.get(medium).density.bounds().unwrap_or(Aabb::EMPTY);
         let width = cells.edge;
-        let near = near.grown(MIN_LAMP_DISTANCE * width);
-        let lights = &scene.lights.lights;
-        let cached = (0..lights.len()).filter(|&index| is_smooth(&lights[index], &near));
+        let lights = scene.lights.lights.iter().enumerate();
+        // Light from all around is left to photons or gathers.
+        let lights = lights.filter(|(_, light)| !light.is_environment());
+        let cached = lights.map(|(index, light)| {
+            let near = light.bounds().map(|light| light.grown(MIN_LAMP_DISTANCE * width));
+            CachedLight { index, near: near.filter(|near| near.touches(&bounds)) }
+        });
         let lights = cached.collect();
         let cells = are_shared.then(|| LazyCells::new(cells, seed, medium));
         Self { cells, width, medium, seed, lights }
     }
 
-    /// Whether the light of this index is cached.
-    pub fn caches(&self, light: usize) -> bool {
-        self.lights.contains(&light)
+    /// Where the light of this index is not cached.
+    pub fn uncached(&self, light: usize) -> LightRegion {
+        match self.lights.iter().find(|cached| cached.index == light) {
+            None => LightRegion::Everywhere,
+            Some(CachedLight { near: Some(near), .. }) => LightRegion::Within(*near),
+            Some(CachedLight { near: None, .. }) => LightRegion::Nowhere,
+        }
     }
 
     /// Its cells, if it keeps any light.
@@ -75,27 +90,35 @@ impl<S: Spectrum> DirectLightCache<S> {
         self.width
     }
 
-    /// The light scattered toward the camera at `p` per unit of sigma_s, W/(m² sr): interpolated between the
-    /// eight nearest cells, or sampled at `p` where those differ much or are not shared.
+    /// The cached light scattered toward the camera at `p` per unit of sigma_s, W/(m² sr): interpolated between the
+    /// eight nearest cells, or sampled at `p` where those differ much or are not shared, and near lamps.
     pub fn at(&self, scene: &Scene, p: WorldPoint, ctx: &mut PathContext) -> S {
         // Neighbouring cells sample different parts of a light.
         let fill = |&EmptyCell { cell, center }: &EmptyCell, own: &mut PathContext| {
-            self.sampled(scene, center, stratified(cell, self.seed), own)
+            self.sampled(scene, center, |_| true, stratified(cell, self.seed), own)
         };
-        let cells = self.cells.as_ref();
+        let is_near = |light: &CachedLight| light.near.is_some_and(|near| near.contains(p));
+        let cells = self.cells.as_ref().filter(|_| !self.lights.iter().any(is_near));
         cells.and_then(|cells| cells.interpolate(p, 0, MAX_RATIO, ctx, fill)).unwrap_or_else(|| {
             let u = ctx.rng.uniform2();
-            self.sampled(scene, p, u, ctx)
+            self.sampled(scene, p, |light| !is_near(light), u, ctx)
         })
     }
 
-    /// A sample of the direct light at `p`; `u` chooses a part of each light.
-    fn sampled(&self, scene: &Scene, p: WorldPoint, u: [f64; 2], ctx: &mut PathContext) -> S {
+    /// A sample of the direct light at `p` of the lights that `is_included`; `u` chooses a part of each.
+    fn sampled(
+        &self,
+        scene: &Scene,
+        p: WorldPoint,
+        is_included: impl Fn(&CachedLight) -> bool,
+        u: [f64; 2],
+        ctx: &mut PathContext,
+    ) -> S {
         let wo = scene.camera.toward(p);
         let phase = &scene.media.get(self.medium).phase;
         let mut sum = S::ZERO;
-        for &index in &self.lights {
-            let light = &scene.lights.lights[index];
+        for CachedLight { index, .. } in self.lights.iter().filter(|light| is_included(light)) {
+            let light = &scene.lights.lights[*index];
             let sample = light.sample(p, u);
             if let Some(light) = sample.filter(LightSample::shines) {
                 let scatterers = [(phase, S::ONE)];
@@ -104,15 +127,6 @@ impl<S: Spectrum> DirectLightCache<S> {
             }
         }
         sum
-    }
-}
-
-/// Whether a light's direct light varies slowly in the box, so that cells can interpolate it. Light
-/// from all around is left to photons or gathers.
-fn is_smooth(light: &Light, near: &Aabb<World>) -> bool {
-    match light.position() {
-        Some(position) => !near.contains(position),
-        None => !light.is_environment(),
     }
 }
 

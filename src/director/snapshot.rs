@@ -73,9 +73,9 @@ fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) 
         light += throughput * direct_light::emitted(scene, &ray, &hit);
         if !hit.material.is_specular() {
             let nothing = Media::default();
-            let (incoming, stratified) = (ray.direction, ctx.stratified.next_light());
+            let u = std::array::from_fn(|_| ctx.rng.uniform());
             let direct: Rgb =
-                direct_light::direct_on_surface(scene, &nothing, incoming, &hit, stratified, ctx);
+                direct_light::direct_on_surface(scene, &nothing, ray.direction, &hit, u, ctx);
             light += throughput * direct;
             break;
         }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::surface::{SurfacePoint, area_pdf, power_toward};
-use super::{EmissionTarget, EmitterHit, LightSample, PhotonStart, checked_color};
+use super::{EmissionTarget, EmitterHit, LightBounds, LightSample, PhotonStart, checked_color};
 use crate::math::{Aabb, Cdf, Rgb, WorldPoint, luminance, warp};
 
 /// A mesh of constant radiance on the side from which its triangles run counter-clockwise.
@@ -14,9 +14,7 @@ pub struct MeshLight {
     triangles: Vec<[DVec3; 3]>,
     by_area: Cdf,
     radiance: Rgb,
-    /// Centre and radius of a sphere round the mesh.
-    center: WorldPoint,
-    radius: f64,
+    bounds: LightBounds,
 }
 
 impl MeshLight {
@@ -38,8 +36,7 @@ impl MeshLight {
             triangles,
             by_area,
             radiance: checked_color("radiance", radiance)?,
-            center: bounds.center(),
-            radius: 0.5 * bounds.size().length(),
+            bounds: LightBounds { center: bounds.center(), radius: 0.5 * bounds.size().length() },
         })
     }
 
@@ -53,7 +50,13 @@ impl MeshLight {
         self.by_area.total()
     }
 
-    fn point(&self, u: [f64; 2]) -> SurfacePoint {
+    /// A sphere round it.
+    pub(super) const fn bounds(&self) -> LightBounds {
+        self.bounds
+    }
+
+    /// The place that `u` in the unit square maps to, uniformly by area.
+    pub(super) fn point(&self, u: [f64; 2]) -> SurfacePoint {
         let (index, first) = self.by_area.sample(u[0]);
         let triangle = &self.triangles[index];
         let [a, b, c] = warp::uniform_triangle([first, u[1]]);
@@ -79,15 +82,16 @@ impl MeshLight {
     }
 
     pub(super) fn power_toward(&self, reach: &EmissionTarget) -> Rgb {
-        let toward = (reach.center() - self.center).normalize_or(DVec3::Z);
-        let middle = SurfacePoint { position: self.center, normal: toward };
+        let toward = (reach.center() - self.bounds.center).normalize_or(DVec3::Z);
+        let middle = SurfacePoint { position: self.bounds.center, normal: toward };
         power_toward(&middle, self.radiance, self.area(), reach)
     }
 
     /// Radiance times the solid angle of the area at its centre's distance, at least the mesh's
     /// own size away.
     pub(super) fn incident_estimate(&self, at: WorldPoint) -> f64 {
-        let squared = (at - self.center).length_squared().max(self.radius * self.radius);
+        let LightBounds { center, radius } = self.bounds;
+        let squared = (at - center).length_squared().max(radius * radius);
         luminance(self.radiance) * (self.area() / squared).min(4.0 * PI)
     }
 }

@@ -6,12 +6,14 @@
 //! the caller's.
 
 mod aim;
+mod bounds;
 mod emission_target;
 mod environment;
 mod ground;
 mod lights;
 mod mesh;
 mod mixture;
+mod origin;
 mod point;
 mod quad;
 mod spot;
@@ -21,10 +23,12 @@ mod surface;
 use glam::DVec3;
 
 use crate::math::{Ray, Rgb, Span, World, WorldPoint, is_grey};
+pub use bounds::{LightBounds, LightRegion};
 pub use emission_target::{EmissionTarget, TargetSphere};
 pub use environment::Environment;
 pub use lights::Lights;
 pub use mesh::MeshLight;
+pub use origin::LightOrigin;
 pub use point::PointLight;
 pub use quad::QuadLight;
 pub use spot::{BeamPicture, Falloff, SpotLight};
@@ -45,12 +49,19 @@ pub struct LightSample {
     pub pdf: f64,
     /// Whether the light has no extent, so that no ray can find it by chance.
     pub delta: bool,
+    /// Unit normal of the light's surface where the light comes from; none where it has no surface.
+    pub normal: Option<DVec3>,
 }
 
 impl LightSample {
     /// Whether any light comes.
     pub fn shines(&self) -> bool {
         self.pdf > 0.0 && self.radiance != Rgb::ZERO
+    }
+
+    /// Where the light that arrives at `at` comes from, if the light is not infinitely far.
+    pub fn origin(&self, at: WorldPoint) -> LightOrigin {
+        LightOrigin { position: at + self.direction * self.distance, normal: self.normal }
     }
 }
 
@@ -177,16 +188,35 @@ impl Light {
         }
     }
 
-    /// The part of a span of `ray` that a light without an extent may reach, were nothing in between; all of it
-    /// for other lights.
-    pub fn reach(&self, ray: &Ray<World>, span: Span) -> Span {
+    /// The place that [`sample`](Self::sample) gives light from with the same numbers; nothing where the light
+    /// is infinitely far.
+    pub fn origin(&self, u: [f64; 2]) -> Option<LightOrigin> {
+        match self {
+            Self::Point(l) => Some(LightOrigin { position: l.position(), normal: None }),
+            Self::Spot(l) => Some(LightOrigin { position: l.position(), normal: None }),
+            Self::Quad(l) => Some(l.point(u).origin()),
+            Self::Mesh(l) => Some(l.point(u).origin()),
+            Self::Sun(_) | Self::Environment(_) => None,
+        }
+    }
+
+    /// A sphere round all that shines; nothing where the light is infinitely far.
+    pub fn bounds(&self) -> Option<LightBounds> {
+        match self {
+            Self::Point(l) => Some(LightBounds { center: l.position(), radius: 0.0 }),
+            Self::Spot(l) => Some(LightBounds { center: l.position(), radius: 0.0 }),
+            Self::Quad(l) => Some(l.bounds()),
+            Self::Mesh(l) => Some(l.bounds()),
+            Self::Sun(_) | Self::Environment(_) => None,
+        }
+    }
+
+    /// The part of a span of `ray` that light from `origin`, a place on this light, may reach, were nothing in
+    /// between: the cone of a spot, the space in front of a surface.
+    pub fn reach(&self, origin: &LightOrigin, ray: &Ray<World>, span: Span) -> Span {
         match self {
             Self::Spot(l) => l.reach(ray).intersect(span),
-            Self::Point(_)
-            | Self::Sun(_)
-            | Self::Quad(_)
-            | Self::Mesh(_)
-            | Self::Environment(_) => span,
+            _ => origin.in_front(ray, span),
         }
     }
 

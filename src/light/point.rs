@@ -103,6 +103,7 @@ pub(super) fn delta_sample(
         radiance,
         pdf: 1.0,
         delta: true,
+        normal: None,
     })
 }
 

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::surface::{SurfacePoint, area_pdf, power_toward};
-use super::{EmissionTarget, EmitterHit, LightSample, PhotonStart, checked_color, checked_place};
+use super::{
+    EmissionTarget, EmitterHit, LightBounds, LightSample, PhotonStart, checked_color, checked_place,
+};
 use crate::math::{Rgb, WorldPoint, luminance};
 
 /// A parallelogram of constant radiance on the side that u x v points to.
@@ -58,7 +60,14 @@ impl QuadLight {
         self.normal
     }
 
-    fn point(&self, u: [f64; 2]) -> SurfacePoint {
+    /// A sphere round it.
+    pub(super) fn bounds(&self) -> LightBounds {
+        let radius = 0.5 * (self.u + self.v).length().max((self.u - self.v).length());
+        LightBounds { center: self.center, radius }
+    }
+
+    /// The place that `u` in the unit square maps to, uniformly by area.
+    pub(super) fn point(&self, u: [f64; 2]) -> SurfacePoint {
         SurfacePoint {
             position: self.center + self.u * (u[0] - 0.5) + self.v * (u[1] - 0.5),
             normal: self.normal,

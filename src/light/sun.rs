@@ -68,6 +68,7 @@ impl Sun {
             radiance,
             pdf,
             delta: self.is_delta(),
+            normal: None,
         })
     }
 

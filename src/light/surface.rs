@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::aim::{Aim, Lobe};
-use super::{EmissionTarget, EmitterHit, LightSample, PhotonStart};
+use super::{EmissionTarget, EmitterHit, LightOrigin, LightSample, PhotonStart};
 use crate::math::{Frame, Ray, Rgb, WorldPoint, warp};
 
 /// A place on a shining surface, chosen uniformly by area.
@@ -17,6 +17,11 @@ pub(super) struct SurfacePoint {
 }
 
 impl SurfacePoint {
+    /// This place, as a place on a light of any kind.
+    pub(super) const fn origin(&self) -> LightOrigin {
+        LightOrigin { position: self.position, normal: Some(self.normal) }
+    }
+
     /// Light of `radiance` that arrives at `at` from here, this place being one of a surface of
     /// `area` m².
     pub(super) fn light(&self, at: WorldPoint, radiance: Rgb, area: f64) -> Option<LightSample> {
@@ -30,6 +35,7 @@ impl SurfacePoint {
             radiance,
             pdf,
             delta: false,
+            normal: Some(self.normal),
         })
     }
 

@@ -1,6 +1,7 @@
 //! A smooth dielectric.
 
 use glam::DVec3;
+use smallvec::{SmallVec, smallvec};
 
 use super::scattered::facing;
 use super::{Scattered, SurfaceHit, TransportMode, mirror};
@@ -30,6 +31,22 @@ impl Glass {
             Some(refracted) if u >= reflectance => refracted,
             _ => mirror::scatter(Rgb::ONE, incoming, hit),
         }
+    }
+
+    /// What is reflected and what is refracted, each weighed by its part of the Fresnel equations.
+    pub(super) fn branches(
+        &self,
+        incoming: DVec3,
+        hit: &SurfaceHit<'_>,
+        mode: TransportMode,
+    ) -> SmallVec<[Scattered; 2]> {
+        let (reflectance, refracted) = self.split(incoming, hit, mode);
+        let Some(refracted) = refracted else {
+            return smallvec![mirror::scatter(Rgb::ONE, incoming, hit)];
+        };
+        let reflected = mirror::scatter(Rgb::splat(reflectance), incoming, hit);
+        let weight = refracted.weight * (1.0 - reflectance);
+        smallvec![reflected, Scattered { weight, ..refracted }]
     }
 
     /// The Fresnel reflectance, and what is refracted unless all is reflected.

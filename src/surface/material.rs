@@ -46,6 +46,20 @@ impl Material {
         Some(Scattered { weight: scattered.weight * correction, ..scattered })
     }
 
+    /// All directions into which a specular material scatters radiance, each weighed by its value times cosine; none
+    /// for other materials.
+    pub fn specular_branches(
+        &self,
+        incoming: DVec3,
+        hit: &SurfaceHit<'_>,
+    ) -> SmallVec<[Scattered; 2]> {
+        match self {
+            Self::Mirror { reflectance } => smallvec![mirror::scatter(*reflectance, incoming, hit)],
+            Self::Glass(glass) => glass.branches(incoming, hit, TransportMode::Radiance),
+            Self::Diffuse { .. } | Self::Black => SmallVec::new(),
+        }
+    }
+
     /// Value of the BSDF without the cosine, 1/sr; 0 for specular materials. The cosine that
     /// belongs to it is that with the shading normal.
     pub fn eval(

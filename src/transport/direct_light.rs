@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::light::{EmitterHit, Light, LightSample};
+use crate::light::{EmitterHit, Light, LightOrigin, LightSample};
 use crate::math::{GOLDEN_RATIO, Ray, Rgb, Span, Spectrum, World, WorldPoint};
 use crate::medium::{Media, Phase};
 use crate::surface::{SurfaceHit, TransportMode};
@@ -21,6 +21,29 @@ use super::PathContext;
 /// Unit: none. Derivation: f64 rounds by 1e-16, and a blocker within 1e-7 of the distance to a light
 /// touches it.
 const SHORT_OF_LIGHT: f64 = 1.0 - 1e-7;
+
+/// Uniform numbers that choose a light and a position on it.
+#[derive(Debug, Clone, Copy)]
+pub struct LightNumbers {
+    /// Which light, where there are too many to sample all.
+    pub among: f64,
+    /// The position on the first light.
+    pub position: [f64; 2],
+    /// What is added to both numbers from light to light.
+    pub turn: f64,
+}
+
+impl LightNumbers {
+    /// Numbers for positions that are not alike on different lights.
+    pub const fn varied(among: f64, position: [f64; 2]) -> Self {
+        Self { among, position, turn: GOLDEN_RATIO }
+    }
+
+    /// The numbers for the position on the light of this index.
+    pub fn position(&self, light: usize) -> [f64; 2] {
+        self.position.map(|u| (u + light as f64 * self.turn).fract())
+    }
+}
 
 /// A phase function with its weight at a point, often the albedo of its medium.
 pub type Scatterer<'a, S = Rgb> = (&'a Phase, S);
@@ -60,18 +83,16 @@ pub fn environment(scene: &Scene, ray: &Ray<World>, ctx: &mut PathContext) -> Rg
 }
 
 /// Samples lights as seen from `at` and sums `contribution`, which gets the light's index, the
-/// sample, and the probability of choosing the light. `position` gives the two numbers that choose a
-/// position on a light.
+/// sample, and the probability of choosing the light.
 pub fn sample_lights<S: Spectrum>(
     scene: &Scene,
     at: WorldPoint,
+    u: LightNumbers,
     ctx: &mut PathContext,
-    position: impl Fn(usize, &mut PathContext) -> [f64; 2],
     mut contribution: impl FnMut(usize, &LightSample, f64, &mut PathContext) -> S,
 ) -> S {
-    let u = ctx.rng.uniform();
     let mut of = |index: usize, probability: f64, ctx: &mut PathContext| {
-        let sample = scene.lights.lights[index].sample(at, position(index, ctx));
+        let sample = scene.lights.lights[index].sample(at, u.position(index));
         let light = sample.filter(LightSample::shines);
         light.map_or(S::ZERO, |light| contribution(index, &light, probability, ctx))
     };
@@ -79,16 +100,11 @@ pub fn sample_lights<S: Spectrum>(
         return if scene.lights.lights.is_empty() { S::ZERO } else { of(0, 1.0, ctx) };
     }
     let mut sum = S::ZERO;
-    for (index, probability) in scene.lights.pick(at, u) {
+    for (index, probability) in scene.lights.pick(at, u.among) {
         ctx.work.light_choices += u64::from(probability < 1.0);
         sum += of(index, probability, ctx);
     }
     sum
-}
-
-/// Independent numbers for a position on a light, for [`sample_lights`].
-pub fn independent_position(_light: usize, ctx: &mut PathContext) -> [f64; 2] {
-    ctx.rng.uniform2()
 }
 
 /// Whether no surface blocks the shadow ray `ray` before a sampled light.
@@ -110,45 +126,113 @@ pub fn is_clear(scene: &Scene, ray: &Ray<World>, distance: f64, ctx: &mut PathCo
     !scene.surfaces.occluded(ray, Span::new(0.0, distance))
 }
 
-/// In-scattered direct light at `p` in a medium toward the unit direction `wo`, per unit of the
-/// scatterers' weights: with weights sigma_s / sigma_t a source function, W/(m² sr). The light of
-/// each light is divided by `count` of its index and the probability of choosing it.
+/// A light as [`direct_in_medium`] samples it from a point.
+#[derive(Debug, Clone, Copy)]
+pub struct Connection {
+    /// Index of the light.
+    pub light: usize,
+    /// Where its light comes from; infinitely far of lights that are.
+    pub origin: LightOrigin,
+    /// Density of [`Light::sample`] there, 1/sr; 1 for a delta light.
+    pub light_pdf: f64,
+    /// Density with which the point's own sampling takes this connection, 1/sr; for a delta light a
+    /// probability.
+    pub pdf: f64,
+}
+
+/// How lights are sampled from a point in a medium.
 ///
 /// Lights that a ray can hit are sampled by the light or by the phase function, half of the time
 /// each, where the phase function is not isotropic, with the balance heuristic for one sample (Veach
 /// 1997, section 9.2.4).
-pub fn direct_in_medium<S: Spectrum>(
-    scene: &Scene,
+#[derive(Debug, Clone, Copy)]
+pub struct InMedium<'a, S> {
+    scene: &'a Scene,
     p: WorldPoint,
     wo: DVec3,
-    scatterers: &[Scatterer<'_, S>],
-    count: impl Fn(usize, f64) -> f64,
-    ctx: &mut PathContext,
-) -> S {
-    // Phase functions are symmetric, so directions to lights are sampled from the viewing direction.
-    let sampled_phase = match scatterers {
-        [(phase, _)] if !phase.is_isotropic() && scene.lights.has_extended() => Some(*phase),
-        _ => None,
-    };
-    if let Some(phase) = sampled_phase.filter(|_| ctx.rng.uniform() >= 0.5) {
-        let (direction, pdf) = phase.sample(-wo, ctx.rng.uniform2());
+    scatterers: &'a [Scatterer<'a, S>],
+    /// The phase function that is sampled too.
+    sampled: Option<&'a Phase>,
+}
+
+impl<'a, S: Spectrum> InMedium<'a, S> {
+    /// At `p`, for light toward the unit direction `wo`.
+    pub fn new(
+        scene: &'a Scene,
+        p: WorldPoint,
+        wo: DVec3,
+        scatterers: &'a [Scatterer<'a, S>],
+    ) -> Self {
+        // Phase functions are symmetric, so directions to lights are sampled from the viewing direction.
+        let sampled = match scatterers {
+            [(phase, _)] if !phase.is_isotropic() && scene.lights.has_extended() => Some(*phase),
+            _ => None,
+        };
+        Self { scene, p, wo, scatterers, sampled }
+    }
+
+    /// The connection by a sample of the light of this index, which is chosen with the probability `choice`.
+    pub fn connection(&self, light: usize, sample: &LightSample, choice: f64) -> Connection {
+        let chosen_pdf = choice * sample.pdf;
+        let pdf = match self.sampled {
+            None => chosen_pdf,
+            Some(_) if sample.delta => 0.5 * chosen_pdf,
+            Some(phase) => 0.5 * chosen_pdf + 0.5 * phase.eval(-sample.direction.dot(self.wo)),
+        };
+        Connection { light, origin: sample.origin(self.p), light_pdf: sample.pdf, pdf }
+    }
+
+    /// In-scattered direct light, per unit of the scatterers' weights: with weights sigma_s / sigma_t a source
+    /// function, W/(m² sr). The light of each connection is divided by `density` of it, its pdf where there
+    /// is no other way to sample the same. Of the uniform numbers `u` two choose a position on each light, or
+    /// a direction, one which of both, and one among many lights.
+    pub fn direct(
+        &self,
+        u: [f64; 4],
+        density: impl Fn(&Connection) -> f64,
+        ctx: &mut PathContext,
+    ) -> S {
+        let [x, y, way, among] = u;
+        if let Some(phase) = self.sampled.filter(|_| way >= 0.5) {
+            return self.direct_by_phase(phase, [x, y], density, ctx);
+        }
+        let u = LightNumbers::varied(among, [x, y]);
+        sample_lights(self.scene, self.p, u, ctx, |index, light, choice, ctx| {
+            let density = density(&self.connection(index, light, choice));
+            if density.is_infinite() { S::ZERO } else { self.in_scattered(light, ctx) / density }
+        })
+    }
+
+    /// Light from a direction sampled by the phase function.
+    fn direct_by_phase(
+        &self,
+        phase: &Phase,
+        u: [f64; 2],
+        density: impl Fn(&Connection) -> f64,
+        ctx: &mut PathContext,
+    ) -> S {
+        let (direction, pdf) = phase.sample(-self.wo, u);
         if pdf <= 0.0 {
             return S::ZERO;
         }
-        let ray = Ray::new(p, direction);
-        let mis_weight =
-            |index, choice, light_pdf| 2.0 / (choice * light_pdf + pdf) / count(index, choice);
-        return light_along::<S>(scene, &ray, mis_weight, ctx) * scatterers[0].1 * pdf;
-    }
-    sample_lights(scene, p, ctx, independent_position, |index, light, choice, ctx| {
-        let light_pdf = choice * light.pdf;
-        let pdf = match sampled_phase {
-            None => light_pdf,
-            Some(_) if light.delta => 0.5 * light_pdf,
-            Some(phase) => 0.5 * light_pdf + 0.5 * phase.eval(-light.direction.dot(wo)),
+        let ray = Ray::new(self.p, direction);
+        let mis_weight = |light: usize, hit: Option<EmitterHit>| {
+            let lights = &self.scene.lights;
+            let light_pdf = lights.lights[light].pdf(direction, hit);
+            let choice = lights.pick_probability(self.p, light);
+            let distance = hit.map_or(f64::INFINITY, |hit| hit.distance);
+            let position = self.p + direction * distance;
+            let origin = LightOrigin { position, normal: hit.map(|hit| hit.normal) };
+            let pdf = 0.5 * choice * light_pdf + 0.5 * pdf;
+            1.0 / density(&Connection { light, origin, light_pdf, pdf })
         };
-        in_scattered(scene, p, wo, scatterers, light, ctx) / (pdf * count(index, choice))
-    })
+        light_along::<S>(self.scene, &ray, mis_weight, ctx) * self.scatterers[0].1 * pdf
+    }
+
+    /// Light of one light sample, not divided by its density.
+    pub fn in_scattered(&self, light: &LightSample, ctx: &mut PathContext) -> S {
+        in_scattered(self.scene, self.p, self.wo, self.scatterers, light, ctx)
+    }
 }
 
 /// In-scattered light of one light sample, not divided by its density: what of it is scattered at `p`
@@ -172,12 +256,12 @@ pub fn in_scattered<S: Spectrum>(
     S::from_rgb(light.radiance) * phase * transmittance
 }
 
-/// Radiance of the lights that `ray` hits, through media, each times `weight` of its index, the
-/// probability of choosing it and the density with which its own sampling has this direction.
+/// Radiance of the lights that `ray` hits, through media, each times `weight` of its index and where on
+/// its surface it is hit.
 fn light_along<S: Spectrum>(
     scene: &Scene,
     ray: &Ray<World>,
-    weight: impl Fn(usize, f64, f64) -> f64,
+    weight: impl Fn(usize, Option<EmitterHit>) -> f64,
     ctx: &mut PathContext,
 ) -> S {
     ctx.work.shadow_rays += 1;
@@ -193,9 +277,7 @@ fn light_along<S: Spectrum>(
         if is_hit {
             let emitted = light.radiance_from(ray.direction, at);
             if emitted != Rgb::ZERO {
-                let choice = lights.pick_probability(ray.origin, index);
-                radiance +=
-                    S::from_rgb(emitted) * weight(index, choice, light.pdf(ray.direction, at));
+                radiance += S::from_rgb(emitted) * weight(index, at);
             }
         }
     }
@@ -208,8 +290,8 @@ fn light_along<S: Spectrum>(
 }
 
 /// Direct light that the diffuse surface at `hit` reflects back along the unit `incoming`, through
-/// `media` (those of the scene, or none), W/(m² sr). `stratified` are the two numbers for a position on a
-/// light, shared by all lights; independent ones where it is `None`. An environment is sampled by
+/// `media` (those of the scene, or none), W/(m² sr). Of the uniform numbers `u` two choose a position on each light,
+/// or a direction, one which of both, and one among many lights. An environment is sampled by
 /// itself or by the surface, half of the time each, with the balance heuristic for one sample (Veach
 /// 1997, section 9.2.4), other lights by themselves.
 pub fn direct_on_surface<S: Spectrum>(
@@ -217,7 +299,7 @@ pub fn direct_on_surface<S: Spectrum>(
     media: &Media,
     incoming: DVec3,
     hit: &SurfaceHit<'_>,
-    stratified: Option<[f64; 2]>,
+    u: [f64; 4],
     ctx: &mut PathContext,
 ) -> S {
     let material = hit.material;
@@ -225,24 +307,21 @@ pub fn direct_on_surface<S: Spectrum>(
         material.eval(incoming, direction, hit, TransportMode::Radiance)
             * direction.dot(hit.shading_normal).abs()
     };
-    let position = |index, ctx: &mut PathContext| match stratified {
-        // Decorrelates lights that share one stratified number.
-        Some(u) => u.map(|u| (u + index as f64 * GOLDEN_RATIO).fract()),
-        None => ctx.rng.uniform2(),
-    };
-    sample_lights(scene, hit.point, ctx, position, |index, light, choice, ctx| {
+    let [x, y, way, among] = u;
+    let u = LightNumbers::varied(among, [x, y]);
+    sample_lights(scene, hit.point, u, ctx, |index, light, choice, ctx| {
         let light_pdf = choice * light.pdf;
         let kind = &scene.lights.lights[index];
         let Light::Environment(sky) = kind else {
             let weight = reflected(light.direction) / light_pdf;
             return unoccluded(scene, media, hit, light, weight, ctx);
         };
-        if ctx.rng.uniform() < 0.5 {
+        if way < 0.5 {
             let surface_pdf = material.pdf(incoming, light.direction, hit);
             let weight = reflected(light.direction) / (0.5 * (light_pdf + surface_pdf));
             return unoccluded(scene, media, hit, light, weight, ctx);
         }
-        let u = std::array::from_fn(|_| ctx.rng.uniform());
+        let u = [x, y, ctx.rng.uniform()];
         let scattered = material.scatter(incoming, hit, u, TransportMode::Radiance);
         let Some(scattered) = scattered else { return S::ZERO };
         let direction = scattered.direction;

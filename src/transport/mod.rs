@@ -11,13 +11,16 @@ mod equiangular_lights;
 mod path_state;
 mod punctual_directions;
 pub mod specular;
+mod stratified;
 pub mod tracking;
 mod viewpoint;
 
-pub use context::{Amortized, PathContext, SobolPoint, StratifiedSample};
+pub use context::{Amortized, PathContext};
+pub use direct_light::LightNumbers;
 pub use equiangular_lights::EquiangularLights;
 pub use path_state::{EnclosingSolids, PathState, Scattering, survives_roulette};
 pub use punctual_directions::PunctualDirections;
+pub use stratified::{Decision, Draws, SobolPoint, StratifiedSample};
 pub use tracking::FlightSegment;
 pub use viewpoint::{PixelFootprint, camera_position, is_camera_outside};
 

@@ -13,6 +13,7 @@ mod features;
 mod fly_in;
 mod furnaces;
 mod gather;
+mod lamps;
 mod lattice;
 mod photons;
 mod pictures;

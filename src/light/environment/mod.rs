@@ -134,7 +134,7 @@ impl Environment {
     pub(super) fn sample(&self, u: [f64; 2]) -> Option<LightSample> {
         let (direction, pdf, radiance) = self.toward(u)?;
         let distance = f64::INFINITY;
-        Some(LightSample { direction, distance, radiance, pdf, delta: false })
+        Some(LightSample { direction, distance, radiance, pdf, delta: false, normal: None })
     }
 
     pub(super) fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {

@@ -5,10 +5,10 @@ use crate::math::{Spectrum, luminance};
 use crate::photon::PhotonDirection;
 use crate::render::pixel_sampling::{CameraRay, Profiles, Workspace};
 use crate::surface::SurfaceHit;
-use crate::transport::specular::{MAX_CAMERA_BOUNCES, scatter_specular};
+use crate::transport::specular::MAX_CAMERA_BOUNCES;
 use crate::transport::{EnclosingSolids, MAX_EVENTS, PathContext, direct_light, survives_roulette};
 
-use super::forward_peak::{PendingRay, PendingRays};
+use super::pending::{MAX_SPLITS, PendingRay, PendingRays, follow_specular};
 use super::setup::{Estimate, Integrator};
 
 /// What one path from the camera, or from where a peak deflected it, brings.
@@ -59,12 +59,15 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             throughput: S::ONE,
             punctual_weight: 1.0,
             from_camera: true,
+            sees_emitters: true,
+            solids: EnclosingSolids::NONE,
+            splits: MAX_SPLITS,
         };
         let path = self.trace_camera_path(start, camera_ray, &mut pending, ctx, profiles);
-        let deflected = self.trace_pending(pending, camera_ray, ctx, profiles);
+        let others = self.trace_pending(pending, camera_ray, ctx, profiles);
         Sample {
-            radiance: (path.light.radiance + deflected.radiance).rgb(),
-            indirect: (path.light.indirect + deflected.indirect).rgb(),
+            radiance: (path.light.radiance + others.radiance).rgb(),
+            indirect: (path.light.indirect + others.indirect).rgb(),
             visible_emission: path.visible_emission.rgb(),
             alpha: if path.depth.is_finite() { 1.0 } else { 1.0 - path.transmittance },
             depth: path.depth,
@@ -74,10 +77,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     }
 
     /// Traces `segment` through media, mirrors and glass to the first diffuse surface. Rays that
-    /// forward peaks deflect are put on `pending`.
-    ///
-    /// Emitters count where the camera sees them, directly or in mirrors. On a deflected ray they
-    /// do not: direct light was sampled where it was deflected.
+    /// forward peaks deflect or glass splits off are put on `pending`.
     fn trace_camera_path(
         &self,
         mut segment: PendingRay<S>,
@@ -87,17 +87,17 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         profiles: &mut Profiles<S>,
     ) -> PathResult<S> {
         let mut path = PathResult::NOTHING;
-        let (mut solids, mut sees_emitters) = (EnclosingSolids::NONE, segment.from_camera);
         for bounce in 0..MAX_CAMERA_BOUNCES {
             let hit = direct_light::first_surface(self.scene, &segment.ray, ctx);
             let mut transmittance = S::ONE;
-            if solids.is_none() && self.needs.media {
+            if segment.solids.is_none() && self.needs.media {
                 let media = self.through_media(&segment, hit.as_ref(), camera_ray, ctx, profiles);
                 path.add(segment.throughput, media.light);
-                pending.extend(media.deflected.map(|ray| PendingRay {
-                    throughput: ray.throughput * segment.throughput,
-                    ..ray
-                }));
+                let deflected = media.deflected.and_then(|mut ray| {
+                    ray.throughput *= segment.throughput;
+                    survives_roulette(&mut ray.throughput, &mut ctx.rng).then_some(ray)
+                });
+                pending.extend(deflected);
                 transmittance = media.transmittance;
             }
             if bounce == 0 {
@@ -105,7 +105,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 path.depth = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
             }
             segment.throughput *= transmittance;
-            if sees_emitters {
+            if segment.sees_emitters {
                 let emitted = self.seen_emission(&segment, hit.as_ref(), ctx);
                 path.add_emission(segment.throughput * emitted, segment.from_camera);
             }
@@ -115,13 +115,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 path.add(segment.throughput, self.reflected(&segment.ray, &hit, weight, ctx));
                 break;
             }
-            let Some(step) = scatter_specular(&segment.ray, &hit, &mut ctx.rng) else { break };
-            ctx.work.specular_bounces += 1;
-            solids = solids.after(step.crossing);
-            let throughput = segment.throughput * S::from_rgb(step.weight);
-            let (ray, punctual_weight, from_camera) = (step.ray, 1.0, false);
-            segment = PendingRay { ray, throughput, punctual_weight, from_camera };
-            sees_emitters = true;
+            let Some(next) = follow_specular(&segment, &hit, pending, ctx) else { break };
+            segment = next;
         }
         path
     }
@@ -140,7 +135,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         })
     }
 
-    /// Traces `pending` rays and all that are deflected from them, each if it survives roulette.
+    /// Traces `pending` rays and all that are deflected or split off from them.
     fn trace_pending(
         &self,
         mut pending: PendingRays<S>,
@@ -149,10 +144,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         profiles: &mut Profiles<S>,
     ) -> Estimate<S> {
         let (mut light, mut traced) = (Estimate::ZERO, 0);
-        while let Some(mut next) = pending.pop() {
-            if !survives_roulette(&mut next.throughput, &mut ctx.rng) {
-                continue;
-            }
+        while let Some(next) = pending.pop() {
             if traced == MAX_EVENTS {
                 ctx.work.capped_rays += 1;
                 break;

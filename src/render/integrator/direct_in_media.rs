@@ -1,32 +1,33 @@
 //! Direct light that media scatter once along a ray.
 //!
-//! It is evaluated at points sampled by opacity and, for punctual lights, at points sampled
+//! It is evaluated at points sampled by opacity and, for lights that are near, at points sampled
 //! equiangularly (Kulla and Fajardo 2012), combined by the balance heuristic (Veach 1997, section
 //! 9.2.2).
 
-use crate::light::Lights;
+use crate::light::{LightRegion, Lights};
 use crate::math::{Ray, Spectrum, World};
 use crate::medium::{Place, Profile};
 use crate::photon::PhotonDirection;
-use crate::transport::{EquiangularLights, PathContext, direct_light};
+use crate::transport::direct_light::{Connection, InMedium};
+use crate::transport::{Decision, EquiangularLights, LightNumbers, PathContext};
 
 use super::ray_estimators::DirectLightGroup;
-use super::setup::{Integrator, stratum};
+use super::setup::Integrator;
 
 /// Points along a ray, sampled by opacity, at which direct light is evaluated: a stratum
 /// each. More of them cost shadow rays where more rays of a pixel do the same.
 const OPACITY_SAMPLES: u32 = 4;
 
-/// Points along a ray, sampled equiangularly, at which the light of punctual lights is evaluated, and
-/// points sampled by opacity where all lights are punctual: a stratum
+/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated, and
+/// points sampled by opacity where all lights are near: a stratum
 /// each.
 const EQUIANGULAR_SAMPLES: u32 = 2;
 
 /// Which direct light an estimate includes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LightFilter<'a> {
-    /// Mask of lights handled elsewhere; missing entries are false.
-    pub excluded: &'a [bool],
+    /// Where each light is included; missing entries are everywhere.
+    pub regions: &'a [LightRegion],
     /// Mask of the media that scatter the light; `None` is all.
     pub media: Option<&'a [bool]>,
     /// Weight of the light of punctual lights.
@@ -38,16 +39,16 @@ pub(super) struct LightFilter<'a> {
 impl<'a> LightFilter<'a> {
     /// Punctual lights alone, sampled equiangularly.
     pub const PUNCTUAL: Self =
-        Self { excluded: &[], media: None, punctual_weight: 1.0, others: false };
+        Self { regions: &[], media: None, punctual_weight: 1.0, others: false };
 
     /// What a group of media scatters, with this weight of punctual lights.
     pub fn group(group: &'a DirectLightGroup, punctual_weight: f64) -> Self {
-        let DirectLightGroup { media, excluded } = group;
-        Self { excluded, media: Some(media), punctual_weight, others: true }
+        let DirectLightGroup { media, regions } = group;
+        Self { regions, media: Some(media), punctual_weight, others: true }
     }
 
-    fn excludes(&self, light: usize) -> bool {
-        self.excluded.get(light).is_some_and(|&excluded| excluded)
+    fn region(&self, light: usize) -> LightRegion {
+        self.regions.get(light).copied().unwrap_or(LightRegion::Everywhere)
     }
 }
 
@@ -57,7 +58,7 @@ struct RaySampling<'a, S> {
     profile: &'a Profile<S>,
     filter: LightFilter<'a>,
     lights: &'a Lights,
-    equiangular: EquiangularLights,
+    equiangular: EquiangularLights<'a>,
     opacity_samples: u32,
 }
 
@@ -68,26 +69,39 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
         profile: &'a Profile<S>,
         filter: LightFilter<'a>,
     ) -> Self {
-        let equiangular = EquiangularLights::new(lights, ray, profile.extent());
-        let opacity_samples = match (filter.others, equiangular.are_all()) {
-            (false, _) => 0,
-            (true, true) => EQUIANGULAR_SAMPLES,
-            (true, false) => OPACITY_SAMPLES,
+        let extent = profile.extent();
+        let span = |light: usize| filter.region(light).clip(ray, extent);
+        let equiangular = if filter.others {
+            EquiangularLights::near(lights, ray, span)
+        } else {
+            EquiangularLights::punctual(lights, ray, extent)
+        };
+        let is_far = |light| !equiangular.contains(light) && !span(light).is_empty();
+        let opacity_samples = if !filter.others {
+            0
+        } else if (0..lights.lights.len()).any(is_far) {
+            OPACITY_SAMPLES
+        } else if equiangular.is_empty() {
+            0
+        } else {
+            EQUIANGULAR_SAMPLES
         };
         Self { ray, profile, filter, lights, equiangular, opacity_samples }
     }
 
-    /// Effective number of samples that share the light `light` at a point sampled by opacity: the
-    /// denominator of the balance heuristic over that density, infinite for lights that are excluded.
-    /// `choice` is the probability of choosing the light there.
-    fn effective_samples(&self, place: &Place<S>, light: usize, choice: f64) -> f64 {
-        if self.filter.excludes(light) {
+    /// The denominator of the balance heuristic for a connection at a point of the ray, over the density of
+    /// that point by opacity, 1/sr; infinite for lights that are excluded.
+    fn density(&self, place: &Place<S>, connection: &Connection) -> f64 {
+        let Connection { light, origin, light_pdf, pdf } = connection;
+        if !self.filter.region(*light).contains(self.ray.at(place.t)) {
             return f64::INFINITY;
         }
-        let equiangular = f64::from(EQUIANGULAR_SAMPLES) * self.equiangular.pdf(light, place.t);
-        let is_punctual = self.lights.lights[light].position().is_some();
+        let by_opacity = f64::from(self.opacity_samples) * pdf;
+        let distance_pdf = self.equiangular.pdf(*light, origin, place.t);
+        let equiangular = f64::from(EQUIANGULAR_SAMPLES) * distance_pdf * light_pdf / place.pdf;
+        let is_punctual = self.lights.lights[*light].position().is_some();
         let weight = if is_punctual { self.filter.punctual_weight } else { 1.0 };
-        (f64::from(self.opacity_samples) + equiangular / (choice * place.pdf)) / weight
+        (by_opacity + equiangular) / weight
     }
 }
 
@@ -114,9 +128,11 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> S {
         let RaySampling { ray, profile, opacity_samples, .. } = sampling;
+        let places = ctx.stratified.draws(Decision::OpacityPlaces, *opacity_samples);
+        let lights = ctx.stratified.draws(Decision::OpacityLights, *opacity_samples);
         for index in 0..*opacity_samples {
-            let u = stratum(index, *opacity_samples, &mut ctx.rng);
-            let Some(place) = profile.sample([u, ctx.rng.uniform()]) else { break };
+            let [u, channel, ..] = places.numbers(index, &mut ctx.rng);
+            let Some(place) = profile.sample([u, channel]) else { break };
             let p = ray.at(place.t);
             let scatterers = self.scatterers(p, sampling.filter.media);
             ctx.work.grid_lookups += self.media.albedo_lookups;
@@ -124,15 +140,15 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 continue;
             }
             ctx.work.gathers += 1;
-            let count = |light, choice| sampling.effective_samples(&place, light, choice);
-            let wo = -ray.direction;
-            let light = direct_light::direct_in_medium(self.scene, p, wo, &scatterers, count, ctx);
-            sum += place.weight * light;
+            let nee = InMedium::new(self.scene, p, -ray.direction, &scatterers);
+            let density = |connection: &Connection| sampling.density(&place, connection);
+            let u = lights.numbers(index, &mut ctx.rng);
+            sum += place.weight * nee.direct(u, density, ctx);
         }
         sum
     }
 
-    /// `sum` with the light of punctual lights at points sampled equiangularly round each.
+    /// `sum` with the light of near lights at points sampled equiangularly round each.
     fn add_equiangular_samples(
         &self,
         mut sum: S,
@@ -140,24 +156,31 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> S {
         let RaySampling { ray, profile, filter, lights, equiangular, .. } = sampling;
+        if equiangular.is_empty() {
+            return sum;
+        }
+        let places = ctx.stratified.draws(Decision::EquiangularPlaces, EQUIANGULAR_SAMPLES);
         for sample in 0..EQUIANGULAR_SAMPLES {
-            let picked = equiangular.pick(ctx.rng.uniform());
-            for (index, distances) in picked.iter().filter(|(index, _)| !filter.excludes(*index)) {
-                let t = distances.sample(stratum(sample, EQUIANGULAR_SAMPLES, &mut ctx.rng));
+            let [distance, x, y, among] = places.numbers(sample, &mut ctx.rng);
+            let picked = equiangular.pick(among);
+            let positions = LightNumbers::varied(among, [x, y]);
+            for sampled in picked {
+                let index = sampled.index;
+                let u = positions.position(index);
+                let Some(origin) = lights.lights[index].origin(u) else { continue };
+                let Some(distances) = equiangular.distances(sampled, &origin) else { continue };
+                let t = distances.sample(distance);
                 let Some(place) = profile.place_at(t) else { continue };
                 let p = ray.at(t);
-                let choice = lights.pick_probability(p, *index);
                 let scatterers = self.scatterers(p, filter.media);
                 ctx.work.grid_lookups += self.media.albedo_lookups;
-                let light = lights.lights[*index].sample(p, ctx.rng.uniform2());
-                let Some(light) = light.filter(|_| choice > 0.0 && !scatterers.is_empty()) else {
-                    continue;
-                };
+                let light = lights.lights[index].sample(p, u);
+                let Some(light) = light.filter(|_| !scatterers.is_empty()) else { continue };
                 ctx.work.gathers += 1;
-                let wo = -ray.direction;
-                let light = direct_light::in_scattered(self.scene, p, wo, &scatterers, &light, ctx);
-                let count = choice * sampling.effective_samples(&place, *index, choice);
-                sum += place.weight * light / count;
+                let nee = InMedium::new(self.scene, p, -ray.direction, &scatterers);
+                let choice = lights.pick_probability(p, index);
+                let density = sampling.density(&place, &nee.connection(index, &light, choice));
+                sum += place.weight * nee.in_scattered(&light, ctx) / density;
             }
         }
         sum

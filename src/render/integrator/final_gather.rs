@@ -17,7 +17,8 @@ use crate::surface::SurfaceHit;
 use crate::transport::specular::scatter_specular;
 use crate::transport::tracking::FlightEnd;
 use crate::transport::{
-    MAX_EVENTS, PathContext, PathState, Scattering, direct_light, survives_roulette,
+    EquiangularLights, LightNumbers, MAX_EVENTS, PathContext, PathState, Scattering, direct_light,
+    survives_roulette,
 };
 
 use super::setup::{Estimate, Integrator};
@@ -101,13 +102,16 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let hit = direct_light::first_surface(self.scene, &path.ray, ctx);
         if path.solids.is_none() {
             let end = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
+            let lamps = self.lamps_along(&path.ray, end);
+            path.radiance += path.throughput * self.sampled_lamps(path, &lamps, ctx);
             let flown = self.fly(path, end, ctx);
             if !survives_roulette(&mut path.throughput, &mut ctx.rng) {
                 return false;
             }
             if let FlightEnd::Scattered { t, medium } = flown {
+                let direct = self.sampled_direct(path, t, medium, &lamps, ctx);
+                path.radiance += path.throughput * direct;
                 let p = path.ray.at(t);
-                path.radiance += path.throughput * self.sampled_direct(path, p, medium, ctx);
                 let u = ctx.rng.uniform2();
                 return self.scatter_or_look_up(gather, p, medium, u, ctx);
             }
@@ -129,20 +133,22 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         false
     }
 
-    /// Direct light scattered at `p` back along the path's ray, from lights that gathers do not hit
-    /// themselves.
+    /// Direct light that `medium` scatters at the distance `t` back along the path's ray, from lights that gathers
+    /// do not hit themselves; of `lamps` the part that the balance heuristic leaves.
     fn sampled_direct(
         &self,
         path: &PathState<S>,
-        p: WorldPoint,
+        t: f64,
         medium: usize,
+        lamps: &EquiangularLights<'_>,
         ctx: &mut PathContext,
     ) -> S {
+        let p = path.ray.at(t);
         let phase = &self.scene.media.get(medium).phase;
         let scatterers = [(phase, S::ONE)];
         let wo = -path.ray.direction;
-        let position = direct_light::independent_position;
-        direct_light::sample_lights(self.scene, p, ctx, position, |index, light, choice, ctx| {
+        let u = LightNumbers::varied(ctx.rng.uniform(), ctx.rng.uniform2());
+        direct_light::sample_lights(self.scene, p, u, ctx, |index, light, choice, ctx| {
             if self.handled_by_gather[index] {
                 return S::ZERO;
             }
@@ -154,6 +160,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 return S::ZERO;
             }
             let light_in = direct_light::in_scattered(self.scene, p, wo, &scatterers, light, ctx);
+            let origin = light.origin(p);
+            let weight =
+                weight * self.weight_at_scattering(path, t, lamps, (index, &origin, choice), ctx);
             light_in * (weight / (survival * choice * light.pdf))
         })
     }
@@ -173,8 +182,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             return S::ZERO;
         }
         let scatterers = [(phase, S::ONE)];
-        let position = direct_light::independent_position;
-        direct_light::sample_lights(self.scene, p, ctx, position, |index, light, choice, ctx| {
+        let u = LightNumbers::varied(ctx.rng.uniform(), ctx.rng.uniform2());
+        direct_light::sample_lights(self.scene, p, u, ctx, |index, light, choice, ctx| {
             if !is_sampled(index) {
                 return S::ZERO;
             }

@@ -7,32 +7,15 @@
 //! final gather for one lobe. The peak does not know of punctual lights, so rays are sampled near
 //! those as well ([`PunctualDirections`]), with the balance heuristic (Veach 1997, section 9.2.2).
 
-use smallvec::SmallVec;
-
 use crate::director::PixelBudget;
 use crate::math::{Ray, Span, Spectrum, World, WorldPoint};
 use crate::medium::{Phase, Profile};
 use crate::photon::PhotonDirection;
-use crate::transport::{PathContext, PunctualDirections, direct_light};
+use crate::transport::{Decision, EnclosingSolids, PathContext, PunctualDirections, direct_light};
 
 use super::direct_in_media::LightFilter;
+use super::pending::PendingRay;
 use super::setup::{Integrator, choose};
-
-/// A ray of the camera path that is still to be traced.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PendingRay<S> {
-    /// The ray (unit direction).
-    pub ray: Ray<World>,
-    /// Weight of its light.
-    pub throughput: S,
-    /// MIS weight of punctual lights where their light is scattered next along the ray.
-    pub punctual_weight: f64,
-    /// Whether it starts at the camera.
-    pub from_camera: bool,
-}
-
-/// Rays that are still to be traced.
-pub(super) type PendingRays<S> = SmallVec<[PendingRay<S>; 2]>;
 
 /// Light of the forward peak at one point of a ray.
 pub(super) struct PeakResult<S> {
@@ -57,17 +40,23 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         if !self.media.has_forward_peak {
             return nothing;
         }
-        let Some(place) = profile.sample(ctx.rng.uniform2()) else { return nothing };
+        let draws = ctx.stratified.draws(Decision::ForwardPeak, 1);
+        let [u, channel, x, y] = draws.numbers(0, &mut ctx.rng);
+        let Some(place) = profile.sample([u, channel]) else { return nothing };
         let p = ray.at(place.t);
         let Some((peak, albedo)) = self.choose_peak(p, ctx) else { return nothing };
         let weight = place.weight * albedo;
         let punctual = PunctualDirections::new(&self.scene.lights, p);
-        let (direction, pdf) = peak.sample(ray.direction, ctx.rng.uniform2());
+        let (direction, pdf) = peak.sample(ray.direction, [x, y]);
         let deflected = Some(PendingRay {
             ray: Ray::new(p, direction),
             throughput: weight,
             punctual_weight: punctual.mis_weight(direction, pdf),
             from_camera: false,
+            // Direct light was sampled where it was deflected.
+            sees_emitters: false,
+            solids: EnclosingSolids::NONE,
+            splits: 0,
         });
         let sample = punctual.sample(ctx.rng.uniform(), ctx.rng.uniform2());
         let Some((direction, pdf)) = sample else {

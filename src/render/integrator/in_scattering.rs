@@ -5,11 +5,11 @@ use crate::medium::Profile;
 use crate::photon::PhotonDirection;
 use crate::render::pixel_sampling::{CameraRay, Profiles};
 use crate::surface::SurfaceHit;
-use crate::transport::{PathContext, PathState};
+use crate::transport::{Decision, PathContext, PathState};
 
 use super::direct_in_media::LightFilter;
 use super::final_gather::GatherPath;
-use super::forward_peak::PendingRay;
+use super::pending::PendingRay;
 use super::ray_estimators::RayEstimators;
 use super::setup::{Estimate, Integrator, choose};
 
@@ -97,8 +97,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         camera_ray: &CameraRay<'_>,
         ctx: &mut PathContext,
     ) -> Estimate<S> {
-        let stratified = ctx.stratified.next_scattering();
-        let [a, b, c, d] = stratified.unwrap_or_else(|| [(); 4].map(|()| ctx.rng.uniform()));
+        let draws = ctx.stratified.draws(Decision::FinalGather, 1);
+        let [a, b, c, d] = draws.numbers(0, &mut ctx.rng);
         let Some(place) = profile.sample([a, b]) else { return Estimate::ZERO };
         let p = segment.ray.at(place.t);
         let Some((medium, albedo)) = self.choose_medium(p, by, ctx) else { return Estimate::ZERO };

@@ -13,7 +13,7 @@ use crate::math::{Ray, Rgb, Spectrum, World, WorldPoint, warp};
 use crate::medium::{Collision, Phase};
 use crate::photon::PhotonDirection;
 use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
-use crate::transport::{PathContext, PathState, Scattering, direct_light};
+use crate::transport::{LightNumbers, PathContext, PathState, Scattering, direct_light};
 
 use super::setup::Integrator;
 
@@ -35,8 +35,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         if !self.media.joint_nee[medium] {
             return S::ZERO;
         }
-        let middle = |_, _: &mut PathContext| MIDDLE;
-        direct_light::sample_lights(self.scene, p, ctx, middle, |index, light, choice, ctx| {
+        let middle = LightNumbers { among: ctx.rng.uniform(), position: MIDDLE, turn: 0.0 };
+        direct_light::sample_lights(self.scene, p, middle, ctx, |index, light, choice, ctx| {
             if self.handled_by_gather[index] {
                 return S::ZERO;
             }

@@ -7,7 +7,7 @@ use crate::medium::Profile;
 use crate::photon::{PhotonDirection, Response};
 use crate::render::pixel_sampling::CameraRay;
 use crate::surface::{SurfaceHit, TransportMode};
-use crate::transport::{PathContext, direct_light};
+use crate::transport::{Decision, PathContext, direct_light};
 
 use super::ray_estimators::RayEstimators;
 use super::setup::{Estimate, Integrator, Scatterers};
@@ -75,9 +75,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         indirect_weight: f64,
         ctx: &mut PathContext,
     ) -> Estimate<S> {
-        let (media, stratified) = (&self.scene.media, ctx.stratified.next_light());
+        let draws = ctx.stratified.draws(Decision::SurfaceLights, 1);
+        let (media, u) = (&self.scene.media, draws.numbers(0, &mut ctx.rng));
         let direct: S =
-            direct_light::direct_on_surface(self.scene, media, ray.direction, hit, stratified, ctx);
+            direct_light::direct_on_surface(self.scene, media, ray.direction, hit, u, ctx);
         if self.maps.surface.is_empty() || indirect_weight == 0.0 {
             return Estimate { radiance: direct, indirect: S::ZERO };
         }

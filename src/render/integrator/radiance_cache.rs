@@ -5,11 +5,11 @@ use crate::math::{Ray, Spectrum, World, WorldPoint};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
 use crate::strategy::Strategy;
-use crate::transport::{PathContext, PathState, SobolPoint};
+use crate::transport::{Decision, PathContext, PathState, SobolPoint};
 
 use super::final_gather::GatherPath;
 use super::ray_estimators::RayEstimators;
-use super::setup::{Integrator, stratum};
+use super::setup::Integrator;
 
 impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Cached light that media scatter along `ray` to its origin, W/(m² sr), looked up at points
@@ -26,9 +26,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let level = self.maps.level(radius);
         let count = self.choice.places_at(level);
         let mut sum = S::ZERO;
+        let draws = ctx.stratified.draws(Decision::CachedPlaces, count);
         for index in 0..count {
-            let u = stratum(index, count, &mut ctx.rng);
-            let Some(place) = profile.sample([u, ctx.rng.uniform()]) else { break };
+            let [u, channel, ..] = draws.numbers(index, &mut ctx.rng);
+            let Some(place) = profile.sample([u, channel]) else { break };
             let p = ray.at(place.t);
             ctx.work.gathers += 1;
             ctx.work.grid_lookups += self.media.albedo_lookups;

@@ -1,7 +1,7 @@
 //! Which estimators bring the light that each medium scatters along a ray.
 
 use crate::cache::Caches;
-use crate::light::Light;
+use crate::light::{Light, LightRegion};
 use crate::math::Spectrum;
 use crate::scene::Scene;
 use crate::strategy::{Choice, Strategy, away_from_camera, holds_moments, makes_gathers};
@@ -23,8 +23,8 @@ pub(super) struct RayEstimators {
 pub(super) struct DirectLightGroup {
     /// Mask of the media.
     pub media: Vec<bool>,
-    /// Mask of the lights that other estimators bring.
-    pub excluded: Vec<bool>,
+    /// Where each light is sampled; other estimators bring the rest.
+    pub regions: Vec<LightRegion>,
 }
 
 impl RayEstimators {
@@ -45,32 +45,36 @@ impl RayEstimators {
             let strategy = choice.media.get(index).map_or(Strategy::Beams, |m| m.strategy);
             let strategy = if is_cached { strategy } else { away_from_camera(strategy) };
             let cache = caches.direct.get(index).and_then(Option::as_ref).filter(|_| is_cached);
-            let is_excluded =
-                |(index, light): (usize, &Light)| match (light.is_environment(), strategy) {
-                    (false, _) => cache.is_some_and(|cache| cache.caches(index)),
-                    (true, Strategy::Beams) => false,
-                    // Flights straight from the sky are in the grid.
-                    (true, Strategy::FluenceTowardEye) => choice.records_sky,
-                    (true, _) => handled_by_gather[index],
-                };
-            let excluded: Vec<bool> = lights.iter().enumerate().map(is_excluded).collect();
+            let except = |is_elsewhere: bool| match is_elsewhere {
+                true => LightRegion::Nowhere,
+                false => LightRegion::Everywhere,
+            };
+            let region = |(index, light): (usize, &Light)| match (light.is_environment(), strategy)
+            {
+                (false, _) => cache.map_or(LightRegion::Everywhere, |cache| cache.uncached(index)),
+                (true, Strategy::Beams) => LightRegion::Everywhere,
+                // Flights straight from the sky are in the grid.
+                (true, Strategy::FluenceTowardEye) => except(choice.records_sky),
+                (true, _) => except(handled_by_gather[index]),
+            };
+            let regions = lights.iter().enumerate().map(region).collect();
             estimators.strategies.push(strategy);
             estimators.caches_direct.push(cache.is_some());
-            estimators.sample_along_rays(index, scene.media.iter().len(), excluded);
+            estimators.sample_along_rays(index, scene.media.iter().len(), regions);
         }
         estimators
     }
 
-    /// Adds a medium of this index, of `count`, to the group of those with the same lights.
-    fn sample_along_rays(&mut self, index: usize, count: usize, excluded: Vec<bool>) {
-        if excluded.iter().all(|&excluded| excluded) {
+    /// Adds a medium of this index, of `count`, to the group of those whose lights are sampled at the same places.
+    fn sample_along_rays(&mut self, index: usize, count: usize, regions: Vec<LightRegion>) {
+        if regions.iter().all(|region| *region == LightRegion::Nowhere) {
             return;
         }
-        match self.direct.iter_mut().find(|group| group.excluded == excluded) {
+        match self.direct.iter_mut().find(|group| group.regions == regions) {
             Some(group) => group.media[index] = true,
             None => {
                 let media = (0..count).map(|medium| medium == index).collect();
-                self.direct.push(DirectLightGroup { media, excluded });
+                self.direct.push(DirectLightGroup { media, regions });
             }
         }
     }

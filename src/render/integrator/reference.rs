@@ -18,8 +18,8 @@ use crate::scene::Scene;
 use crate::surface::{SurfaceHit, TransportMode};
 use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
 use crate::transport::{
-    EquiangularLights, MAX_EVENTS, PathContext, PathState, PunctualDirections, Scattering,
-    direct_light, survives_roulette,
+    EquiangularLights, LightNumbers, MAX_EVENTS, PathContext, PathState, PunctualDirections,
+    Scattering, direct_light, survives_roulette,
 };
 
 /// [`concentration`](crate::medium::Phase::concentration) of a phase function above which
@@ -148,7 +148,7 @@ impl<'a> PathTracer<'a> {
         path: &mut ReferencePath<S>,
         t: f64,
         medium: usize,
-        punctual: &EquiangularLights,
+        punctual: &EquiangularLights<'_>,
         ctx: &mut PathContext,
     ) -> bool {
         path.order += 1;
@@ -161,7 +161,7 @@ impl<'a> PathTracer<'a> {
         let punctual_weight = path.punctual_weight;
         let phase_and_weight = |index: usize, choice: f64, light: &LightSample| {
             let value = phase.eval(incoming.dot(light.direction));
-            let equiangular = punctual.pdf(index, t);
+            let equiangular = punctual.pdf(index, &light.origin(p), t);
             let weight =
                 if equiangular > 0.0 { choice * flux / (choice * flux + equiangular) } else { 1.0 };
             let is_punctual = self.scene.lights.lights[index].position().is_some();
@@ -185,11 +185,11 @@ impl<'a> PathTracer<'a> {
 
     /// Equiangular distributions of punctual lights over the part of `ray` before `end` that is in
     /// media.
-    fn punctual_lights(&self, ray: &Ray<World>, end: f64) -> EquiangularLights {
+    fn punctual_lights(&self, ray: &Ray<World>, end: f64) -> EquiangularLights<'_> {
         let media = &self.scene.media;
         let all = Span::new(0.0, end);
         let span = if media.is_endless() { all } else { media.bounds().clip(ray).intersect(all) };
-        EquiangularLights::new(&self.scene.lights, ray, span)
+        EquiangularLights::punctual(&self.scene.lights, ray, span)
     }
 
     /// Density of collisions at the distance `t` along `ray`, 1/m, mean over channels: what collision
@@ -198,7 +198,7 @@ impl<'a> PathTracer<'a> {
         &self,
         ray: &Ray<World>,
         t: f64,
-        punctual: &EquiangularLights,
+        punctual: &EquiangularLights<'_>,
         ctx: &mut PathContext,
     ) -> f64 {
         if punctual.is_empty() {
@@ -249,7 +249,7 @@ impl<'a> PathTracer<'a> {
     fn add_equiangular<S: Spectrum>(
         &self,
         path: &mut ReferencePath<S>,
-        punctual: &EquiangularLights,
+        punctual: &EquiangularLights<'_>,
         ctx: &mut PathContext,
     ) {
         if path.order >= self.max_scatter {
@@ -270,18 +270,21 @@ impl<'a> PathTracer<'a> {
     fn equiangular_light<S: Spectrum>(
         &self,
         ray: &Ray<World>,
-        punctual: &EquiangularLights,
+        punctual: &EquiangularLights<'_>,
         other_pdf: impl Fn(usize, WorldPoint, f64, &mut PathContext) -> f64,
         ctx: &mut PathContext,
     ) -> S {
         let (media, lights) = (&self.scene.media, &self.scene.lights);
         let mut sum = S::ZERO;
-        for (index, distances) in punctual.pick(ctx.rng.uniform()) {
-            let t = distances.sample(ctx.rng.uniform());
+        for sampled in punctual.pick(ctx.rng.uniform()) {
+            let index = sampled.index;
+            let (t_number, u) = (ctx.rng.uniform(), ctx.rng.uniform2());
+            let light = &lights.lights[index];
+            let Some(origin) = light.origin(u) else { continue };
+            let Some(distances) = punctual.distances(sampled, &origin) else { continue };
+            let t = distances.sample(t_number);
             let p = ray.at(t);
-            let Some(light) = lights.lights[*index].sample(p, ctx.rng.uniform2()) else {
-                continue;
-            };
+            let Some(light) = light.sample(p, u) else { continue };
             let direction = light.direction;
             let scattering = |(medium, sigma_s): &(usize, Rgb)| {
                 S::from_rgb(*sigma_s) * media.get(*medium).phase.eval(ray.direction.dot(direction))
@@ -295,7 +298,7 @@ impl<'a> PathTracer<'a> {
             }
             let through: S = self.transmittance(ray, t, ctx);
             let through = through * self.transmittance::<S>(&shadow, light.distance, ctx);
-            let pdf = punctual.pdf(*index, t) + other_pdf(*index, p, t, ctx);
+            let pdf = punctual.pdf(index, &origin, t) + other_pdf(index, p, t, ctx);
             sum += S::from_rgb(light.radiance) * through * scattering / pdf;
         }
         sum
@@ -312,8 +315,9 @@ impl<'a> PathTracer<'a> {
         scatter: impl Fn(usize, f64, &LightSample) -> (S, f64),
         ctx: &mut PathContext,
     ) -> S {
-        let position = direct_light::independent_position;
-        direct_light::sample_lights(self.scene, at, ctx, position, |index, light, choice, ctx| {
+        let (among, u) = (ctx.rng.uniform(), ctx.rng.uniform2());
+        let at_lights = LightNumbers::varied(among, u);
+        direct_light::sample_lights(self.scene, at, at_lights, ctx, |index, light, choice, ctx| {
             let light_pdf = choice * light.pdf;
             let (value, scatter_pdf) = scatter(index, choice, light);
             let ray = leave(light.direction);

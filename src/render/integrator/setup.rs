@@ -4,7 +4,8 @@
 use smallvec::SmallVec;
 
 use crate::cache::Caches;
-use crate::math::{Rgb, Spectrum, Stream, WorldPoint};
+use crate::light::LightBounds;
+use crate::math::{Rgb, Spectrum, WorldPoint};
 use crate::medium::Phase;
 use crate::photon::{PhotonDirection, PhotonMaps};
 use crate::scene::Scene;
@@ -53,6 +54,8 @@ pub struct Integrator<'a, S: Spectrum, H: PhotonDirection> {
     pub(super) emission: Option<EmissionNee<'a>>,
     /// Mask of the lights that final gathers hit with their own rays.
     pub(super) handled_by_gather: Vec<bool>,
+    /// Mask of the lights that shine from within media.
+    pub(super) lamps_in_media: Vec<bool>,
     /// Estimators for rays from the camera.
     pub(super) from_camera: RayEstimators,
     /// Estimators for all other rays.
@@ -99,6 +102,7 @@ impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
             media,
             emission,
             handled_by_gather,
+            lamps_in_media: lamps_in_media(scene),
             from_camera,
             elsewhere,
         }
@@ -148,6 +152,14 @@ impl MediumTraits {
     }
 }
 
+/// For each light whether it shines from within the box round all media.
+fn lamps_in_media(scene: &Scene) -> Vec<bool> {
+    let media = &scene.media;
+    let is_inside = |bounds: LightBounds| media.is_endless() || bounds.touches(&media.bounds());
+    let lights = scene.lights.lights.iter();
+    lights.map(|light| !media.is_empty() && light.bounds().is_some_and(is_inside)).collect()
+}
+
 /// sigma_s / sigma_t; 0 where there is no extinction.
 fn albedo_of<S: Spectrum>(sigma_s: Rgb, sigma_t: Rgb) -> S {
     S::from_rgb(Rgb::select(sigma_t.cmpgt(Rgb::ZERO), sigma_s / sigma_t, Rgb::ZERO))
@@ -163,11 +175,6 @@ pub(super) fn choose<T, S: Spectrum>(parts: SmallVec<[(T, S); 1]>, u: f64) -> Op
         left < 0.0
     })?;
     Some((part, weight * (total / weight.element_sum())))
-}
-
-/// A uniform number in the stratum `index` of `count` of the unit interval.
-pub(super) fn stratum(index: u32, count: u32, rng: &mut Stream) -> f64 {
-    (f64::from(index) + rng.uniform()) / f64::from(count)
 }
 
 #[cfg(test)]

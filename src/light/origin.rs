@@ -1,0 +1,27 @@
+//! Places on lights that are not infinitely far.
+
+use glam::DVec3;
+
+use crate::math::{Cone, Ray, Span, World, WorldPoint};
+
+/// A place that a light shines from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightOrigin {
+    /// The place.
+    pub position: WorldPoint,
+    /// Unit normal of the light's surface there, on the side that shines; none where the light has no
+    /// extent.
+    pub normal: Option<DVec3>,
+}
+
+impl LightOrigin {
+    /// The part of `span` of `ray` in front of the surface; all of it where there is none.
+    pub fn in_front(&self, ray: &Ray<World>, span: Span) -> Span {
+        match self.normal {
+            Some(axis) => {
+                Cone { apex: self.position, axis, one_minus_cos: 1.0 }.clip(ray).intersect(span)
+            }
+            None => span,
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! Rays of a camera path that are still to be traced.
+
+use smallvec::SmallVec;
+
+use crate::math::{Ray, Spectrum, World};
+use crate::surface::SurfaceHit;
+use crate::transport::specular::{SpecularStep, scatter_specular, split_specular};
+use crate::transport::{EnclosingSolids, PathContext};
+
+/// Panes of glass at which a camera ray is split: the faces of a solid.
+///
+/// Unit: count. Limit: on the rays that a camera ray becomes, four.
+pub(super) const MAX_SPLITS: u32 = 2;
+
+/// A ray that is still to be traced.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PendingRay<S> {
+    /// The ray (unit direction).
+    pub ray: Ray<World>,
+    /// Weight of its light.
+    pub throughput: S,
+    /// MIS weight of punctual lights where their light is scattered next along the ray.
+    pub punctual_weight: f64,
+    /// Whether it starts at the camera.
+    pub from_camera: bool,
+    /// Whether emitters that it hits count.
+    pub sees_emitters: bool,
+    /// Solids of glass around its origin.
+    pub solids: EnclosingSolids,
+    /// How many panes of glass split it further, so that both what is reflected and what is refracted is traced.
+    pub splits: u32,
+}
+
+/// Rays that are still to be traced.
+pub(super) type PendingRays<S> = SmallVec<[PendingRay<S>; 4]>;
+
+/// The segment behind the mirror or glass at `hit`; `None` where it absorbs all. Where glass splits the ray, the
+/// brighter part is followed and the other put on `pending`.
+pub(super) fn follow_specular<S: Spectrum>(
+    segment: &PendingRay<S>,
+    hit: &SurfaceHit<'_>,
+    pending: &mut PendingRays<S>,
+    ctx: &mut PathContext,
+) -> Option<PendingRay<S>> {
+    ctx.work.specular_bounces += 1;
+    let behind = |step: &SpecularStep, splits: u32| PendingRay {
+        ray: step.ray,
+        throughput: segment.throughput * S::from_rgb(step.weight),
+        punctual_weight: 1.0,
+        from_camera: false,
+        sees_emitters: true,
+        solids: segment.solids.after(step.crossing),
+        splits,
+    };
+    if segment.splits == 0 {
+        let step = scatter_specular(&segment.ray, hit, &mut ctx.rng)?;
+        return Some(behind(&step, 0));
+    }
+    match split_specular(&segment.ray, hit).as_slice() {
+        [] => None,
+        [only] => Some(behind(only, segment.splits)),
+        [a, b, ..] => {
+            let [a, b] = [a, b].map(|step| behind(step, segment.splits - 1));
+            let is_brighter = a.throughput.max_element() > b.throughput.max_element();
+            let (brighter, other) = if is_brighter { (a, b) } else { (b, a) };
+            pending.push(other);
+            Some(brighter)
+        }
+    }
+}
