@@ -6,7 +6,7 @@ use std::fs;
 use crate::documents::documents;
 use crate::marked::MarkedText;
 use crate::pages::equal_error::{front, time_to};
-use crate::pages::strategy::{self, Figures};
+use crate::pages::strategy::{self, Comparison, Figures};
 use crate::pages::{PAGES, Places, quoted};
 
 #[test]
@@ -104,21 +104,26 @@ fn times_to_an_error_lie_on_lines_between_logarithms() {
 
 #[test]
 fn a_regret_passes_by_the_lower_end_of_its_interval() {
+    let comparison = |regret, interval| Comparison {
+        best: "beams".into(),
+        compared: [Figures { error: 0.5, seconds: 2.0 }; 2],
+        regret,
+        interval,
+    };
     let row = |scene: &str, regret, interval| strategy::Row {
         scene: scene.into(),
         reference_rays: 1,
         reference_error: 0.0,
         is_reference_enough: true,
         candidates: Vec::new(),
-        best: "beams".into(),
-        compared: [Figures { error: 0.5, seconds: 2.0 }; 2],
-        regret,
-        interval,
+        trimmed: comparison(regret, interval),
+        of_all_pixels: Some(comparison(1.0, [0.9, 1.2])),
     };
     let page = strategy::tables(&[row("a", 1.0, [0.9, 1.1]), row("b", 4.0, [1.25, 9.0])]);
     assert!(
         page.contains("1 of 2 scenes pass; the geometric mean of the regrets is 2.00"),
         "{page}"
     );
-    assert!(page.contains("the largest is 4.00, of b."), "{page}");
+    let rest = "the largest is 4.00, of b. By the errors of all pixels 2 pass.";
+    assert!(page.contains(rest), "{page}");
 }

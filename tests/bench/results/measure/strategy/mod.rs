@@ -24,7 +24,7 @@ use fogbow::scene::{LoadOptions, RenderSettings, Scene, Strategy, StrategyReques
 use super::Kept;
 use super::spent::Spent;
 use crate::pages::Result;
-use crate::pages::strategy::Row;
+use crate::pages::strategy::{Comparison, Row};
 use candidate::{Candidate, Series, regret};
 use scenes::{StrategyScene, fly_in, scenes};
 use truth::Truth;
@@ -162,16 +162,30 @@ fn row(
     is_enough: bool,
     seeds: usize,
 ) -> Row {
-    let errors: Vec<Vec<f64>> = candidates
+    let (trimmed, whole): (Vec<_>, Vec<_>) = candidates
         .iter()
         .map(|candidate| {
-            let [trimmed, _] = candidate.errors(truth);
-            trimmed
+            let [trimmed, whole] = candidate.errors(truth);
+            (trimmed, whole)
         })
-        .collect();
+        .unzip();
+    Row {
+        scene: scene.name.clone(),
+        reference_rays: truth.spent().rays,
+        reference_error: truth.error(),
+        is_reference_enough: is_enough,
+        candidates: candidates.iter().map(|candidate| candidate.measured(truth)).collect(),
+        trimmed: comparison(candidates, &trimmed, seeds),
+        of_all_pixels: Some(comparison(candidates, &whole, seeds)),
+    }
+}
+
+/// What is chosen, the first candidate, beside the request that is best by these errors of each over
+/// the seeds.
+fn comparison(candidates: &[Candidate], errors: &[Vec<f64>], seeds: usize) -> Comparison {
     let series: Vec<Series<'_>> = candidates
         .iter()
-        .zip(&errors)
+        .zip(errors)
         .map(|(candidate, errors)| Series { errors, seconds: &candidate.seconds })
         .collect();
     let first: Vec<usize> = (0..seeds).collect();
@@ -180,12 +194,7 @@ fn row(
     let requested = (0..candidates.len()).filter(|&index| candidates[index].is_asked());
     let best = requested.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
     let (regret, interval) = regret(&series[0], &series[best], seeds..2 * seeds);
-    Row {
-        scene: scene.name.clone(),
-        reference_rays: truth.spent().rays,
-        reference_error: truth.error(),
-        is_reference_enough: is_enough,
-        candidates: candidates.iter().map(|candidate| candidate.measured(truth)).collect(),
+    Comparison {
         best: candidates[best].request.name().into(),
         compared: [0, best].map(|index| series[index].figures(&second)),
         regret,
