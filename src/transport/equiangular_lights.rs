@@ -41,6 +41,8 @@ pub struct SampledLight {
     pub index: usize,
     /// The part of the ray along which it is sampled, if it reaches that.
     span: Span,
+    /// The distances of a punctual light, all of whose light comes from one place.
+    punctual: Option<Equiangular>,
 }
 
 impl<'a> EquiangularLights<'a> {
@@ -70,11 +72,12 @@ impl<'a> EquiangularLights<'a> {
         let sampled = |index: usize| {
             let span = span(index).filter(|span| !span.is_empty())?;
             let light = &lights.lights[index];
-            let reaches = light.position().is_none_or(|position| {
-                let origin = LightOrigin { position, normal: None };
-                Equiangular::new(ray, light.reach(&origin, ray, span), position).is_some()
-            });
-            reaches.then_some(SampledLight { index, span })
+            let Some(position) = light.position() else {
+                return Some(SampledLight { index, span, punctual: None });
+            };
+            let reach = light.reach(&LightOrigin { position, normal: None }, ray, span);
+            let punctual = Some(Equiangular::new(ray, reach, position)?);
+            Some(SampledLight { index, span, punctual })
         };
         let sampled = (0..lights.lights.len()).filter_map(sampled).collect();
         Self { lights, ray: *ray, sampled }
@@ -102,6 +105,9 @@ impl<'a> EquiangularLights<'a> {
     /// The distances at which light from `origin`, on one of the lights, is sampled; nothing where it does not
     /// reach the ray.
     pub fn distances(&self, light: &SampledLight, origin: &LightOrigin) -> Option<Equiangular> {
+        if light.punctual.is_some() {
+            return light.punctual;
+        }
         let reach = self.lights.lights[light.index].reach(origin, &self.ray, light.span);
         Equiangular::new(&self.ray, reach, origin.position)
     }
