@@ -11,7 +11,8 @@ use fogbow::medium::{Density, Medium};
 use fogbow::render::{Progress, Silent, render};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{
-    Directed, Directing, Director, Importance, LoadOptions, RenderSettings, Scene,
+    Directed, Directing, Director, Importance, LoadOptions, RenderSettings, Scene, Strategy,
+    StrategyRequest,
 };
 
 use crate::skip;
@@ -175,7 +176,9 @@ fn through(medium: &Medium, ray: &Ray<World>, end: f64) -> Rgb {
 fn handing_out_rays_does_not_bias() {
     const SEEDS: u64 = 64;
     const TILE: usize = 16;
-    let scene = load(&shipped("smoke.toml"), [48, 48], 8, 4_000);
+    let mut scene = load(&shipped("smoke.toml"), [48, 48], 8, 4_000);
+    // No pilot for each of so many pictures.
+    scene.render.strategy = StrategyRequest::Asked(Strategy::FluenceTowardEye);
     let tiles = |settings: &RenderSettings| {
         let film = render(&scene, settings, &Silent).unwrap().film;
         let light = layer(&film, "G");

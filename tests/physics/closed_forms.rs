@@ -88,7 +88,7 @@ fn slabs_by_photon_map_and_march() {
         for (from_above, expected) in [(true, reflectance), (false, transmittance)] {
             let text = slab(albedo, thickness, g, from_above);
             let photons = if g > 0.8 { 75_000 } else { 25_000 };
-            let mut scene = scene(folder.path(), &text, 128, photons);
+            let mut scene = scene(folder.path(), &text, 96, photons);
             // A pilot would take what has the least noise in a pixel, not in the mean of all.
             let strategy = match g.abs() > 0.5 {
                 true => Strategy::SharedGathers,
@@ -197,7 +197,7 @@ fn shipped_scenes_agree_with_the_reference() {
             let options = LoadOptions::default().size(size).rays(rays).photons(400_000);
             Scene::load(&volumes.join(name).with_extension("toml"), &options).unwrap()
         };
-        let (fast, slow) = (load(64), load(600));
+        let (fast, slow) = (load(32), load(400));
         let photons = render(&fast, &fast.render, &Silent).unwrap().film;
         let reference = render_reference(&slow, &slow.render, &Silent).film;
         let (ours, theirs) = (mean(&photons), mean(&reference));

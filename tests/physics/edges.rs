@@ -66,7 +66,7 @@ fn terminators_are_as_bright_as_the_reference() {
             irradiance = 1.0
             "#
         );
-        let scene = scene(folder.path(), &text, 16, 200_000);
+        let scene = scene(folder.path(), &text, 8, 100_000);
         let settings = RenderSettings { crop: Some(TERMINATOR), ..scene.render };
         let exact = RenderSettings { rays: 2000, ..settings };
         let reference = render_reference(&scene, &exact, &Silent).film;

@@ -22,7 +22,7 @@ fn frame(index: u32) -> Scene {
     let cloud = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/cloud.toml");
     let along = f64::from(index) / f64::from(FRAMES - 1);
     let position = [0.0, 90.0 + along * 165.0, 1500.0 - along * 1500.0];
-    let options = LoadOptions::default().size([24, 18]).rays(8).photons(60_000);
+    let options = LoadOptions::default().size([24, 18]).rays(4).photons(30_000);
     let options = options.with("camera.position", format!("{position:?}"));
     Scene::load(&cloud, &options.with("camera.target", "[0.0, 255.0, -1000.0]")).unwrap()
 }
