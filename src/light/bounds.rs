@@ -23,7 +23,7 @@ impl LightBounds {
         (p - self.center).length_squared() < self.radius * self.radius
     }
 
-    /// Whether the sphere may touch a box: it touches the box of its own size for certain.
+    /// Whether the box round the sphere touches `bounds`, as the sphere does or nearly does.
     pub fn touches(&self, bounds: &Aabb<World>) -> bool {
         bounds.grown(self.radius).contains(self.center)
     }

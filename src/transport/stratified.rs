@@ -49,7 +49,7 @@ const DECISIONS: usize = Decision::SurfaceLights as usize + 1;
 
 /// Times that a decision of a path is stratified over the samples of a pixel.
 ///
-/// Unit: count. Limit: on sequences that are too long to matter.
+/// Unit: count. Limit: on the sequences of a path in fog that is deflected again and again.
 const STRATIFIED_TIMES: u8 = 4;
 
 /// Four numbers in [0, 1) for each of the parts of a decision.
