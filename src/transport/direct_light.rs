@@ -126,7 +126,7 @@ pub fn is_clear(scene: &Scene, ray: &Ray<World>, distance: f64, ctx: &mut PathCo
     !scene.surfaces.occluded(ray, Span::new(0.0, distance))
 }
 
-/// A light as [`direct_in_medium`] samples it from a point.
+/// A place on a light as [`InMedium`] samples it from a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Connection {
     /// Index of the light.
