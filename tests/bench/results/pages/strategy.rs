@@ -149,7 +149,7 @@ pub fn tables(rows: &[Row]) -> String {
          are relative to the squared radiance and half its mean, without the worst 0.2 % of \
          the pixels, against two independent references at once; the last four columns are of the errors \
          of all pixels. References are small enough in \
-         error where it is a tenth of the smallest of the candidates' and 0.003 at most.\n\n{regrets}\n{}\n\n\
+         error where theirs is a tenth of the smallest of the candidates' and 0.003 at most.\n\n{regrets}\n{}\n\n\
          ## All candidates\nOver all seeds.\n\n{candidates}\n## References\n{references}",
         summary(rows)
     )
