@@ -192,8 +192,8 @@ impl Light {
     /// is infinitely far.
     pub fn origin(&self, u: [f64; 2]) -> Option<LightOrigin> {
         match self {
-            Self::Point(l) => Some(LightOrigin { position: l.position(), normal: None }),
-            Self::Spot(l) => Some(LightOrigin { position: l.position(), normal: None }),
+            Self::Point(l) => Some(LightOrigin::punctual(l.position())),
+            Self::Spot(l) => Some(LightOrigin::punctual(l.position())),
             Self::Quad(l) => Some(l.point(u).origin()),
             Self::Mesh(l) => Some(l.point(u).origin()),
             Self::Sun(_) | Self::Environment(_) => None,

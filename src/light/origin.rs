@@ -15,6 +15,11 @@ pub struct LightOrigin {
 }
 
 impl LightOrigin {
+    /// The place of a light without an extent.
+    pub const fn punctual(position: WorldPoint) -> Self {
+        Self { position, normal: None }
+    }
+
     /// The part of `span` of `ray` in front of the surface; all of it where there is none.
     pub fn in_front(&self, ray: &Ray<World>, span: Span) -> Span {
         match self.normal {

@@ -5,7 +5,7 @@
 
 use smallvec::SmallVec;
 
-use crate::light::{LightBounds, LightOrigin, Lights};
+use crate::light::{Light, LightBounds, LightOrigin, Lights};
 use crate::math::{Equiangular, Ray, Span, World};
 
 /// Number of lights along a ray up to which all are sampled; of more, one is chosen. It is the inline
@@ -48,35 +48,41 @@ pub struct SampledLight {
 impl<'a> EquiangularLights<'a> {
     /// Of the punctual lights of `lights`, over the part of `span` of `ray` (unit direction) that each reaches.
     pub fn punctual(lights: &'a Lights, ray: &Ray<World>, span: Span) -> Self {
-        let is_punctual = |index: usize| lights.lights[index].position().is_some();
-        Self::of(lights, ray, |index| Some(span).filter(|_| is_punctual(index)))
+        Self::of(lights, ray, |_| span, |light, _, _| light.position().is_some())
     }
 
     /// Of the lights whose light along the ray varies with the distance to them, and of those that reach only
     /// a small part of it: each over the span that `span` gives for its index, which may be empty.
     pub fn near(lights: &'a Lights, ray: &Ray<World>, span: impl Fn(usize) -> Span) -> Self {
-        let near = |index: usize| {
-            let (light, span) = (&lights.lights[index], span(index));
-            let bounds = light.bounds()?;
-            let reach = light.position().map_or(span, |position| {
-                light.reach(&LightOrigin { position, normal: None }, ray, span)
-            });
-            let is_near = falloff(&bounds, ray, reach) >= MIN_FALLOFF
-                || reach.length() < MAX_PART * span.length();
-            is_near.then_some(span)
-        };
-        Self::of(lights, ray, near)
+        Self::of(lights, ray, span, |light, span, reach| {
+            light.bounds().is_some_and(|bounds| {
+                falloff(&bounds, ray, reach) >= MIN_FALLOFF
+                    || reach.length() < MAX_PART * span.length()
+            })
+        })
     }
 
-    fn of(lights: &'a Lights, ray: &Ray<World>, span: impl Fn(usize) -> Option<Span>) -> Self {
+    /// Of the lights that are sampled by their span and the part of it that they reach.
+    fn of(
+        lights: &'a Lights,
+        ray: &Ray<World>,
+        span: impl Fn(usize) -> Span,
+        is_sampled: impl Fn(&Light, Span, Span) -> bool,
+    ) -> Self {
         let sampled = |index: usize| {
-            let span = span(index).filter(|span| !span.is_empty())?;
-            let light = &lights.lights[index];
-            let Some(position) = light.position() else {
-                return Some(SampledLight { index, span, punctual: None });
+            let (light, span) = (&lights.lights[index], span(index));
+            if span.is_empty() {
+                return None;
+            }
+            let origin = light.position().map(LightOrigin::punctual);
+            let reach = origin.map_or(span, |origin| light.reach(&origin, ray, span));
+            if !is_sampled(light, span, reach) {
+                return None;
+            }
+            let punctual = match origin {
+                Some(origin) => Some(Equiangular::new(ray, reach, origin.position)?),
+                None => None,
             };
-            let reach = light.reach(&LightOrigin { position, normal: None }, ray, span);
-            let punctual = Some(Equiangular::new(ray, reach, position)?);
             Some(SampledLight { index, span, punctual })
         };
         let sampled = (0..lights.lights.len()).filter_map(sampled).collect();
@@ -138,7 +144,7 @@ fn falloff(bounds: &LightBounds, ray: &Ray<World>, span: Span) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::{Light, PointLight, QuadLight};
+    use crate::light::{PointLight, QuadLight};
     use crate::math::{Rgb, WorldPoint};
     use glam::DVec3;
 
