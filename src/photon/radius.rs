@@ -26,7 +26,7 @@ const PHOTONS_IN_RADIUS: f64 = 100.0;
 
 /// Photons on surfaces up to which [`PHOTONS_IN_RADIUS`] lie within the radius of one.
 ///
-/// Unit: count. Bench: `cargo bench --bench results -- --only equal-time`.
+/// Unit: count. Definition: the number for which the photons within a radius are stated.
 const FEW_ON_SURFACES: f64 = 50_000.0;
 
 /// Exponent by which the photons within a radius grow with all photons on surfaces, so that both noise and blur fade.

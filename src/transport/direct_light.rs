@@ -126,7 +126,7 @@ pub fn is_clear(scene: &Scene, ray: &Ray<World>, distance: f64, ctx: &mut PathCo
     !scene.surfaces.occluded(ray, Span::new(0.0, distance))
 }
 
-/// A place on a light as [`InMedium`] samples it from a point.
+/// A place on a light as [`MediumNee`] samples it from a point.
 #[derive(Debug, Clone, Copy)]
 pub struct Connection {
     /// Index of the light.
@@ -140,13 +140,13 @@ pub struct Connection {
     pub pdf: f64,
 }
 
-/// How lights are sampled from a point in a medium.
+/// Next-event estimation from a point in a medium.
 ///
 /// Lights that a ray can hit are sampled by the light or by the phase function, half of the time
 /// each, where the phase function is not isotropic, with the balance heuristic for one sample (Veach
 /// 1997, section 9.2.4).
 #[derive(Debug, Clone, Copy)]
-pub struct InMedium<'a, S> {
+pub struct MediumNee<'a, S> {
     scene: &'a Scene,
     p: WorldPoint,
     wo: DVec3,
@@ -155,7 +155,7 @@ pub struct InMedium<'a, S> {
     sampled: Option<&'a Phase>,
 }
 
-impl<'a, S: Spectrum> InMedium<'a, S> {
+impl<'a, S: Spectrum> MediumNee<'a, S> {
     /// At `p`, for light toward the unit direction `wo`.
     pub fn new(
         scene: &'a Scene,

@@ -38,7 +38,7 @@ pub const MAX_PROBE_BOUNCES: u32 = 8;
 pub struct SpecularStep {
     /// The reflected or refracted ray.
     pub ray: Ray<World>,
-    /// Value times cosine over density.
+    /// Value times cosine, over the density where it was sampled.
     pub weight: Rgb,
     /// +1 where the ray enters a solid, -1 where it leaves one, else 0.
     pub crossing: i8,

@@ -123,7 +123,7 @@ mod tests {
     use super::*;
     use crate::math::Stage;
 
-    const DECISIONS: [Decision; 3] =
+    const SOME: [Decision; 3] =
         [Decision::CachedPlaces, Decision::OpacityPlaces, Decision::FinalGather];
 
     /// Each number of every decision has one value in each stratum, over the parts of all samples of a pixel
@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn parts_of_all_samples_share_strata() {
         let mut rng = Stream::new(3, Stage::Test, 0, 0);
-        for decision in DECISIONS {
+        for decision in SOME {
             let (samples, count) = (16, 4);
             let mut seen = vec![[0; 4]; 64];
             for index in 0..samples {

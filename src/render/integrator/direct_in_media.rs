@@ -1,14 +1,14 @@
 //! Direct light that media scatter once along a ray.
 //!
-//! It is evaluated at points sampled by opacity and, for lights that are near, at points sampled
-//! equiangularly (Kulla and Fajardo 2012), combined by the balance heuristic (Veach 1997, section
+//! It is evaluated at points sampled by opacity and, for lights [near the ray](EquiangularLights::near), at points
+//! sampled equiangularly (Kulla and Fajardo 2012), combined by the balance heuristic (Veach 1997, section
 //! 9.2.2).
 
 use crate::light::{LightRegion, Lights};
 use crate::math::{Ray, Spectrum, World};
 use crate::medium::{Place, Profile};
 use crate::photon::PhotonDirection;
-use crate::transport::direct_light::{Connection, InMedium};
+use crate::transport::direct_light::{Connection, MediumNee};
 use crate::transport::{Decision, EquiangularLights, LightNumbers, PathContext};
 
 use super::ray_estimators::DirectLightGroup;
@@ -140,7 +140,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 continue;
             }
             ctx.work.gathers += 1;
-            let nee = InMedium::new(self.scene, p, -ray.direction, &scatterers);
+            let nee = MediumNee::new(self.scene, p, -ray.direction, &scatterers);
             let density = |connection: &Connection| sampling.density(&place, connection);
             let u = lights.numbers(index, &mut ctx.rng);
             sum += place.weight * nee.direct(u, density, ctx);
@@ -177,7 +177,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 let light = lights.lights[index].sample(p, u);
                 let Some(light) = light.filter(|_| !scatterers.is_empty()) else { continue };
                 ctx.work.gathers += 1;
-                let nee = InMedium::new(self.scene, p, -ray.direction, &scatterers);
+                let nee = MediumNee::new(self.scene, p, -ray.direction, &scatterers);
                 let choice = lights.pick_probability(p, index);
                 let density = sampling.density(&place, &nee.connection(index, &light, choice));
                 sum += place.weight * nee.in_scattered(&light, ctx) / density;
