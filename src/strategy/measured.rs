@@ -10,8 +10,8 @@
 //!
 //! The covariance of A and B over the rays of a pixel is the variance that the pixel would have if its rays
 //! were independent, and the variance of A less that what photons add to it. It is known much better than
-//! the products of one pixel, but too large: the rays of a pixel are stratified. It is therefore lowered by the ratio
-//! of both, over all pixels.
+//! the products of one pixel, but too large: the rays of a pixel are stratified. How much so is told by the first
+//! product for the means of few rays each, of which a pixel has many pairs.
 
 use std::fmt;
 
@@ -24,6 +24,12 @@ use crate::scene::Strategy;
 ///
 /// Unit: none. Definition: that of the metric of studies.
 const EPSILON: f64 = 0.5;
+
+/// Rays of a block, of which stratification is measured.
+///
+/// Unit: count. Derivation: as few as a Sobol sequence stratifies in two dimensions, so that the pilot's rays make as
+/// many blocks as they can.
+pub const BLOCK: usize = 4;
 
 /// Nanoseconds of a second.
 ///
@@ -51,6 +57,8 @@ pub struct PixelSamples {
     shared: f64,
     /// Variance of the mean of the picture's rays, if they were independent.
     independent: f64,
+    /// Variance of the mean of a block of rays as they are, and if they were independent.
+    of_block: [f64; 2],
     /// What the noise of the pilot's photons adds to that.
     of_rays: f64,
 }
@@ -98,7 +106,8 @@ impl PixelSamples {
         let noisy = over_sets(&|set| 0.5 * (of_mean(a[set], a[set]) + of_mean(b[set], b[set])));
         let [a, b] = means(sharp);
         let shared = 0.5 * (a[0] - b[0]) * (a[1] - b[1]);
-        Self { means: means(smooth), shared, independent, of_rays: noisy - independent }
+        let of_block = [stratified_block(smooth), independent_block(smooth)];
+        Self { means: means(smooth), shared, independent, of_block, of_rays: noisy - independent }
     }
 
     /// Mean of its four luminances.
@@ -106,15 +115,14 @@ impl PixelSamples {
         self.means.iter().flatten().sum::<f64>() / 4.0
     }
 
-    /// Variance of the mean of the picture's rays, if they were independent. May be negative.
-    pub const fn independent(&self) -> f64 {
-        self.independent
+    /// Variance of the mean of a [block](BLOCK) of rays, stratified as they are. May be negative.
+    pub const fn stratified_block(&self) -> f64 {
+        self.of_block[0]
     }
 
-    /// Variance of the mean of the pilot's rays, stratified as they are. May be negative.
-    pub fn stratified(&self) -> f64 {
-        let [a, b] = self.means;
-        0.5 * (a[0] - a[1]) * (b[0] - b[1])
+    /// Variance of the mean of a block of rays, if they were independent. May be negative.
+    pub const fn independent_block(&self) -> f64 {
+        self.of_block[1]
     }
 
     /// Variance of this pixel in the picture; any part may be negative. Stratification leaves the share `left` of the
@@ -127,6 +135,32 @@ impl PixelSamples {
             photon_variance: scale.shared * self.shared,
         }
     }
+}
+
+/// Variance of the mean of a block of rays, over all pairs of blocks of both sets of random numbers.
+fn stratified_block(rays: PixelRays<'_>) -> f64 {
+    let [a, b] = rays.map(|half| half.map(|set| blocks(set).map(pixel_mean).collect::<Vec<f64>>()));
+    let pairs = (0..a[0].len()).flat_map(|x| (0..a[1].len()).map(move |y| (x, y)));
+    let product = |(x, y): (usize, usize)| 0.5 * (a[0][x] - a[1][y]) * (b[0][x] - b[1][y]);
+    let count = a[0].len() * a[1].len();
+    pairs.map(product).sum::<f64>() / count.max(1) as f64
+}
+
+/// Variance of the mean of a block of rays, if they were independent.
+fn independent_block(rays: PixelRays<'_>) -> f64 {
+    let [a, b] = rays;
+    let of_set = |set: usize| {
+        let Some(block) = blocks(a[set]).next() else { return 0.0 };
+        let gathers = block.iter().filter(|ray| ray.gathered.is_some()).count();
+        covariance(a[set], b[set], own) / block.len() as f64
+            + covariance(a[set], b[set], gathered) / gathers.max(1) as f64
+    };
+    0.5 * (of_set(0) + of_set(1))
+}
+
+/// The blocks of the rays of a pixel; all rays where they are fewer.
+fn blocks(rays: &[RayLuminance]) -> impl Iterator<Item = &[RayLuminance]> {
+    rays.chunks_exact(BLOCK.min(rays.len()).max(1))
 }
 
 const fn own(ray: &RayLuminance) -> Option<f64> {
@@ -280,9 +314,15 @@ mod tests {
                 near(found, 0.5 * photons, rays + photons + both),
                 "photons {found}: {parts:?}"
             );
-            let found = pixels.iter().map(PixelSamples::stratified).sum::<f64>() / count as f64;
-            // In the pilot 8 rays and 4 gathers, which have the same numbers.
-            let right = (0.25 / 8.0 + 0.25 / 4.0 + 2.0 * 0.25 / 8.0) * rays;
+            let mean_of = |part: fn(&PixelSamples) -> f64| {
+                pixels.iter().map(part).sum::<f64>() / count as f64
+            };
+            let found = mean_of(PixelSamples::independent_block);
+            let right = (0.25 / 4.0 + 0.25 / 2.0) * rays;
+            assert!(near(found, right, rays + photons + both), "block {found}: {parts:?}");
+            let found = mean_of(PixelSamples::stratified_block);
+            // In a block 4 rays and 2 gathers, which have the same numbers.
+            let right = (0.25 / 4.0 + 0.25 / 2.0 + 2.0 * 0.25 / 4.0) * rays;
             assert!(near(found, right, rays + photons + both), "stratified {found}: {parts:?}");
         }
     }

@@ -1,7 +1,7 @@
 //! The trials of a pilot: assignments of strategies, compared pixel by pixel.
 
 use super::kind::{shared, unshared};
-use super::measured::{Measured, PictureSize, PixelSamples, Variance, VarianceScale};
+use super::measured::{BLOCK, Measured, PictureSize, PixelSamples, Variance, VarianceScale};
 use crate::math::nth_smallest;
 use crate::scene::Strategy;
 
@@ -10,11 +10,6 @@ use crate::scene::Strategy;
 /// Unit: none. Derivation: at three, one in 700 of those that are not behind is given up where errors are
 /// normal; those of pixels are skewed.
 const BEHIND: f64 = 3.0;
-
-/// Exponent of the variance of stratified rays over their number.
-///
-/// Unit: none. Source: Mitchell 1996, "Consequences of Stratified Sampling in Graphics", section 3: at edges.
-const STRATIFIED_EXPONENT: f64 = 1.5;
 
 /// Pixels of which the one with the largest variance by all assignments is left out.
 ///
@@ -44,22 +39,26 @@ impl Observed<'_> {
 }
 
 /// The trials of all that were observed, each ray of which is one of `rays` of a pixel.
+///
+/// The variance of stratified rays falls as a power of their number (Mitchell 1996, "Consequences of Stratified
+/// Sampling in Graphics"). Each assignment has an exponent of its own, which its blocks of rays tell.
 pub fn trials(
     observed: &[Observed<'_>],
     weights: &[f64],
     rays: f64,
     picture: PictureSize,
 ) -> Vec<Trial> {
-    // Fewer rays than the picture's are less stratified, and more of them more.
-    let fewer = (rays / picture.rays).powf(STRATIFIED_EXPONENT);
+    let block = rays.min(BLOCK as f64);
+    // Independent rays have the exponent 1.
+    let powers = picture.rays.ln() / block.ln();
     let trial = |of: &Observed<'_>| {
         let sum = |part: fn(&PixelSamples) -> f64| {
             let pixels = of.samples.iter().zip(weights);
             pixels.map(|(pixel, weight)| weight * part(pixel)).sum::<f64>()
         };
         // The most that stratification can do is to leave the variance of one ray in as many.
-        let left = fewer * sum(PixelSamples::stratified) / sum(PixelSamples::independent);
-        let left = if left.is_nan() { 1.0 } else { left.clamp(1.0 / rays.min(picture.rays), 1.0) };
+        let left = sum(PixelSamples::stratified_block) / sum(PixelSamples::independent_block);
+        let left = if left.is_nan() { 1.0 } else { left.clamp(1.0 / block, 1.0).powf(powers) };
         Trial {
             strategies: of.strategies.clone(),
             variances: of.samples.iter().map(|own| own.variance(left, &of.scale)).collect(),
