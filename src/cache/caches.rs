@@ -33,7 +33,12 @@ impl<S: Spectrum> Caches<S> {
     /// All cells that rays fill, in a fixed order: a checkpoint stores them.
     pub fn lazy(&self) -> Vec<&LazyCells<S>> {
         let direct = self.direct.iter().flatten().filter_map(DirectLightCache::cells);
-        direct.chain(self.final_gathers.iter().flatten().map(FinalGatherCache::cells)).collect()
+        direct.chain(self.own_lazy()).collect()
+    }
+
+    /// Those of [`lazy`](Self::lazy) that depend on photons.
+    pub fn own_lazy(&self) -> impl Iterator<Item = &LazyCells<S>> {
+        self.final_gathers.iter().flatten().map(FinalGatherCache::cells)
     }
 
     /// Bytes of the fluence grids, and of cells that rays fill.

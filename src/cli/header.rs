@@ -55,6 +55,9 @@ pub(super) fn settings(
         settings.insert("denoised".into(), json!(true));
         settings.insert("denoiser".into(), json!(denoiser));
     }
+    if rendered.is_some_and(|r| r.film.is_reconstructed()) {
+        settings.insert("reconstructed".into(), json!(true));
+    }
     if let Some(crop) = render.crop {
         settings.insert("crop".into(), json!(crop.to_string()));
     }
@@ -86,6 +89,7 @@ pub(super) fn key(scene: &Scene, method: Method, requested: u64) -> Map<String, 
     key.remove("view");
     key.insert("level_set_as_fog".into(), json!(method.level_set_as_fog));
     key.insert("denoise".into(), json!(scene.render.denoise));
+    key.insert("reconstruct".into(), json!(scene.render.reconstruct));
     key.insert("everything".into(), json!(scene.render.planning == Planning::Everything));
     key
 }

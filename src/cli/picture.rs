@@ -27,8 +27,8 @@ use crate::scene::Scene;
 /// Seconds a pixel that writing takes: an allowance that the deadline leaves for it.
 const WRITING: f64 = 1e-6;
 
-/// Seconds a pixel that denoising takes: an allowance that the deadline leaves for it.
-const DENOISING: f64 = 2.5e-6;
+/// Seconds a pixel that denoising or reconstruction takes: an allowance that the deadline leaves for it.
+const FILTERING: f64 = 5e-6;
 
 /// Longest and shortest time of a preview, for a render that is interrupted before its first ray. A larger
 /// film, which takes longer to write, gets less.
@@ -210,8 +210,9 @@ impl PictureJob<'_> {
     /// Time by which rays must end, so that the files are written within `--time`.
     fn deadline(&self, scene: &Scene) -> Option<Deadline<'_>> {
         let time = self.limits.time?;
-        let denoising = if scene.render.denoise { DENOISING } else { 0.0 };
-        let after = writing(scene) + seconds_of(scene, denoising);
+        let is_filtered = scene.render.denoise || scene.render.reconstruct;
+        let filtering = if is_filtered { FILTERING } else { 0.0 };
+        let after = writing(scene) + seconds_of(scene, filtering);
         let at = self.start.checked_add(time - after.min(time / 4))?;
         Some(Deadline { clock: self.clock, at })
     }

@@ -34,6 +34,11 @@ pub(super) struct Args {
     /// Python environment (pip install pyoidn).
     #[arg(long)]
     pub(super) denoise: bool,
+    /// Take noise off the picture in the end by fogbow itself, which needs no library: light of media, and direct
+    /// and indirect light of surfaces, are each averaged over neighbours as widely as two halves of the rays and
+    /// photons agree. What was there stays in the layers noisy.R, noisy.G and noisy.B.
+    #[arg(long, conflicts_with_all = ["denoise", "reference"])]
+    pub(super) reconstruct: bool,
     /// Write the scene that is rendered for a VDB file alone, with a sentence on every key.
     #[arg(long, value_name = "OUT.toml")]
     pub(super) write_scene: Option<PathBuf>,
@@ -60,6 +65,9 @@ impl Args {
         let mut options = load::options(&self.settings, &self.look);
         if self.denoise {
             options = options.with("render.denoise", true);
+        }
+        if self.reconstruct {
+            options = options.with("render.reconstruct", true);
         }
         LoadOptions { memory: self.limits.memory, planning: self.plan, ..options }
     }

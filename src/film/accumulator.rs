@@ -1,39 +1,8 @@
 //! Mean and variance of the samples of one pixel.
 
-use crate::image::{Features, FilmPixel};
+use super::sample::Sample;
+use crate::image::FilmPixel;
 use crate::math::{Rgb, luminance};
-
-/// The result of one camera ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// Radiance, W/(m² sr).
-    pub radiance: Rgb,
-    /// The part of the radiance that is indirect light estimated for other rays of the pixel too, which
-    /// leave it out.
-    pub indirect: Rgb,
-    /// The part of the radiance that surfaces and the environment emit, seen without a mirror between: it
-    /// hardly differs from ray to ray.
-    pub visible_emission: Rgb,
-    /// Coverage, 0 to 1.
-    pub alpha: f64,
-    /// Transmittance to the first surface, or to infinity where there is none.
-    pub transmittance: f64,
-    /// Distance to the first surface in metres, positive infinity where there is none.
-    pub depth: f64,
-    /// Features of the ray, where they are gathered.
-    pub features: Option<Features>,
-}
-
-impl Sample {
-    /// Whether f32 can hold it: no NaN, and nothing that an f32 cannot hold but an infinite depth.
-    fn is_sound(&self) -> bool {
-        let sound = |v: f64| v.abs() <= f64::from(f32::MAX); // false for NaN
-        self.radiance.to_array().into_iter().all(sound)
-            && sound(self.alpha)
-            && sound(self.transmittance)
-            && !self.depth.is_nan()
-    }
-}
 
 /// Sums up the samples of one pixel, in f64 by Welford's update (Welford 1962, "Note on a Method
 /// for Calculating Corrected Sums of Squares and Products"): the variance does not suffer where

@@ -1,12 +1,18 @@
 //! The film while it is rendered: samples of a pixel, pixels in tiles, and the passes in which they get
-//! their rays.
+//! their rays. Reconstruction takes noise off the finished picture.
 
 mod accumulator;
+mod components;
 mod feature_mean;
 mod passes;
+mod reconstruct;
+mod sample;
 mod tiled;
 
-pub use accumulator::{Accumulator, Sample};
+pub use accumulator::Accumulator;
+pub use components::{ComponentFilm, PixelComponents};
 pub use feature_mean::FeatureMean;
 pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
-pub use tiled::{Pixel, Tile, TiledFilm};
+pub use reconstruct::{RECONSTRUCTION_BYTES, reconstruct};
+pub use sample::{Components, Sample, Seen, SeenSurface};
+pub use tiled::{FilmContents, FilmState, Pixel, Tile, TiledFilm};

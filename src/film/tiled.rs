@@ -1,8 +1,9 @@
-//! The film in tiles: samples and features of each pixel, until they are resolved into layers.
+//! The film in tiles: samples, features and components of each pixel, until they are resolved into layers.
 
 use std::iter;
 
 use super::accumulator::Accumulator;
+use super::components::{ComponentFilm, PixelComponents};
 use super::feature_mean::FeatureMean;
 use crate::image::{Features, Film, FilmPixel, Window};
 use crate::math::GOLDEN_RATIO;
@@ -13,6 +14,26 @@ use crate::math::GOLDEN_RATIO;
 /// a task takes.
 const TILE: u32 = 16;
 
+/// What is gathered for each pixel beside its samples.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct FilmContents {
+    /// Features for a denoiser.
+    pub features: bool,
+    /// Components in halves, for reconstruction.
+    pub components: bool,
+}
+
+/// What pixels have gathered, in the order of [`TiledFilm::samples`].
+#[derive(Debug, Default, PartialEq)]
+pub struct FilmState {
+    /// Samples.
+    pub samples: Vec<Accumulator>,
+    /// Features; empty where none are gathered.
+    pub features: Vec<FeatureMean>,
+    /// Components; empty where none are gathered.
+    pub components: Vec<PixelComponents>,
+}
+
 /// A square of pixels, cut where the window ends.
 #[derive(Debug)]
 pub struct Tile {
@@ -22,6 +43,8 @@ pub struct Tile {
     pub samples: Vec<Accumulator>,
     /// Features of its pixels, row by row; empty where none are gathered.
     pub features: Vec<FeatureMean>,
+    /// Components of its pixels, row by row; empty where none are gathered.
+    pub components: Vec<PixelComponents>,
 }
 
 /// A pixel of a tile.
@@ -35,6 +58,8 @@ pub struct Pixel<'a> {
     pub samples: &'a mut Accumulator,
     /// Its features, where they are gathered.
     pub features: Option<&'a mut FeatureMean>,
+    /// Its components, where they are gathered.
+    pub components: Option<&'a mut PixelComponents>,
 }
 
 impl Tile {
@@ -45,16 +70,18 @@ impl Tile {
         (0..).map(place).zip(&mut self.samples).map(|((x, y), samples)| (x, y, samples))
     }
 
-    /// Its pixels, with their features.
+    /// Its pixels, with all that they gather.
     pub fn all_pixels(&mut self) -> impl Iterator<Item = Pixel<'_>> {
         let Window { left, top, width, .. } = self.place;
         let features = self.features.iter_mut().map(Some).chain(iter::repeat_with(|| None));
-        let pixels = (0..).zip(&mut self.samples).zip(features);
-        pixels.map(move |((index, samples), features)| Pixel {
+        let components = self.components.iter_mut().map(Some).chain(iter::repeat_with(|| None));
+        let pixels = (0..).zip(&mut self.samples).zip(features).zip(components);
+        pixels.map(move |(((index, samples), features), components)| Pixel {
             x: left + index % width,
             y: top + index / width,
             samples,
             features,
+            components,
         })
     }
 }
@@ -70,8 +97,8 @@ pub struct TiledFilm {
 }
 
 impl TiledFilm {
-    /// A film without samples. `features` says whether features are gathered.
-    pub fn new(window: Window, features: bool) -> Self {
+    /// A film without samples, whose pixels gather `contents`.
+    pub fn new(window: Window, contents: FilmContents) -> Self {
         let [across, down] = [window.width, window.height].map(|side| side.div_ceil(TILE));
         let count = u64::from(across) * u64::from(down);
         let stride = stride(count);
@@ -83,8 +110,10 @@ impl TiledFilm {
             let place = Window { left: window.left + x, top: window.top + y, width, height };
             let pixels = place.pixels() as usize;
             let samples = vec![Accumulator::default(); pixels];
-            let features = vec![FeatureMean::default(); if features { pixels } else { 0 }];
-            Tile { place, samples, features }
+            let features = vec![FeatureMean::default(); if contents.features { pixels } else { 0 }];
+            let components =
+                vec![PixelComponents::default(); if contents.components { pixels } else { 0 }];
+            Tile { place, samples, features, components }
         };
         Self { window, tiles: (0..count).map(tile).collect() }
     }
@@ -99,17 +128,36 @@ impl TiledFilm {
         self.tiles.iter().flat_map(|tile| &tile.features)
     }
 
-    /// Replaces samples and features of all pixels, both in the order of [`samples`](Self::samples).
-    pub fn restore(
-        &mut self,
-        samples: impl IntoIterator<Item = Accumulator>,
-        features: impl IntoIterator<Item = FeatureMean>,
-    ) {
+    /// Components of each pixel, in the order of [`samples`](Self::samples).
+    pub fn components(&self) -> impl Iterator<Item = &PixelComponents> {
+        self.tiles.iter().flat_map(|tile| &tile.components)
+    }
+
+    /// Replaces all that pixels have gathered.
+    pub fn restore(&mut self, state: FilmState) {
+        let FilmState { samples, features, components } = state;
         let (mut samples, mut features) = (samples.into_iter(), features.into_iter());
+        let mut components = components.into_iter();
         for tile in &mut self.tiles {
             tile.samples.iter_mut().zip(&mut samples).for_each(|(pixel, known)| *pixel = known);
             tile.features.iter_mut().zip(&mut features).for_each(|(pixel, known)| *pixel = known);
+            let pixels = tile.components.iter_mut().zip(&mut components);
+            pixels.for_each(|(pixel, known)| *pixel = known);
         }
+    }
+
+    /// Components of all pixels, row by row from the top; `None` where none are gathered.
+    pub fn component_film(&self) -> Option<ComponentFilm> {
+        self.components().next()?;
+        let Window { left, top, width, .. } = self.window;
+        let mut pixels = vec![PixelComponents::default(); self.window.pixels() as usize];
+        for Tile { place, components, .. } in &self.tiles {
+            for (row, line) in (place.top..).zip(components.chunks_exact(place.width as usize)) {
+                let first = ((row - top) * width + place.left - left) as usize;
+                pixels[first..first + line.len()].copy_from_slice(line);
+            }
+        }
+        Some(ComponentFilm { width: width as usize, pixels })
     }
 
     /// Resolves the samples into layers of a film that is a part of one of the size `full` (width, height):
@@ -124,7 +172,7 @@ impl TiledFilm {
         let count = self.features().count();
         let mut means = vec![Features::default(); count];
         for tile in &mut self.tiles {
-            for Pixel { x, y, samples, features } in tile.all_pixels() {
+            for Pixel { x, y, samples, features, .. } in tile.all_pixels() {
                 let pixel = pixel(x, y, samples);
                 let (column, row) = ((x - left) as usize, (y - top) as usize);
                 film.set(column, row, &pixel);
@@ -133,6 +181,7 @@ impl TiledFilm {
                 }
             }
             (tile.samples, tile.features) = (Vec::new(), Vec::new());
+            tile.components = Vec::new();
         }
         if count > 0 {
             film.set_features(means);
@@ -164,7 +213,7 @@ mod tests {
         ) {
             let window = Window { left, top, width, height };
             let mut seen = vec![0; window.pixels() as usize];
-            for tile in &mut TiledFilm::new(window, false).tiles {
+            for tile in &mut TiledFilm::new(window, FilmContents::default()).tiles {
                 for (x, y, _) in tile.pixels() {
                     seen[((y - top) * width + x - left) as usize] += 1;
                 }
@@ -175,7 +224,7 @@ mod tests {
 
     #[test]
     fn any_run_of_tiles_is_spread_over_the_film() {
-        let tiles = TiledFilm::new(Window::whole([640, 480]), false).tiles;
+        let tiles = TiledFilm::new(Window::whole([640, 480]), FilmContents::default()).tiles;
         let mean = |run: &[Tile]| {
             run.iter().map(|t| f64::from(t.place.top)).sum::<f64>() / run.len() as f64
         };

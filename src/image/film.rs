@@ -139,6 +139,8 @@ pub struct Film {
     features: Vec<Features>,
     /// The denoiser, where the film is denoised.
     denoiser: Option<String>,
+    /// Whether it was reconstructed from its components.
+    reconstructed: bool,
     repaired: u64,
 }
 
@@ -175,6 +177,7 @@ impl Film {
             noisy: Vec::new(),
             features: Vec::new(),
             denoiser: None,
+            reconstructed: false,
             repaired: 0,
         }
     }
@@ -270,12 +273,30 @@ impl Film {
     /// # Panics
     /// Where it has another size.
     pub fn set_denoised(&mut self, image: &Image, denoiser: &str) {
+        self.replace(image);
+        self.denoiser = Some(denoiser.into());
+    }
+
+    /// As [`set_denoised`](Self::set_denoised), by an `image` that was reconstructed from components.
+    ///
+    /// # Panics
+    /// Where it has another size.
+    pub fn set_reconstructed(&mut self, image: &Image) {
+        self.replace(image);
+        self.reconstructed = true;
+    }
+
+    fn replace(&mut self, image: &Image) {
         assert_eq!([image.width(), image.height()], [self.width(), self.height()], "its size");
         let clean = image.channels();
         let clean =
             clean.map(|c| c.iter().map(|v| finite((*v).into(), &mut self.repaired)).collect());
         self.noisy = self.layers.splice(..NOISY.len(), clean).collect();
-        self.denoiser = Some(denoiser.into());
+    }
+
+    /// Whether it was reconstructed from its components.
+    pub const fn is_reconstructed(&self) -> bool {
+        self.reconstructed
     }
 
     /// The denoiser with its version, where the film is denoised.

@@ -94,8 +94,8 @@ impl<S: Spectrum, H: PhotonDirection> PhotonMaps<S, H> {
         let level = self.level(radius);
         let widening = radius / self.volume_radius;
         let scale = (widening / f64::from(1_u32 << level)).min(1.0);
-        // A wider gather is as much wider everywhere.
-        let free_paths = self.free_paths * widening.max(1.0);
+        // Another radius is another one everywhere.
+        let free_paths = self.free_paths * widening;
         let (mut sum, mut count, wo) = (S::ZERO, 0, -ray.direction);
         self.volume[level].along(ray, span, scale, |hit| {
             count += 1;

@@ -95,6 +95,17 @@ impl<'a> AimedPhotons<'a> {
         PathSample { seed, paths, represents: 1.0, levels }
     }
 
+    /// As [`all`](Self::all), in two halves, each of which stands for all.
+    pub fn halves(&self, settings: &PhotonSettings) -> [PathSample; 2] {
+        let PathSample { paths, .. } = self.all(settings);
+        let middle = paths.end / 2;
+        [0..middle, middle..paths.end].map(|half| PathSample {
+            represents: paths.end as f64 / (half.end - half.start).max(1) as f64,
+            paths: half,
+            ..self.all(settings)
+        })
+    }
+
     /// Traces the paths of `part`, if anything needs them, which leave what `recording` says, and builds
     /// the maps. `phases` scatter the photons of each medium when they are gathered. `advance` is called
     /// with numbers of paths done.

@@ -3,7 +3,7 @@
 //! 1. name and version, 12 bytes
 //! 2. length of the head in bytes, u64; all numbers are little-endian
 //! 3. head in JSON: key, work, and how much follows
-//! 4. samples of each pixel, then features where they are gathered, as the bits of their numbers
+//! 4. samples of each pixel, then features and components where they are gathered, as the bits of their numbers
 //! 5. for each cache a bit a cell, set where it is filled, in words of 64; then the filled cells' values
 //! 6. BLAKE3 hash of all before it
 
@@ -17,7 +17,7 @@ use serde_json::{Map, Value};
 use crate::cache::LazyCells;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::film::{Accumulator, FeatureMean, TiledFilm};
+use crate::film::{Accumulator, FeatureMean, FilmState, PixelComponents, TiledFilm};
 use crate::math::Spectrum;
 use crate::work::Work;
 
@@ -35,16 +35,14 @@ pub(super) struct CacheState {
 pub(super) struct CheckpointState {
     /// Work done so far.
     pub work: Work,
-    /// Samples of each pixel, in the order of [`TiledFilm::samples`].
-    pub samples: Vec<Accumulator>,
-    /// Features of each pixel, in the order of [`TiledFilm::features`]; empty where none are gathered.
-    pub features: Vec<FeatureMean>,
+    /// What pixels have gathered.
+    pub film: FilmState,
     /// Filled cells, one entry for each cache.
     pub caches: Vec<CacheState>,
 }
 
 /// Name and version of the format.
-const MAGIC: [u8; 12] = *b"fogbow cp 3\n";
+const MAGIC: [u8; 12] = *b"fogbow cp 4\n";
 
 /// Bytes of the hash.
 const HASH: u64 = blake3::OUT_LEN as u64;
@@ -63,6 +61,8 @@ struct Head {
     pixels: u64,
     /// Whether features follow the samples.
     features: bool,
+    /// Whether components follow those.
+    components: bool,
     /// For each cache, the number of its cells and of those that are filled.
     #[serde(rename = "lattices")]
     caches: Vec<[u64; 2]>,
@@ -71,7 +71,9 @@ struct Head {
 impl Head {
     /// Bytes between head and hash; `None` where the number overflows.
     fn body(&self) -> Option<u64> {
-        let words = Accumulator::WORDS + if self.features { FeatureMean::WORDS } else { 0 };
+        let features = if self.features { FeatureMean::WORDS } else { 0 };
+        let components = if self.components { PixelComponents::WORDS } else { 0 };
+        let words = Accumulator::WORDS + features + components;
         let pixels = self.pixels.checked_mul(8 * words as u64)?;
         self.caches.iter().try_fold(pixels, |sum, [cells, known]| {
             let bits = cells.div_ceil(64).checked_mul(8)?;
@@ -97,6 +99,7 @@ pub(super) fn write<S: Spectrum>(
         work: *work,
         pixels: film.samples().count() as u64,
         features: film.features().next().is_some(),
+        components: film.components().next().is_some(),
         caches: caches.iter().map(counts).collect(),
     };
     let head = serde_json::to_vec(&head)
@@ -113,6 +116,9 @@ pub(super) fn write<S: Spectrum>(
         }
         for features in film.features() {
             out.put(features.to_bits().map(u64::to_le_bytes).as_flattened())?;
+        }
+        for components in film.components() {
+            out.put(components.to_bits().map(u64::to_le_bytes).as_flattened())?;
         }
         for cache in caches {
             let known = |cell: &usize| cache.stored(*cell);
@@ -217,6 +223,11 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
     for _ in 0..count {
         features.push(FeatureMean::from_bits(&input.words()?));
     }
+    let count = if head.components { head.pixels } else { 0 };
+    let mut components = Vec::with_capacity(count as usize);
+    for _ in 0..count {
+        components.push(PixelComponents::from_bits(&input.words()?));
+    }
     let mut caches = Vec::with_capacity(head.caches.len());
     for [cells, count] in &head.caches {
         let mut indices = Vec::with_capacity(*count as usize);
@@ -236,7 +247,8 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
         }
         caches.push(CacheState { cells: *cells as usize, known });
     }
-    Ok(Some(CheckpointState { work: head.work, samples, features, caches }))
+    let film = FilmState { samples, features, components };
+    Ok(Some(CheckpointState { work: head.work, film, caches }))
 }
 
 /// Refuses a checkpoint of another picture; the error names the entries of the key that differ.

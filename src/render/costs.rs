@@ -23,7 +23,7 @@ use super::progress::Stages;
 use super::stage_settings::{finest_step, pass_settings, sampled_pass_settings, specialised};
 use crate::director::PixelBudget;
 use crate::error::Result;
-use crate::film::{FIRST_RAYS, Sample};
+use crate::film::{FIRST_RAYS, FilmContents, Sample};
 use crate::image::Window;
 use crate::math::{Spectrum, Stage};
 use crate::photon::{self, PhotonDirection, PhotonMemory};
@@ -89,8 +89,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let (photons, mut work) = sample_photons::<S, H>(scene, settings, &assignment)?;
     let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
 
-    let gold =
-        PixelBudget::fixed(settings.rays, photons.maps.volume_radius, finest_step(scene, settings));
+    let gold = PixelBudget::fixed(settings.rays, photons.radius, finest_step(scene, settings));
     let sample = RaySample::new(scene, settings);
     let (first, first_seconds) = sample.expose(scene, settings, &photons, gold, settings.seed);
     let (second, seconds) =
@@ -161,7 +160,7 @@ impl RaySample {
             stage: Stage::Director,
             rays: settings.rays,
             needs,
-            features: false,
+            contents: FilmContents::default(),
         };
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
         let radiance = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::cache::LazyCells;
 use crate::director::PixelBudget;
-use crate::film::{Accumulator, Sample};
+use crate::film::{Accumulator, ComponentFilm, FilmContents, Sample};
 use crate::film::{Pass, Pixel, Tile, TiledFilm, passes, sample_pass};
 use crate::image::{Film, FilmPixel, Window};
 use crate::math::{Ray, Spectrum, Stage, Stream, World};
@@ -24,7 +24,7 @@ use super::checkpoint_file::CheckpointState;
 use super::control::{Control, Halt};
 use super::cost_model::{CostModel, Remaining, Timing};
 use super::pixel_sampling::{
-    CameraRay, Workspace, begin_sample, indirect_correction, indirect_weight,
+    CameraRay, Numbering, Workspace, begin_sample, indirect_correction, indirect_weight,
 };
 use super::rendered::Ended;
 
@@ -46,8 +46,8 @@ pub struct RenderRegion {
     pub rays: u32,
     /// What rays need.
     pub needs: Needs,
-    /// Whether samples have features.
-    pub features: bool,
+    /// What pixels gather beside their samples. Where they gather components their rays are in halves.
+    pub contents: FilmContents,
 }
 
 /// The result of an exposure.
@@ -55,6 +55,8 @@ pub struct RenderRegion {
 pub struct Exposure {
     /// The picture.
     pub film: Film,
+    /// Its components, where they are gathered.
+    pub components: Option<ComponentFilm>,
     /// Work done for it, that before a checkpoint included.
     pub work: Work,
     /// Why it ended.
@@ -115,7 +117,7 @@ where
     /// All passes, and the film that they leave.
     fn expose(&self, caches: &[&LazyCells<S>]) -> Exposure {
         let control = self.control;
-        let mut film = TiledFilm::new(self.region.window, self.region.features);
+        let mut film = TiledFilm::new(self.region.window, self.region.contents);
         let mut work = self.restore(&mut film);
         let left = Remaining::count(&mut film, &self.budget);
         let (mut costs, mut timing) = (CostModel::default(), Timing::default());
@@ -154,10 +156,10 @@ where
     /// Takes the samples of a checkpoint, if there is one, into `film`; the work done for them.
     fn restore(&self, film: &mut TiledFilm) -> Work {
         let checkpoint = self.control.checkpoints.and_then(Checkpoints::take);
-        let Some(CheckpointState { work, samples, features, .. }) = checkpoint else {
+        let Some(CheckpointState { work, film: state, .. }) = checkpoint else {
             return Work::default();
         };
-        film.restore(samples, features);
+        film.restore(state);
         work
     }
 
@@ -199,7 +201,7 @@ where
 
     /// The samples of a pixel that belong to a pass.
     fn expose_pixel(&self, pixel: Pixel<'_>, run: &PassRun<'_>, of: &mut TileRun<S>) {
-        let Pixel { x, y, samples, mut features } = pixel;
+        let Pixel { x, y, samples, mut features, mut components } = pixel;
         let budget = (self.budget)(x, y);
         let begin = samples.given() as u32;
         let end = run.pass.end.min(budget.rays);
@@ -210,11 +212,14 @@ where
                 return;
             }
             let cells = of.workspace.ctx.amortized.cells;
-            let sample = self.sample([x, y], index, &budget, of);
+            let (sample, half) = self.sample([x, y], index, &budget, of);
             let dropped = samples.dropped();
             samples.add(sample);
             if let (Some(mean), Some(seen)) = (features.as_deref_mut(), sample.features) {
                 mean.add(&seen);
+            }
+            if let Some(components) = components.as_deref_mut() {
+                components.add(half, &sample);
             }
             of.workspace.ctx.work.dropped_samples += samples.dropped() - dropped;
             // Filling cells of caches may have taken long.
@@ -225,25 +230,31 @@ where
         of.timing.rays += u64::from(end.saturating_sub(before));
     }
 
-    /// Traces the camera ray of one sample of the pixel (x, y).
+    /// Traces the camera ray of one sample of the pixel (x, y). Returns its half as well.
     fn sample(
         &self,
         [x, y]: [u32; 2],
         index: u32,
         budget: &PixelBudget,
         of: &mut TileRun<S>,
-    ) -> Sample {
+    ) -> (Sample, usize) {
         let RenderRegion { size, seed, stage, rays, .. } = self.region;
         let pixel = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let ctx = &mut of.workspace.ctx;
-        let [u, v, a, b] = begin_sample(ctx, [seed, pixel], stage, index);
+        let numbered = self.numbering([x, y]).number(index, budget);
+        let [u, v, a, b] = begin_sample(ctx, [seed, pixel], stage, &numbered);
         ctx.work.colored_paths += u64::from(S::CHANNELS > 1);
         let ray = (self.camera)(f64::from(x) + u, f64::from(y) + v, [a, b]);
-        let indirect_weight = indirect_weight(index, budget);
+        let (half, indirect_weight) = (numbered.half, indirect_weight(&numbered));
         of.timing.gathers += u64::from(indirect_weight > 1.0);
-        let pass = sample_pass(index, rays);
-        let camera_ray = CameraRay { ray, budget, indirect_weight, pass };
-        (self.estimate)(&camera_ray, &mut of.workspace)
+        let pass = self.numbering([x, y]).pass(sample_pass(index, rays));
+        let camera_ray = CameraRay { ray, budget, indirect_weight, pass, half };
+        ((self.estimate)(&camera_ray, &mut of.workspace), half)
+    }
+
+    /// How the samples of the pixel (x, y) are numbered.
+    fn numbering(&self, pixel: [u32; 2]) -> Numbering {
+        if self.region.contents.components { Numbering::halves(pixel) } else { Numbering::Whole }
     }
 
     /// Makes the film of its samples. Pixels without rays of an exposure that was cut short are filled
@@ -258,16 +269,18 @@ where
         let is_cut = ended != Ended::Complete;
         let rays_left = if is_cut { Remaining::count(&mut film, &self.budget).rays } else { 0 };
         let known = is_cut.then(|| self.has_rays(&mut film));
+        let components = film.component_film();
         let mut film = film.resolve(self.region.size, |x, y, samples: &Accumulator| {
             let budget = (self.budget)(x, y);
             let PixelBudget { radius, step, saliency, xs, .. } = budget;
             let pixel = FilmPixel::from(samples);
+            let correction = indirect_correction(samples, &budget, self.numbering([x, y]));
             // Noise of moments makes rays negative, and cutting each of them off would brighten the pixel.
-            let radiance = (pixel.radiance + indirect_correction(samples, &budget)).not_negative();
+            let radiance = (pixel.radiance + correction).not_negative();
             FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
         });
         known.iter().for_each(|known| film.fill(known));
-        Exposure { film, work, ended, rays_left, checkpoint_error }
+        Exposure { film, components, work, ended, rays_left, checkpoint_error }
     }
 
     /// Whether each pixel has a ray or needs none, row by row from the top.

@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 use crate::director::PixelBudget;
-use crate::film::{Accumulator, FeatureMean};
+use crate::film::{Accumulator, FeatureMean, PixelComponents, RECONSTRUCTION_BYTES};
 use crate::image::{Features, Film, Window};
 use crate::medium::Medium;
 use crate::photon::PhotonMemory;
@@ -19,6 +19,10 @@ const FILM: u64 = (size_of::<Accumulator>() + Film::PIXEL_BYTES) as u64;
 
 /// Bytes that features add to a pixel of the film: their sum, and the mean that it becomes.
 const FEATURES: u64 = (size_of::<FeatureMean>() + size_of::<Features>()) as u64;
+
+/// Bytes of a pixel of the film while it is reconstructed: its layers, its components, and those at all levels.
+const RECONSTRUCTING: u64 =
+    (Film::PIXEL_BYTES + size_of::<PixelComponents>() + RECONSTRUCTION_BYTES) as u64;
 
 /// Bytes of a pixel while the film is written: its layers, their copy for the encoder, and the file.
 const WRITING: u64 = (Film::PIXEL_BYTES + 2 * Film::LAYER_BYTES) as u64;
@@ -98,7 +102,13 @@ pub(super) fn memory_with(
     let sizes = media.grid_bytes();
     let grids = sizes.iter().map(|bytes| *bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
-    let film = pixels * (FILM + if settings.denoise { FEATURES } else { 0 });
+    let features = if settings.denoise { FEATURES } else { 0 };
+    let film = pixels
+        * if settings.reconstruct {
+            RECONSTRUCTING.max(FILM + features + size_of::<PixelComponents>() as u64)
+        } else {
+            FILM + features
+        };
     let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
     let maps = if Needs::new(scene, settings).maps { maps } else { 0 };
     let writing = pixels * WRITING;

@@ -1,5 +1,7 @@
 //! The photon pass: strategy, photons and caches of a render, tied together.
 
+use std::sync::Arc;
+
 use super::integrator::Integrator;
 use super::pass_settings::{PassSettings, fluence_builders};
 use super::strategy_pilot::StrategyPilot;
@@ -8,14 +10,18 @@ use crate::error::Result;
 use crate::math::{Aabb, Rgb, Spectrum};
 use crate::medium::SparseCells;
 use crate::photon::{
-    AimedPhotons, CameraImportance, Octahedral, PhotonDirection, PhotonMaps, PhotonSettings,
-    Recording, ShotPart,
+    AimedPhotons, CameraImportance, Octahedral, PathSample, PhotonDirection, PhotonMaps,
+    PhotonSettings, Recording, ShotPart,
 };
 use crate::scene::plan::Needs;
 use crate::scene::{Scene, StrategyRequest};
 use crate::strategy::{self, Assignment, Choice, Evidence};
 use crate::transport::FlightSegment;
 use crate::work::Work;
+
+/// Flips bits of the seed for gathers of the second half of the photons. Any number does; this one has no pattern (2^64
+/// over the golden ratio).
+const SECOND_HALF_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Seed of the pilot of strategies. Any number does; this one has no pattern (e in hexadecimal).
 const PILOT_SEED: u64 = 0xb7e1_5162_8aed_2a6a;
@@ -29,13 +35,15 @@ pub struct PhotonPass<S: Spectrum = Rgb, H: PhotonDirection = Octahedral> {
     pub caches: Caches<S>,
     /// How light in media is estimated, and why.
     pub choice: Choice,
+    /// Gather radius of full quality in metres.
+    pub radius: f64,
 }
 
 impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
     /// Without photons and caches, with a gather radius in metres.
     pub fn empty(radius: f64) -> Self {
         let choice = Choice::without_photons();
-        Self { maps: PhotonMaps::empty(radius), caches: Caches::default(), choice }
+        Self { maps: PhotonMaps::empty(radius), caches: Caches::default(), choice, radius }
     }
 
     /// The integrator of `scene` by what this holds, as far as `needs` say that it is needed.
@@ -56,22 +64,61 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<(Self, Work)> {
         let aimed = aim::<S, H>(scene, settings)?;
-        Ok(Self::shoot(scene, settings, assignment, aimed, advance))
+        let (mut passes, work) = Self::shoot(scene, settings, assignment, aimed, false, advance);
+        Ok((passes.swap_remove(0), work))
     }
 
-    /// As [`new`](Self::new), by photons that were [aimed](aim) with these settings, of any seed.
+    /// As [`new`](Self::new), by photons that were [aimed](aim) with these settings, of any seed. Where
+    /// `in_halves`, one pass for each half of the photons, which share caches of direct light.
     pub(super) fn shoot(
         scene: &Scene,
         settings: &PassSettings,
         assignment: &Assignment,
         aimed: Option<AimedPhotons<'_>>,
+        in_halves: bool,
         advance: &(dyn Fn(u64) + Sync),
-    ) -> (Self, Work) {
-        let PassSettings { photons, .. } = settings;
+    ) -> (Vec<Self>, Work) {
         let Some(mut aimed) = aimed else {
-            return (Self::empty(photons.radius.unwrap_or(0.0)), Work::default());
+            let radius = settings.photons.radius.unwrap_or(0.0);
+            return (vec![Self::empty(radius)], Work::default());
         };
-        // Decide how light is estimated, and make caches.
+        let planned = PlannedPass::new(scene, settings, assignment, &aimed);
+        let parts = if in_halves {
+            aimed.halves(&settings.photons).to_vec()
+        } else {
+            vec![aimed.all(&settings.photons)]
+        };
+        let mut work = aimed.importance().work;
+        let passes = parts.iter().map(|part| {
+            let (pass, shot) = planned.shoot(&mut aimed, part, advance);
+            work += shot;
+            pass
+        });
+        (passes.collect(), work)
+    }
+}
+
+/// A photon pass of which all is decided but the photons.
+struct PlannedPass<'a, S: Spectrum> {
+    scene: &'a Scene,
+    settings: &'a PassSettings,
+    choice: Choice,
+    /// Cells of fluence grids.
+    fluence: Vec<Option<SparseCells>>,
+    /// Cells of final gathers.
+    gathers: Vec<Option<SparseCells>>,
+    /// Empty caches of direct light.
+    direct: Arc<[Option<DirectLightCache<S>>]>,
+}
+
+impl<'a, S: Spectrum> PlannedPass<'a, S> {
+    /// Decides how light is estimated, and makes caches that photons do not fill.
+    fn new(
+        scene: &'a Scene,
+        settings: &'a PassSettings,
+        assignment: &Assignment,
+        aimed: &AimedPhotons<'_>,
+    ) -> Self {
         let direct = direct_caches(scene, settings, aimed.importance());
         let widths = widths(&direct);
         let evidence = Evidence::new(&aimed.importance().media, &widths, aimed.flight_length());
@@ -81,11 +128,29 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
             let has_cells = cache.as_ref().is_some_and(|cache| cache.cells().is_some());
             medium.direct_cell_width = medium.direct_cell_width.filter(|_| has_cells);
         }
-        let (fluence, gathers): (Vec<_>, Vec<_>) =
+        let (fluence, gathers) =
             cells.into_iter().map(|cells| (cells.fluence, cells.final_gathers)).unzip();
-        let mut builders = fluence_builders(scene, &choice, fluence, aimed.origin());
-        let final_gathers = settings.final_gathers(scene, gathers, photons.traced.is_some());
-        let mut caches = Caches { direct: direct.into(), final_gathers, ..Caches::default() };
+        Self { scene, settings, choice, fluence, gathers, direct: direct.into() }
+    }
+
+    /// Shoots the photons of `part` and fills the caches that hold their light.
+    fn shoot<H: PhotonDirection>(
+        &self,
+        aimed: &mut AimedPhotons<'_>,
+        part: &PathSample,
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> (PhotonPass<S, H>, Work) {
+        let Self { scene, settings, choice, .. } = self;
+        let mut builders = fluence_builders(scene, choice, self.fluence.clone(), aimed.origin());
+        // Gathers of halves are independent, as their photons are.
+        let flipped = if part.paths.start > 0 { SECOND_HALF_SEED } else { 0 };
+        let seed = settings.photons.seed ^ flipped;
+        let own =
+            PassSettings { photons: PhotonSettings { seed, ..settings.photons }, ..**settings };
+        let is_pilot = settings.photons.traced.is_some();
+        let final_gathers = own.final_gathers(scene, self.gathers.clone(), is_pilot);
+        let direct = Arc::clone(&self.direct);
+        let mut caches = Caches { direct, final_gathers, ..Caches::default() };
         // Shoot photons, whose flights fill the fluence grids.
         let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
         let bounds = builders.iter().flatten().map(FluenceBuilder::bounds);
@@ -96,16 +161,21 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
                 builders.iter_mut().flatten().for_each(|builder| builder.add(segments));
             },
         };
-        let part = aimed.all(photons);
-        let ShotPart { maps, mut work, .. } = aimed.shoot(recording, &phases, &part, advance);
-        work += aimed.importance().work;
+        let ShotPart { maps, work, radius_of_all } = aimed.shoot(recording, &phases, part, advance);
         // Finish the grids.
-        let flight_unit = aimed.flight_unit();
-        let finish = |builder: FluenceBuilder<'_, S>| builder.finish(photons.levels, flight_unit);
+        let unit = aimed.flight_unit() * part.represents;
+        let finish = |builder: FluenceBuilder<'_, S>| builder.finish(part.levels, unit);
         caches.fluence = builders.into_iter().map(|builder| builder.map(finish)).collect();
+        // Cells are as narrow as kernels of all photons, and both are widened together.
         let widths = caches.fluence.iter().flatten().map(FluenceGrid::cell_width);
-        let width = widths.fold(f64::INFINITY, f64::min);
-        (Self { maps: maps.with_radius_at_most(width), caches, choice }, work)
+        let radius = widths.fold(radius_of_all, f64::min);
+        let maps = if radius < radius_of_all {
+            let narrower = maps.volume_radius * (radius / radius_of_all);
+            maps.with_radius_at_most(narrower)
+        } else {
+            maps
+        };
+        (PhotonPass { maps, caches, choice: choice.clone(), radius }, work)
     }
 }
 

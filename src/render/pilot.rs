@@ -10,6 +10,7 @@ use super::photon_pass::PhotonPass;
 use super::stage_settings::{pass_settings, specialised};
 use crate::director::PixelBudget;
 use crate::error::Result;
+use crate::film::FilmContents;
 use crate::image::{Film, Window, meter};
 use crate::math::{Rgb, Spectrum, Stage, luminance};
 use crate::photon::{PhotonDirection, PhotonSettings};
@@ -70,7 +71,7 @@ impl Pilot {
         };
         let needs = pass.photons.needs;
         let (photons, mut work) = PhotonPass::<S, H>::new(scene, &pass, assignment, &|_| ())?;
-        let budget = PixelBudget::fixed(RAYS, photons.maps.volume_radius, step);
+        let budget = PixelBudget::fixed(RAYS, photons.radius, step);
         let integrator = photons.integrator(scene, needs);
         let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
         // All rays of one pixel lead through one pixel of the film, the middle one of its square.
@@ -83,7 +84,7 @@ impl Pilot {
                 stage: Stage::Director,
                 rays: RAYS,
                 needs,
-                features: false,
+                contents: FilmContents::default(),
             },
             |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
             |_, _| budget,

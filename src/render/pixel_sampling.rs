@@ -20,6 +20,85 @@ pub struct CameraRay<'a> {
     pub indirect_weight: f64,
     /// The pass that it belongs to.
     pub pass: SamplePass,
+    /// The half of the photons that it reads, 0 or 1; 0 where there are no halves.
+    pub half: usize,
+}
+
+/// How the samples of a pixel are numbered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Numbering {
+    /// In one sequence.
+    Whole,
+    /// In two halves by turns, each a sequence of its own with half of the budget.
+    Halves {
+        /// The half of the first sample.
+        first: u32,
+    },
+}
+
+/// A sample of a pixel, numbered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NumberedSample {
+    /// Its number among all samples of the pixel.
+    pub index: u32,
+    /// Its half, 0 or 1.
+    pub half: usize,
+    /// Its number in the sequence of that half.
+    pub within: u32,
+    /// What all samples of that half may spend.
+    pub budget: PixelBudget,
+}
+
+impl Numbering {
+    /// In two halves, in the pixel (x, y): pixels of one ray take turns with their neighbours.
+    pub(super) const fn halves([x, y]: [u32; 2]) -> Self {
+        Self::Halves { first: (x ^ y) & 1 }
+    }
+
+    /// Numbers the sample `index` of a pixel with this `budget`.
+    pub(super) fn number(self, index: u32, budget: &PixelBudget) -> NumberedSample {
+        match self {
+            Self::Whole => NumberedSample { index, half: 0, within: index, budget: *budget },
+            Self::Halves { first } => {
+                let half = (index + first) & 1;
+                let budget = self.part(half, budget);
+                NumberedSample { index, half: half as usize, within: index / 2, budget }
+            }
+        }
+    }
+
+    /// What the samples of `half` may spend of a `budget`.
+    fn part(self, half: u32, budget: &PixelBudget) -> PixelBudget {
+        if self == Self::Whole {
+            return *budget;
+        }
+        let rays = self.within(half, budget.rays);
+        let gathers = if budget.rays <= budget.gathers { rays } else { budget.gathers / 2 };
+        PixelBudget { rays, gathers: gathers.clamp(1, rays.max(1)), ..*budget }
+    }
+
+    /// How many of the first `samples` belong to `half`.
+    fn within(self, half: u32, samples: u32) -> u32 {
+        match self {
+            Self::Whole => {
+                if half == 0 {
+                    samples
+                } else {
+                    0
+                }
+            }
+            Self::Halves { first } if half == first => samples.div_ceil(2),
+            Self::Halves { .. } => samples / 2,
+        }
+    }
+
+    /// A pass over all samples, as it is in each half.
+    pub(super) fn pass(self, pass: SamplePass) -> SamplePass {
+        match self {
+            Self::Whole => pass,
+            Self::Halves { .. } => SamplePass { rays: pass.rays.div_ceil(2), ..pass },
+        }
+    }
 }
 
 /// Memory that the rays of one thread reuse, and the context that they draw from.
@@ -48,10 +127,11 @@ impl<S: Spectrum> Workspace<S> {
 }
 
 /// The Sobol point of a sample of the pixel with this index.
-fn sobol_point(seed: u64, pixel: u64, sample: u32) -> SobolPoint {
+fn sobol_point(seed: u64, pixel: u64, sample: &NumberedSample) -> SobolPoint {
     // The sequence is good for 2^16 points; further samples start another one.
-    let (block, index) = (sample >> 16, sample & 0xffff);
-    let mut key = Stream::new(seed, Stage::March, pixel, u64::from(block) | 1 << 63);
+    let (block, index) = (u64::from(sample.within >> 16), sample.within & 0xffff);
+    let block = block | (sample.half as u64) << 32;
+    let mut key = Stream::new(seed, Stage::March, pixel, block | 1 << 63);
     SobolPoint { index, scramble: key.scramble() }
 }
 
@@ -61,10 +141,10 @@ pub(super) fn begin_sample(
     ctx: &mut PathContext,
     [seed, pixel]: [u64; 2],
     stage: Stage,
-    sample: u32,
+    sample: &NumberedSample,
 ) -> [f64; 4] {
     let point = sobol_point(seed, pixel, sample);
-    ctx.rng = Stream::new(seed, stage, pixel, u64::from(sample));
+    ctx.rng = Stream::new(seed, stage, pixel, u64::from(sample.index));
     ctx.stratified = StratifiedSample::new(point);
     ctx.work.rays += 1;
     point.film_and_lens()
@@ -72,7 +152,8 @@ pub(super) fn begin_sample(
 
 /// Weight of the indirect light of a sample: see [`CameraRay::indirect_weight`]. The samples that gather
 /// are evenly spread over those of the pixel.
-pub(super) fn indirect_weight(sample: u32, budget: &PixelBudget) -> f64 {
+pub(super) fn indirect_weight(sample: &NumberedSample) -> f64 {
+    let NumberedSample { within: sample, budget, .. } = *sample;
     if budget.rays <= budget.gathers {
         1.0
     } else if budget.gathers_within(sample + 1) != budget.gathers_within(sample) {
@@ -84,14 +165,23 @@ pub(super) fn indirect_weight(sample: u32, budget: &PixelBudget) -> f64 {
 
 /// Radiance to add to the mean of a pixel that has not got all of its rays, so that indirect light
 /// counts as if each group of rays were complete.
-pub(super) fn indirect_correction(samples: &Accumulator, budget: &PixelBudget) -> Rgb {
+pub(super) fn indirect_correction(
+    samples: &Accumulator,
+    budget: &PixelBudget,
+    numbering: Numbering,
+) -> Rgb {
     let given = samples.given() as u32;
-    let groups = budget.gathers_within(given);
-    if groups == 0 || given >= budget.rays {
+    if given == 0 || given >= budget.rays || budget.rays <= budget.gathers {
         return Rgb::ZERO;
     }
-    let counted = groups as f64 * f64::from(budget.rays) / f64::from(budget.gathers);
-    samples.indirect() * (f64::from(given) / counted - 1.0)
+    let counted = |half: u32| {
+        let (given, part) = (numbering.within(half, given), numbering.part(half, budget));
+        match part.gathers_within(given) {
+            0 => f64::from(given),
+            groups => groups as f64 * f64::from(part.rays) / f64::from(part.gathers),
+        }
+    };
+    samples.indirect() * (f64::from(given) / (counted(0) + counted(1)) - 1.0)
 }
 
 #[cfg(test)]
@@ -101,25 +191,46 @@ mod tests {
 
     #[test]
     fn an_unfinished_pixel_has_as_much_light_as_a_finished_one() {
-        for (rays, gathers) in [(16, 4), (10, 4), (64, 3), (3, 4), (7, 7)] {
+        let budgets = [(16, 4), (10, 4), (64, 3), (3, 4), (7, 7), (5, 2), (1, 1)];
+        let numberings = [Numbering::Whole, Numbering::halves([0, 0]), Numbering::halves([1, 0])];
+        for ((rays, gathers), numbering) in iproduct(&budgets, &numberings) {
             let budget = PixelBudget { gathers, ..PixelBudget::fixed(rays, 0.0, 0.0) };
             let mut samples = Accumulator::default();
             for sample in 0..rays {
-                let indirect = Rgb::splat(2.0 * indirect_weight(sample, &budget));
+                let weight = indirect_weight(&numbering.number(sample, &budget));
+                let indirect = Rgb::splat(2.0 * weight);
                 let is_shared = budget.rays > budget.gathers;
                 samples.add(Sample {
                     radiance: Rgb::ONE + indirect,
                     indirect: if is_shared { indirect } else { Rgb::ZERO },
-                    visible_emission: Rgb::ZERO,
-                    alpha: 1.0,
-                    transmittance: 1.0,
-                    depth: 1.0,
-                    features: None,
+                    ..Sample::default()
                 });
-                let mean = samples.mean() + indirect_correction(&samples, &budget);
+                let mean = samples.mean() + indirect_correction(&samples, &budget, numbering);
                 assert!((mean - 3.0).abs().max_element() < 1e-5, "{mean} after {sample} of {rays}");
             }
-            assert_eq!(indirect_correction(&samples, &budget), Rgb::ZERO);
+            assert_eq!(indirect_correction(&samples, &budget, numbering), Rgb::ZERO);
+        }
+    }
+
+    fn iproduct<A: Copy, B: Copy>(a: &[A], b: &[B]) -> Vec<(A, B)> {
+        a.iter().flat_map(|a| b.iter().map(|b| (*a, *b))).collect()
+    }
+
+    #[test]
+    fn halves_have_sequences_of_their_own_and_all_samples_between_them() {
+        for (rays, first) in (1..20).flat_map(|rays| [(rays, [2, 4]), (rays, [3, 4])]) {
+            let budget = PixelBudget::fixed(rays, 0.0, 0.0);
+            let numbering = Numbering::halves(first);
+            let mut next = [0, 0];
+            for index in 0..rays {
+                let sample = numbering.number(index, &budget);
+                assert_eq!(sample.within, next[sample.half], "{index} of {rays}");
+                next[sample.half] += 1;
+            }
+            for (half, count) in next.into_iter().enumerate() {
+                assert_eq!(numbering.within(half as u32, rays), count);
+            }
+            assert!(next[0].abs_diff(next[1]) <= 1);
         }
     }
 }

@@ -14,9 +14,10 @@ use super::progress::Stages;
 use super::rendered::{Ended, Rendered};
 use super::stage_settings::{finest_step, pass_settings, render_region, specialised};
 use super::variance_pilot::budgets_by_variance;
+use crate::cache::LazyCells;
 use crate::director::PixelBudget;
 use crate::error::Result;
-use crate::film::Sample;
+use crate::film::{FilmContents, Sample, reconstruct};
 use crate::math::{Rgb, Spectrum, Stage};
 use crate::photon::{AimedPhotons, PhotonDirection};
 use crate::scene::plan::Needs;
@@ -112,11 +113,12 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
 
     // Budgets of pixels.
     let start = Instant::now();
-    let radius = photons.maps.volume_radius;
+    let radius = photons.iter().map(|pass| pass.radius).fold(f64::INFINITY, f64::min);
     let gold = PixelBudget::fixed(settings.rays, radius, finest_step(scene, settings));
-    let integrator = photons.integrator(scene, Needs::new(scene, settings));
+    let needs = Needs::new(scene, settings);
+    let integrators: Vec<_> = photons.iter().map(|pass| pass.integrator(scene, needs)).collect();
     let budgets = if settings.director == Director::Variance {
-        let (budgets, measuring) = budgets_by_variance(scene, settings, &integrator, gold);
+        let (budgets, measuring) = budgets_by_variance(scene, settings, &integrators[0], gold);
         work += measuring;
         stages.done("pilot", start);
         budgets
@@ -126,8 +128,9 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
 
     // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
     let start = Instant::now();
+    let caches = lazy_cells(&photons);
     if let Some(checkpoints) = control.checkpoints {
-        checkpoints.restore(&photons.caches.lazy())?;
+        checkpoints.restore(&caches)?;
     }
 
     // Rays.
@@ -138,29 +141,35 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
         |x, y, lens| scene.camera.ray(x, y, lens),
         |x, y| budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold),
         |camera_ray, workspace| {
-            let sample = integrator.radiance(camera_ray, workspace);
-            let CameraRay { ray, budget, .. } = camera_ray;
+            let CameraRay { ray, budget, half, .. } = camera_ray;
+            let sample = integrators[half % integrators.len()].radiance(camera_ray, workspace);
             Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
         },
-        &photons.caches.lazy(),
+        &caches,
         control,
     );
     stages.done("march", start);
-
-    // Film.
-    let strategy = Some(photons.choice.summary());
-    let rendered = rendered(exposed, work, stages, Some(photons.maps.volume_radius));
-    Ok(Rendered { strategy, ..rendered })
+    let rendered = rendered(exposed, work, stages, Some(radius));
+    Ok(Rendered { strategy: Some(photons[0].choice.summary()), ..rendered })
 }
 
-/// Shoots the `aimed` photons, with what the director's maps ask for, and builds the photon maps.
+/// All cells that rays fill, those that passes share once.
+fn lazy_cells<S: Spectrum, H: PhotonDirection>(passes: &[PhotonPass<S, H>]) -> Vec<&LazyCells<S>> {
+    let first = passes.first().into_iter().flat_map(|pass| pass.caches.lazy());
+    let others = passes.iter().skip(1).flat_map(|pass| pass.caches.own_lazy());
+    first.chain(others).collect()
+}
+
+/// Shoots the `aimed` photons, with what the director's maps ask for, and builds the photon maps: of all, or
+/// where the picture is reconstructed of two halves.
 fn shoot_photons<S: Spectrum, H: PhotonDirection>(
     job: &Directed<'_>,
     aimed: Option<AimedPhotons<'_>>,
     control: &Control<'_>,
-) -> (PhotonPass<S, H>, Work) {
+) -> (Vec<PhotonPass<S, H>>, Work) {
     let Directed { scene, settings, maps, strategies } = *job;
     let progress = control.progress;
+    let in_halves = settings.reconstruct;
     let settings = maps.pass_settings(scene, settings);
     progress.stage("photons", settings.photons.photons);
     let paths = AtomicU64::new(0);
@@ -172,7 +181,7 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
             progress.stage("photon map", 0);
         }
     };
-    let shot = PhotonPass::shoot(scene, &settings, strategies, aimed, &advance);
+    let shot = PhotonPass::shoot(scene, &settings, strategies, aimed, in_halves, &advance);
     progress.finish();
     shot
 }
@@ -204,7 +213,10 @@ fn trace_reference<S: Spectrum>(
     let tracer = FeatureTracer::new(scene, settings.denoise);
     let budget = PixelBudget::fixed(settings.rays, 0.0, 0.0);
     let exposed = expose(
-        render_region(scene, settings, Stage::Reference),
+        RenderRegion {
+            contents: FilmContents { features: settings.denoise, components: false },
+            ..render_region(scene, settings, Stage::Reference)
+        },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| budget,
         |camera_ray, workspace: &mut Workspace<S>| {
@@ -229,10 +241,13 @@ pub fn preview<'a>(
 ) -> Rendered {
     let (mut stages, start) = (Stages::default(), Instant::now());
     let photons = PhotonPass::<Rgb>::empty(settings.radius.unwrap_or(0.0));
-    let budget = PixelBudget::fixed(1, photons.maps.volume_radius, finest_step(scene, settings));
+    let budget = PixelBudget::fixed(1, photons.radius, finest_step(scene, settings));
     let integrator = photons.integrator(scene, Needs::new(scene, settings));
     let exposed = expose(
-        RenderRegion { features: false, ..render_region(scene, settings, Stage::March) },
+        RenderRegion {
+            contents: FilmContents::default(),
+            ..render_region(scene, settings, Stage::March)
+        },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| budget,
         |camera_ray, workspace| integrator.radiance(camera_ray, workspace),
@@ -244,10 +259,21 @@ pub fn preview<'a>(
     Rendered { ended: Ended::Stopped, ..preview }
 }
 
-/// The picture of an exposure; `work` was done before it.
-fn rendered(exposed: Exposure, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
-    let Exposure { film, work: exposing, ended, rays_left, checkpoint_error } = exposed;
+/// The picture of an exposure, reconstructed where its components are known; `work` was done before it.
+fn rendered(
+    exposed: Exposure,
+    mut work: Work,
+    mut stages: Stages,
+    radius: Option<f64>,
+) -> Rendered {
+    let Exposure { mut film, components, work: exposing, ended, rays_left, checkpoint_error } =
+        exposed;
     work += exposing;
+    if let Some(components) = components.filter(|_| ended != Ended::Stopped) {
+        let start = Instant::now();
+        film.set_reconstructed(&reconstruct(&components, &film.image()));
+        stages.done("reconstruct", start);
+    }
     Rendered {
         film,
         work,

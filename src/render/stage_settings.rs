@@ -2,6 +2,7 @@
 
 use super::exposure::RenderRegion;
 use super::pass_settings::PassSettings;
+use crate::film::FilmContents;
 use crate::image::Window;
 use crate::math::Stage;
 use crate::photon::PhotonSettings;
@@ -77,6 +78,6 @@ pub(super) fn render_region(
         stage,
         rays: settings.rays,
         needs: Needs::new(scene, settings),
-        features: settings.denoise,
+        contents: FilmContents { features: settings.denoise, components: settings.reconstruct },
     }
 }

@@ -6,7 +6,7 @@ use super::integrator::Integrator;
 use super::pilot::PILOT_SEED;
 use super::stage_settings::render_region;
 use crate::director::{PixelBudget, variance_budgets};
-use crate::film::FIRST_RAYS;
+use crate::film::{FIRST_RAYS, FilmContents};
 use crate::image::Window;
 use crate::math::{Spectrum, Stage};
 use crate::photon::PhotonDirection;
@@ -30,7 +30,13 @@ pub(super) fn budgets_by_variance<S: Spectrum, H: PhotonDirection>(
     let window = region.window.grown(region.size);
     let budget = PixelBudget::fixed(rays, gold.radius, gold.step);
     let exposed = expose(
-        RenderRegion { window, seed: settings.seed ^ PILOT_SEED, rays, features: false, ..region },
+        RenderRegion {
+            window,
+            seed: settings.seed ^ PILOT_SEED,
+            rays,
+            contents: FilmContents::default(),
+            ..region
+        },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| budget,
         |camera_ray, workspace| integrator.radiance(camera_ray, workspace),

@@ -150,6 +150,8 @@ pub struct RenderSettings {
     pub final_gather: FinalGather,
     /// Whether the finished picture is denoised.
     pub denoise: bool,
+    /// Whether the finished picture is reconstructed from its components.
+    pub reconstruct: bool,
     /// Whether work that the scene does not need is left out.
     pub planning: Planning,
     /// The part of the film that is rendered; `None` for all of it.

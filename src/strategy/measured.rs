@@ -115,7 +115,7 @@ impl PixelSamples {
         self.means.iter().flatten().sum::<f64>() / 4.0
     }
 
-    /// Variance of the mean of a [block](BLOCK) of rays, stratified as they are. May be negative.
+    /// Variance of the mean of a block of rays, stratified as they are. May be negative.
     pub const fn stratified_block(&self) -> f64 {
         self.of_block[0]
     }

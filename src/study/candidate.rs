@@ -63,9 +63,10 @@ pub struct Point {
 }
 
 impl Candidate {
-    /// The gold standard of a scene with these settings.
+    /// The gold standard of a scene with these settings. It is not reconstructed, and candidates are its variations.
     pub fn gold(settings: &RenderSettings) -> Self {
-        let settings = RenderSettings { director: Director::Fixed, ..*settings };
+        let settings =
+            RenderSettings { director: Director::Fixed, reconstruct: false, ..*settings };
         let label = format!("{} rays", settings.rays);
         Self { name: GOLD, about: "the gold standard", points: vec![Point { label, settings }] }
     }

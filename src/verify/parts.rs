@@ -85,16 +85,7 @@ fn march(media: &Media, ray: &Ray<World>, span: Span, step: f64, jitter: f64) ->
 fn mean(radiances: &mut dyn Iterator<Item = f64>) -> f64 {
     let mut samples = Accumulator::default();
     for radiance in radiances {
-        let radiance = Rgb::splat(radiance);
-        samples.add(Sample {
-            radiance,
-            indirect: Rgb::ZERO,
-            visible_emission: Rgb::ZERO,
-            alpha: 1.0,
-            transmittance: 0.0,
-            depth: 0.0,
-            features: None,
-        });
+        samples.add(Sample { radiance: Rgb::splat(radiance), ..Sample::default() });
     }
     samples.mean().x
 }

@@ -17,15 +17,7 @@ use fogbow::math::{Rgb, Stage, Stream, luminance};
 use proptest::prelude::*;
 
 fn sample(radiance: Rgb) -> Sample {
-    Sample {
-        radiance,
-        indirect: Rgb::ZERO,
-        visible_emission: Rgb::ZERO,
-        alpha: 0.5,
-        transmittance: 0.5,
-        depth: 2.0,
-        features: None,
-    }
+    Sample { radiance, alpha: 0.5, transmittance: 0.5, depth: 2.0, ..Sample::default() }
 }
 
 /// 37 x 21 pixels, more than one block of ZIP, with a hole that nothing hits.

@@ -90,8 +90,15 @@ fn what_does_not_fit_the_memory_is_thinned_or_refused_with_figures() {
 /// Whatever fits the memory by the plan is rendered, and takes no more than it may.
 #[test]
 fn what_fits_the_memory_is_not_refused() {
+    for (size, reconstruct) in [("128x96", "false"), ("640x480", "true")] {
+        fits(size, &format!("render.reconstruct={reconstruct}"));
+    }
+}
+
+fn fits(size: &str, setting: &str) {
     let folder = TempDir::new().unwrap();
-    let budget = ["--size", "128x96", "--rays", "1", "--photons", "100000", "--json", "--quiet"];
+    let budget = ["--size", size, "--rays", "1", "--photons", "100000", "--set", setting];
+    let budget = [&budget[..], &["--json", "--quiet"]].concat();
     let scene = volume("smoke.toml");
     let planned =
         report(fogbow(folder.path(), &[&["plan", scene.to_str().unwrap()], &budget[..]].concat()));
@@ -106,7 +113,7 @@ fn what_fits_the_memory_is_not_refused() {
     let rendered = report(within(peak + peak / 8));
     assert_eq!(rendered["settings"]["photons"], 100_000, "nothing had to be thinned");
     if let Some(taken) = rendered["peak_memory"].as_u64() {
-        assert!(taken <= peak + peak / 8, "{taken} bytes were taken, {peak} planned");
+        assert!(taken <= peak + peak / 8, "{taken} bytes were taken, {peak} planned: {setting}");
     }
     let message = fails(within(peak / 3));
     assert!(message.contains("(program ") && message.contains(" + film "), "{message}");

@@ -1,6 +1,6 @@
 //! The camera path: media, mirrors and glass, and the first diffuse surface.
 
-use crate::film::Sample;
+use crate::film::{Components, Sample, Seen, SeenSurface};
 use crate::math::{Spectrum, luminance};
 use crate::photon::PhotonDirection;
 use crate::render::pixel_sampling::{CameraRay, Profiles, Workspace};
@@ -22,6 +22,18 @@ struct PathResult<S> {
     depth: f64,
     /// Transmittance of the media before that.
     transmittance: f64,
+    /// The light by component.
+    components: ComponentLight<S>,
+    /// What a ray from the camera sees first.
+    seen: Seen,
+}
+
+/// Light by [component](Components), W/(m² sr).
+#[derive(Debug, Clone, Copy)]
+struct ComponentLight<S> {
+    media: S,
+    direct: S,
+    indirect: S,
 }
 
 impl<S: Spectrum> PathResult<S> {
@@ -31,19 +43,43 @@ impl<S: Spectrum> PathResult<S> {
         visible_emission: S::ZERO,
         depth: f64::INFINITY,
         transmittance: 1.0,
+        components: ComponentLight { media: S::ZERO, direct: S::ZERO, indirect: S::ZERO },
+        seen: Seen { surface: None, media_distance: None },
     };
 
-    /// Adds light of throughput `weight`.
-    fn add(&mut self, weight: S, light: Estimate<S>) {
-        self.light.radiance += weight * light.radiance;
-        self.light.indirect += weight * light.indirect;
+    /// Adds light of `segment`'s throughput.
+    fn add(&mut self, segment: &PendingRay<S>, light: Estimate<S>) {
+        self.light.radiance += segment.throughput * light.radiance;
+        self.light.indirect += segment.throughput * light.indirect;
     }
 
-    /// Adds what a surface or the environment emits, `directly` or seen in a mirror.
-    fn add_emission(&mut self, emitted: S, directly: bool) {
+    /// Adds light of media along `segment`.
+    fn add_media(&mut self, segment: &PendingRay<S>, light: Estimate<S>) {
+        self.add(segment, light);
+        if segment.from_camera || segment.deflected {
+            self.components.media += segment.throughput * light.radiance;
+        }
+    }
+
+    /// Adds light that the surface behind `segment` reflects.
+    fn add_reflected(&mut self, segment: &PendingRay<S>, light: Estimate<S>) {
+        self.add(segment, light);
+        if segment.from_camera {
+            self.components.direct += segment.throughput * (light.radiance - light.indirect);
+            self.components.indirect += segment.throughput * light.indirect;
+        } else if segment.deflected {
+            self.components.media += segment.throughput * light.radiance;
+        }
+    }
+
+    /// Adds what a surface or the environment emits behind `segment`.
+    fn add_emission(&mut self, segment: &PendingRay<S>, emitted: S) {
+        let emitted = segment.throughput * emitted;
         self.light.radiance += emitted;
-        if directly {
+        if segment.from_camera {
             self.visible_emission += emitted;
+        } else if segment.deflected {
+            self.components.media += emitted;
         }
     }
 }
@@ -59,6 +95,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             throughput: S::ONE,
             punctual_weight: 1.0,
             from_camera: true,
+            deflected: false,
             sees_emitters: true,
             solids: EnclosingSolids::NONE,
             splits: MAX_SPLITS,
@@ -66,9 +103,15 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let path = self.trace_camera_path(start, camera_ray, &mut pending, ctx, profiles);
         let others = self.trace_pending(pending, camera_ray, ctx, profiles);
         Sample {
-            radiance: (path.light.radiance + others.radiance).rgb(),
-            indirect: (path.light.indirect + others.indirect).rgb(),
+            radiance: (path.light.radiance + others.light.radiance).rgb(),
+            indirect: (path.light.indirect + others.light.indirect).rgb(),
             visible_emission: path.visible_emission.rgb(),
+            components: Components {
+                media: (path.components.media + others.components.media).rgb(),
+                direct: path.components.direct.rgb(),
+                indirect: path.components.indirect.rgb(),
+            },
+            seen: path.seen,
             alpha: if path.depth.is_finite() { 1.0 } else { 1.0 - path.transmittance },
             depth: path.depth,
             transmittance: path.transmittance,
@@ -92,13 +135,16 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let mut transmittance = S::ONE;
             if segment.solids.is_none() && self.needs.media {
                 let media = self.through_media(&segment, hit.as_ref(), camera_ray, ctx, profiles);
-                path.add(segment.throughput, media.light);
+                path.add_media(&segment, media.light);
                 let deflected = media.deflected.and_then(|mut ray| {
                     ray.throughput *= segment.throughput;
                     survives_roulette(&mut ray.throughput, &mut ctx.rng).then_some(ray)
                 });
                 pending.extend(deflected);
                 transmittance = media.transmittance;
+                if segment.from_camera {
+                    path.seen.media_distance = media.distance;
+                }
             }
             if bounce == 0 {
                 path.transmittance = luminance(transmittance.rgb());
@@ -107,18 +153,31 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             segment.throughput *= transmittance;
             if segment.sees_emitters {
                 let emitted = self.seen_emission(&segment, hit.as_ref(), ctx);
-                path.add_emission(segment.throughput * emitted, segment.from_camera);
+                path.add_emission(&segment, emitted);
             }
             let Some(hit) = hit else { break };
             if !hit.material.is_specular() {
                 let weight = camera_ray.indirect_weight;
-                path.add(segment.throughput, self.reflected(&segment.ray, &hit, weight, ctx));
+                path.add_reflected(&segment, self.reflected(&segment.ray, &hit, weight, ctx));
+                if segment.from_camera {
+                    path.seen.surface = Some(self.seen_surface(&segment, &hit));
+                }
                 break;
             }
             let Some(next) = follow_specular(&segment, &hit, pending, ctx) else { break };
             segment = next;
         }
         path
+    }
+
+    /// The diffuse surface at `hit`, seen along `segment`.
+    fn seen_surface(&self, segment: &PendingRay<S>, hit: &SurfaceHit<'_>) -> SeenSurface {
+        let is_back = hit.shading_normal.dot(segment.ray.direction) > 0.0;
+        SeenSurface {
+            offset: hit.point - self.eye,
+            normal: if is_back { -hit.shading_normal } else { hit.shading_normal },
+            reflectance: hit.material.diffuse_albedo(hit) * segment.throughput.rgb(),
+        }
     }
 
     /// What the surface at `hit` emits back along the ray, or the environment where there is none,
@@ -142,8 +201,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         camera_ray: &CameraRay<'_>,
         ctx: &mut PathContext,
         profiles: &mut Profiles<S>,
-    ) -> Estimate<S> {
-        let (mut light, mut traced) = (Estimate::ZERO, 0);
+    ) -> PathResult<S> {
+        let (mut all, mut traced) = (PathResult::NOTHING, 0);
         while let Some(next) = pending.pop() {
             if traced == MAX_EVENTS {
                 ctx.work.capped_rays += 1;
@@ -151,9 +210,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             }
             traced += 1;
             let path = self.trace_camera_path(next, camera_ray, &mut pending, ctx, profiles);
-            light.radiance += path.light.radiance;
-            light.indirect += path.light.indirect;
+            all.light.radiance += path.light.radiance;
+            all.light.indirect += path.light.indirect;
+            all.components.media += path.components.media;
         }
-        light
+        all
     }
 }

@@ -53,6 +53,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             throughput: weight,
             punctual_weight: punctual.mis_weight(direction, pdf),
             from_camera: false,
+            deflected: true,
             // Direct light was sampled where it was deflected.
             sees_emitters: false,
             solids: EnclosingSolids::NONE,

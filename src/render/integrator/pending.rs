@@ -23,6 +23,8 @@ pub(super) struct PendingRay<S> {
     pub punctual_weight: f64,
     /// Whether it starts at the camera.
     pub from_camera: bool,
+    /// Whether a forward peak deflected it: its light is the medium's.
+    pub deflected: bool,
     /// Whether emitters that it hits count.
     pub sees_emitters: bool,
     /// Solids of glass around its origin.
@@ -48,6 +50,7 @@ pub(super) fn follow_specular<S: Spectrum>(
         throughput: segment.throughput * S::from_rgb(step.weight),
         punctual_weight: 1.0,
         from_camera: false,
+        deflected: segment.deflected,
         sees_emitters: true,
         solids: segment.solids.after(step.crossing),
         splits,

@@ -73,12 +73,10 @@ impl<'a> PathTracer<'a> {
         ctx.work.capped_paths += u64::from(!ended);
         Sample {
             radiance: path.state.radiance.rgb(),
-            indirect: Rgb::ZERO,
-            visible_emission: Rgb::ZERO,
             alpha: if first.is_some() { 1.0 } else { 1.0 - transmittance },
             depth: first.unwrap_or(f64::INFINITY),
             transmittance,
-            features: None,
+            ..Sample::default()
         }
     }
 

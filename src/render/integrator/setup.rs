@@ -11,6 +11,7 @@ use crate::photon::{PhotonDirection, PhotonMaps};
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
 use crate::strategy::{Choice, holds_moments, makes_gathers};
+use crate::transport::camera_position;
 
 use super::emission_nee::EmissionNee;
 use super::ray_estimators::{RayEstimators, handled_by_gather};
@@ -45,6 +46,8 @@ impl<S: Spectrum> Estimate<S> {
 #[derive(Debug)]
 pub struct Integrator<'a, S: Spectrum, H: PhotonDirection> {
     pub(super) scene: &'a Scene,
+    /// Where the camera is.
+    pub(super) eye: WorldPoint,
     pub(super) maps: &'a PhotonMaps<S, H>,
     pub(super) caches: &'a Caches<S>,
     pub(super) choice: &'a Choice,
@@ -95,6 +98,7 @@ impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
         });
         Self {
             scene,
+            eye: camera_position(scene),
             maps,
             caches,
             choice,

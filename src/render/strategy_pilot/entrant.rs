@@ -9,7 +9,9 @@ use crate::math::{Rgb, Spectrum, Stage, Stream, luminance};
 use crate::photon::{PhotonDirection, PhotonMaps};
 use crate::render::integrator::Integrator;
 use crate::render::pass_settings::PassSettings;
-use crate::render::pixel_sampling::{CameraRay, Workspace, begin_sample, indirect_weight};
+use crate::render::pixel_sampling::{
+    CameraRay, Numbering, Workspace, begin_sample, indirect_weight,
+};
 use crate::scene::Scene;
 use crate::strategy::{self, Observed, PictureSize, PixelSamples, RayLuminance};
 use crate::transport::{PathContext, SobolPoint};
@@ -81,14 +83,16 @@ impl<'a> PilotPixels<'a> {
         let start = Stream::new(seed, Stage::Strategy, 0, 0);
         let mut workspace = Workspace::new(PathContext::new(start, settings.photons.needs));
         let sample = |index: u32| {
-            let point = begin_sample(&mut workspace.ctx, stream, Stage::Strategy, index);
+            let sample = Numbering::Whole.number(index, &budget);
+            let point = begin_sample(&mut workspace.ctx, stream, Stage::Strategy, &sample);
             let [x, y] = [0, 1].map(|axis| (corner[axis] + point[axis]) * settings.film_pixels);
-            let weight = indirect_weight(index, &budget);
+            let weight = indirect_weight(&sample);
             let camera_ray = CameraRay {
                 ray: scene.camera.ray(x, y, [point[2], point[3]]),
                 budget: &budget,
                 indirect_weight: weight,
                 pass: sample_pass(index, settings.rays),
+                half: 0,
             };
             let sample = integrator.radiance(&camera_ray, &mut workspace);
             let [whole, gathered] = [sample.radiance, sample.indirect].map(|radiance| {

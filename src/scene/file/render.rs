@@ -26,6 +26,9 @@ pub(super) fn film(section: &Section<'_>) -> Result<FilmSettings> {
 /// Reads the table `[render]`; `directing` is what `[director]` says.
 pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<RenderSettings> {
     section.only(&keys::RENDER)?;
+    if section.switch(&keys::DENOISE)? && section.switch(&keys::RECONSTRUCT)? {
+        section.at_most_one(&[&keys::DENOISE, &keys::RECONSTRUCT])?;
+    }
     Ok(RenderSettings {
         rays: section.whole(&keys::RAYS)? as u32,
         photons: section.whole(&keys::PHOTONS)?,
@@ -38,6 +41,7 @@ pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<Rend
         strategy: section.word(&keys::STRATEGY, StrategyRequest::ALL)?,
         final_gather: section.word(&keys::FINAL_GATHER, FinalGather::ALL)?,
         denoise: section.switch(&keys::DENOISE)?,
+        reconstruct: section.switch(&keys::RECONSTRUCT)?,
         planning: Planning::Needed,
         crop: None,
     })

@@ -75,6 +75,13 @@ pub(in crate::scene) const DENOISE: Key = Key::new(
     Default("false"),
     "Whether Open Image Denoise takes noise off the finished picture.",
 );
+pub(in crate::scene) const RECONSTRUCT: Key = Key::new(
+    "reconstruct",
+    Kind::Switch,
+    "",
+    Default("false"),
+    "Whether the finished picture is reconstructed from its components, with less noise.",
+);
 
 pub(in crate::scene) const RENDER: Table = Table {
     what: "[render]",
@@ -89,5 +96,6 @@ pub(in crate::scene) const RENDER: Table = Table {
         &STRATEGY,
         &FINAL_GATHER,
         &DENOISE,
+        &RECONSTRUCT,
     ],
 };

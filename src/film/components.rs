@@ -1,0 +1,170 @@
+//! Light of a pixel by the component that it belongs to, in two halves, and what the pixel sees.
+//!
+//! Halves have rays and photons of their own, so that what differs between them is noise, and what one
+//! predicts of the other is not.
+
+use glam::Vec3;
+
+use super::sample::Sample;
+
+/// Sums over the rays of one half of a pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HalfSums {
+    /// Number of rays.
+    pub rays: f32,
+    /// Light of media, W/(m² sr).
+    pub media: Vec3,
+    /// Direct light of surfaces, W/(m² sr).
+    pub direct: Vec3,
+    /// Indirect light of surfaces, W/(m² sr).
+    pub indirect: Vec3,
+    /// Reflectance of surfaces times the transmittance before them.
+    pub reflectance: Vec3,
+}
+
+/// Sums over what all rays of a pixel see.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SeenSums {
+    /// Number of rays that see a surface.
+    pub surfaces: f32,
+    /// Where those are, in metres from the camera.
+    pub offset: Vec3,
+    /// Their normals.
+    pub normal: Vec3,
+    /// Number of rays that pass media.
+    pub media: f32,
+    /// Opacity of those.
+    pub opacity: f32,
+    /// Natural logarithm of the distance in metres at which they have half of it.
+    pub log_distance: f32,
+}
+
+/// Components of one pixel, and what it sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PixelComponents {
+    /// Both halves.
+    pub halves: [HalfSums; 2],
+    /// What all rays see.
+    pub seen: SeenSums,
+}
+
+impl PixelComponents {
+    /// Number of 64-bit words of [`to_bits`](Self::to_bits).
+    ///
+    /// Unit: count. Definition: of the format of checkpoints.
+    pub const WORDS: usize = 18;
+
+    /// Number of rays.
+    pub fn rays(&self) -> f32 {
+        self.halves.iter().map(|half| half.rays).sum()
+    }
+
+    /// Adds a ray to `half`, 0 or 1. One that is not [sound](Sample::is_sound) is ignored.
+    pub fn add(&mut self, half: usize, sample: &Sample) {
+        if !sample.is_sound() {
+            return;
+        }
+        let Sample { components: light, seen, transmittance, .. } = sample;
+        let sums = &mut self.halves[half];
+        sums.rays += 1.0;
+        sums.media += light.media.as_vec3();
+        sums.direct += light.direct.as_vec3();
+        sums.indirect += light.indirect.as_vec3();
+        if let Some(surface) = seen.surface {
+            sums.reflectance += surface.reflectance.as_vec3();
+            self.seen.surfaces += 1.0;
+            self.seen.offset += surface.offset.as_vec3();
+            self.seen.normal += surface.normal.as_vec3();
+        }
+        if let Some(distance) = seen.media_distance {
+            self.seen.media += 1.0;
+            self.seen.log_distance += distance.max(f64::from(f32::MIN_POSITIVE)).ln() as f32;
+            self.seen.opacity += (1.0 - transmittance) as f32;
+        }
+    }
+
+    /// The state as the bits of its numbers, for checkpoints.
+    pub fn to_bits(&self) -> [u64; Self::WORDS] {
+        let mut numbers = [0.0_f32; 2 * Self::WORDS];
+        let half = |sums: &HalfSums| {
+            let HalfSums { rays, media, direct, indirect, reflectance } = *sums;
+            let [a, b, c, d] = [media, direct, indirect, reflectance].map(|sum| sum.to_array());
+            [&[rays][..], &a, &b, &c, &d].concat()
+        };
+        let SeenSums { surfaces, offset, normal, media, opacity, log_distance } = self.seen;
+        let seen =
+            [&[surfaces, media, opacity, log_distance][..], &offset.to_array(), &normal.to_array()];
+        let all = [half(&self.halves[0]), half(&self.halves[1]), seen.concat()].concat();
+        numbers[..all.len()].copy_from_slice(&all);
+        std::array::from_fn(|word| {
+            let [low, high] = [numbers[2 * word], numbers[2 * word + 1]].map(f32::to_bits);
+            u64::from(low) | u64::from(high) << 32
+        })
+    }
+
+    /// Restores the state from [`to_bits`](Self::to_bits).
+    pub fn from_bits(bits: &[u64; Self::WORDS]) -> Self {
+        let mut numbers =
+            bits.iter().flat_map(|word| [*word as u32, (word >> 32) as u32]).map(f32::from_bits);
+        let mut number = || numbers.next().unwrap_or(0.0);
+        let mut half = || {
+            let rays = number();
+            let mut sum = || Vec3::new(number(), number(), number());
+            HalfSums { rays, media: sum(), direct: sum(), indirect: sum(), reflectance: sum() }
+        };
+        let halves = [half(), half()];
+        let [surfaces, media, opacity, log_distance] = std::array::from_fn(|_| number());
+        let mut sum = || Vec3::new(number(), number(), number());
+        let (offset, normal) = (sum(), sum());
+        let seen = SeenSums { surfaces, offset, normal, media, opacity, log_distance };
+        Self { halves, seen }
+    }
+}
+
+/// Components of the pixels of a picture.
+#[derive(Clone, Debug)]
+pub struct ComponentFilm {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Pixels, row by row from the top.
+    pub pixels: Vec<PixelComponents>,
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::film::{Components, Seen, SeenSurface};
+    use crate::math::Rgb;
+
+    proptest! {
+        #[test]
+        fn components_survive_storing(
+            rays in prop::collection::vec(prop::array::uniform9(0.0_f64..10.0), 1..9),
+        ) {
+            let mut pixel = PixelComponents::default();
+            for (index, [a, b, c, d, e, f, g, h, i]) in rays.iter().copied().enumerate() {
+                let light = Components {
+                    media: Rgb::new(a, b, c),
+                    direct: Rgb::new(d, e, f),
+                    indirect: Rgb::new(g, h, i),
+                };
+                let surface = SeenSurface {
+                    offset: DVec3::new(c, a, b),
+                    normal: DVec3::new(f, d, e),
+                    reflectance: Rgb::new(i, g, h),
+                };
+                let seen = Seen { surface: Some(surface), media_distance: Some(a) };
+                let sample = Sample { components: light, seen, transmittance: 0.1 * b, ..Sample::default() };
+                pixel.add(index % 2, &sample);
+                prop_assert_eq!(PixelComponents::from_bits(&pixel.to_bits()), pixel);
+            }
+            let [even, odd] = pixel.halves;
+            prop_assert_eq!(even.rays + odd.rays, rays.len() as f32);
+            let sum: f64 = rays.iter().map(|ray| ray[4]).sum();
+            prop_assert!((f64::from(even.direct.y + odd.direct.y) - sum).abs() < 1e-4 * sum.max(1.0));
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Levels of the filter: a component at one of them, the taps by which the next is made, and outliers of the first.
+
+use glam::{Vec3A, Vec4};
+use rayon::prelude::*;
+
+use crate::math::luminance;
+
+/// Number of levels.
+///
+/// Unit: count. Limit: on how far light is averaged. The widest has a standard deviation of 9 pixels, the root of
+/// 1 + 4 + 16 + 64.
+pub(super) const LEVELS: u32 = 4;
+
+/// Weights of a tap by its distance in steps.
+///
+/// Unit: none. Source: Dammertz et al. 2010, section 3: a cubic B-spline.
+const SPLINE: [f32; 3] = [3.0 / 8.0, 1.0 / 4.0, 1.0 / 16.0];
+
+/// A component of all pixels, row by row, at one level. Of each half the light in `xyz`, W/(m² sr), and in `w` the
+/// number of rays that it is the mean of: 0 where it is not known. Filtered light counts as one ray.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    /// Both halves.
+    pub halves: [Vec<Vec4>; 2],
+}
+
+impl Candidate {
+    /// The light of both halves of a pixel.
+    pub fn mean(&self, pixel: usize) -> Option<Vec3A> {
+        let [a, b] = [0, 1].map(|half| self.halves[half][pixel]);
+        let rays = a.w + b.w;
+        (rays > 0.0).then(|| (Vec3A::from_vec4(a) * a.w + Vec3A::from_vec4(b) * b.w) / rays)
+    }
+}
+
+/// A pixel near another.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tap {
+    /// Its index.
+    pub pixel: usize,
+    /// How many steps it is to the right and down.
+    pub offset: [f32; 2],
+    /// Its weight.
+    pub weight: f32,
+}
+
+/// The taps around `pixel` of a film, itself among them, `step` pixels apart.
+pub(super) fn taps(
+    [width, height]: [usize; 2],
+    pixel: usize,
+    step: usize,
+) -> impl Iterator<Item = Tap> {
+    let (x, y) = ((pixel % width) as isize, (pixel / width) as isize);
+    (-2..=2).flat_map(move |down: isize| {
+        let row = y + down * step as isize;
+        (-2..=2).filter_map(move |right: isize| {
+            let column = x + right * step as isize;
+            let inside =
+                (0..width as isize).contains(&column) && (0..height as isize).contains(&row);
+            inside.then(|| Tap {
+                pixel: row as usize * width + column as usize,
+                offset: [right as f32, down as f32],
+                weight: SPLINE[right.unsigned_abs()] * SPLINE[down.unsigned_abs()],
+            })
+        })
+    })
+}
+
+/// 1 where `x` is 0, falling to 0 where it is 1 or more: Tukey's biweight.
+pub(super) fn biweight(x: f32) -> f32 {
+    let left = (1.0 - x * x).max(0.0);
+    left * left
+}
+
+/// Factor by which each pixel of each half is to be darkened, so that it is no brighter than the brightest of its eight
+/// neighbours, in either half, and itself in the other half.
+pub(super) fn outlier_factors(width: usize, halves: &[Vec<Vec4>; 2]) -> [Vec<f32>; 2] {
+    let luminance = |pixel: Vec4| luminance(pixel.truncate().as_dvec3()) as f32;
+    let height = halves[0].len() / width;
+    [0, 1].map(|half| {
+        let factor = |pixel: usize| {
+            let own = luminance(halves[half][pixel]);
+            let (x, y) = (pixel % width, pixel / width);
+            let mut most = f32::NEG_INFINITY;
+            for row in y.saturating_sub(1)..height.min(y + 2) {
+                for column in x.saturating_sub(1)..width.min(x + 2) {
+                    let near = row * width + column;
+                    for (other, values) in halves.iter().enumerate() {
+                        if (near, other) != (pixel, half) && values[near].w > 0.0 {
+                            most = most.max(luminance(values[near]));
+                        }
+                    }
+                }
+            }
+            if own > most && most >= 0.0 { most / own } else { 1.0 }
+        };
+        (0..halves[half].len()).into_par_iter().map(factor).collect()
+    })
+}

@@ -1,0 +1,184 @@
+//! Light that surfaces reflect, over their reflectance, averaged over neighbours on the same plane.
+
+use glam::{Vec3A, Vec4};
+use rayon::prelude::*;
+
+use super::levels::{Candidate, LEVELS, biweight, outlier_factors, taps};
+use crate::film::components::{ComponentFilm, HalfSums, PixelComponents};
+
+/// Distance from a pixel's plane, in spacings of the taps, beyond which a neighbour does not count.
+///
+/// Unit: none. Derivation: planes of neighbours at 45 degrees differ by as much.
+const PLANE_DISTANCE: f32 = 1.0;
+
+/// Power of the cosine between normals by which neighbours count.
+///
+/// Unit: none. Source: Schied et al. 2017, "Spatiotemporal Variance-Guided Filtering", section 4.4.
+const NORMAL_POWER: i32 = 128;
+
+/// The surface that a pixel sees.
+#[derive(Debug, Clone, Copy)]
+struct Surface {
+    offset: Vec3A,
+    normal: Vec3A,
+    /// Distance in metres to the nearest of the neighbours' surfaces.
+    spacing: f32,
+}
+
+/// Bytes of a pixel's sums in both halves, before and after a level.
+///
+/// Unit: bytes. Derivation: from the sizes of what is held.
+pub(super) const SUMS_BYTES: usize = 2 * size_of::<[Sums; 2]>();
+
+/// Sums of one half over pixels.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    direct: Vec3A,
+    indirect: Vec3A,
+    reflectance: Vec3A,
+}
+
+impl Sums {
+    fn of(half: &HalfSums) -> Self {
+        let [direct, indirect, reflectance] =
+            [half.direct, half.indirect, half.reflectance].map(Vec3A::from);
+        Self { direct, indirect, reflectance }
+    }
+
+    fn add(&mut self, weight: f32, other: &Self) {
+        self.direct += weight * other.direct;
+        self.indirect += weight * other.indirect;
+        self.reflectance += weight * other.reflectance;
+    }
+}
+
+/// Direct and indirect light of surfaces at all levels, from that of the pixels on.
+pub(super) fn candidates(film: &ComponentFilm) -> [Vec<Candidate>; 2] {
+    let size = [film.width, film.pixels.len() / film.width];
+    let surfaces = surfaces(film, size);
+    let mut sums: Vec<[Sums; 2]> =
+        film.pixels.par_iter().map(|pixel| pixel.halves.each_ref().map(Sums::of)).collect();
+    darken_outliers(film, &mut sums);
+    let mut all = [Vec::new(), Vec::new()];
+    let mut push = |sums: &[[Sums; 2]], filtered: bool| {
+        all[0].push(candidate(film, sums, |sums| sums.direct, filtered));
+        all[1].push(candidate(film, sums, |sums| sums.indirect, filtered));
+    };
+    push(&sums, false);
+    for level in 0..LEVELS {
+        let step = 1 << level;
+        let averaged = |pixel: usize| average(&surfaces, &sums, size, pixel, step);
+        sums = (0..film.pixels.len()).into_par_iter().map(averaged).collect();
+        push(&sums, true);
+    }
+    all
+}
+
+/// The surfaces that pixels see.
+fn surfaces(film: &ComponentFilm, size: [usize; 2]) -> Vec<Option<Surface>> {
+    let seen = |pixel: &PixelComponents| {
+        let seen = &pixel.seen;
+        let normal = Vec3A::from(seen.normal).try_normalize()?;
+        Some(Surface { offset: Vec3A::from(seen.offset) / seen.surfaces, normal, spacing: 0.0 })
+    };
+    let mut surfaces: Vec<Option<Surface>> = film.pixels.par_iter().map(seen).collect();
+    let spacing = |pixel: usize| {
+        let here = surfaces[pixel]?.offset;
+        let near =
+            taps(size, pixel, 1).filter(|tap| tap.offset[0].abs() + tap.offset[1].abs() == 1.0);
+        let distances = near.filter_map(|tap| Some(surfaces[tap.pixel]?.offset.distance(here)));
+        distances.min_by(f32::total_cmp)
+    };
+    let spacings: Vec<Option<f32>> = (0..film.pixels.len()).into_par_iter().map(spacing).collect();
+    for (surface, spacing) in surfaces.iter_mut().zip(spacings) {
+        if let (Some(surface), Some(spacing)) = (surface, spacing) {
+            surface.spacing = spacing;
+        }
+    }
+    surfaces
+}
+
+/// Darkens light of pixels that is brighter than that of all neighbours.
+fn darken_outliers(film: &ComponentFilm, sums: &mut [[Sums; 2]]) {
+    let light: [fn(&mut Sums) -> &mut Vec3A; 2] =
+        [|sums| &mut sums.direct, |sums| &mut sums.indirect];
+    for light in light {
+        let irradiance = |half: usize| {
+            let pixels = film.pixels.iter().zip(sums.iter());
+            let known = |(pixel, sums): (&PixelComponents, &[Sums; 2])| {
+                let mut sums = sums[half];
+                ratio(*light(&mut sums), sums.reflectance).extend(pixel.halves[half].rays)
+            };
+            pixels.map(known).collect::<Vec<Vec4>>()
+        };
+        let factors = outlier_factors(film.width, &[irradiance(0), irradiance(1)]);
+        for (half, factors) in factors.iter().enumerate() {
+            for (sums, factor) in sums.iter_mut().zip(factors) {
+                *light(&mut sums[half]) *= *factor;
+            }
+        }
+    }
+}
+
+/// The average of what neighbours on the plane of `pixel` have.
+fn average(
+    surfaces: &[Option<Surface>],
+    sums: &[[Sums; 2]],
+    size: [usize; 2],
+    pixel: usize,
+    step: usize,
+) -> [Sums; 2] {
+    let Some(here) = surfaces[pixel] else { return sums[pixel] };
+    let reach = PLANE_DISTANCE * here.spacing * step as f32;
+    let (mut total, mut all) = (0.0, [Sums::default(); 2]);
+    for tap in taps(size, pixel, step) {
+        let Some(there) = surfaces[tap.pixel] else { continue };
+        let between = there.offset - here.offset;
+        let off = here.normal.dot(between).abs().max(there.normal.dot(between).abs());
+        let facing = here.normal.dot(there.normal).max(0.0);
+        let facing = facing.powi(NORMAL_POWER);
+        let near = if tap.pixel == pixel { 1.0 } else { biweight(off / reach) };
+        let weight = tap.weight * near * facing;
+        if weight > 0.0 {
+            total += weight;
+            all.iter_mut().zip(&sums[tap.pixel]).for_each(|(all, sums)| all.add(weight, sums));
+        }
+    }
+    all.map(|sums| Sums {
+        direct: sums.direct / total,
+        indirect: sums.indirect / total,
+        reflectance: sums.reflectance / total,
+    })
+}
+
+/// Light that pixels reflect of `sums` of irradiance.
+fn candidate(
+    film: &ComponentFilm,
+    sums: &[[Sums; 2]],
+    light: impl Fn(&Sums) -> Vec3A + Sync,
+    filtered: bool,
+) -> Candidate {
+    let halves = [0, 1].map(|half| {
+        let reflected = |(pixel, sums): (&PixelComponents, &[Sums; 2])| {
+            let [a, b] = pixel.halves.each_ref();
+            let rays = pixel.rays();
+            let reflectance = Vec3A::from(a.reflectance + b.reflectance) / rays.max(1.0);
+            let own = pixel.halves[half].rays;
+            let Sums { reflectance: sum, .. } = sums[half];
+            let is_known = rays > 0.0 && (sum.max_element() > 0.0 || own > 0.0);
+            let known = match (is_known, filtered) {
+                (false, _) => 0.0,
+                (true, true) => 1.0,
+                (true, false) => own,
+            };
+            (reflectance * ratio(light(&sums[half]), sum)).extend(known)
+        };
+        film.pixels.par_iter().zip(sums).map(reflected).collect()
+    });
+    Candidate { halves }
+}
+
+/// `light` over `reflectance`, 0 where that is.
+fn ratio(light: Vec3A, reflectance: Vec3A) -> Vec3A {
+    Vec3A::select(reflectance.cmpgt(Vec3A::ZERO), light / reflectance, Vec3A::ZERO)
+}

@@ -1,0 +1,91 @@
+//! What one camera ray brings: its light, in all and by component, and what it sees.
+
+use glam::DVec3;
+
+use crate::image::Features;
+use crate::math::Rgb;
+
+/// The result of one camera ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Radiance, W/(m² sr).
+    pub radiance: Rgb,
+    /// The part of the radiance that is indirect light estimated for other rays of the pixel too, which
+    /// leave it out.
+    pub indirect: Rgb,
+    /// The part of the radiance that surfaces and the environment emit, seen without a mirror between: it
+    /// hardly differs from ray to ray.
+    pub visible_emission: Rgb,
+    /// The radiance by component; what is in none of them is emission, and what mirrors and glass show.
+    pub components: Components,
+    /// What the ray sees.
+    pub seen: Seen,
+    /// Coverage, 0 to 1.
+    pub alpha: f64,
+    /// Transmittance to the first surface, or to infinity where there is none.
+    pub transmittance: f64,
+    /// Distance to the first surface in metres, positive infinity where there is none.
+    pub depth: f64,
+    /// Features of the ray, where they are gathered.
+    pub features: Option<Features>,
+}
+
+impl Default for Sample {
+    /// No light, where nothing is.
+    fn default() -> Self {
+        Self {
+            radiance: Rgb::ZERO,
+            indirect: Rgb::ZERO,
+            visible_emission: Rgb::ZERO,
+            components: Components::default(),
+            seen: Seen::default(),
+            alpha: 0.0,
+            transmittance: 1.0,
+            depth: f64::INFINITY,
+            features: None,
+        }
+    }
+}
+
+impl Sample {
+    /// Whether f32 can hold it: no NaN, and nothing that an f32 cannot hold but an infinite depth.
+    pub fn is_sound(&self) -> bool {
+        let sound = |v: f64| v.abs() <= f64::from(f32::MAX); // false for NaN
+        self.radiance.to_array().into_iter().all(sound)
+            && sound(self.alpha)
+            && sound(self.transmittance)
+            && !self.depth.is_nan()
+    }
+}
+
+/// Light of one camera ray by component, W/(m² sr). What is in none of them is emission, and what mirrors
+/// and glass show.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Components {
+    /// Scattered or emitted by media in front of the first surface.
+    pub media: Rgb,
+    /// Reflected by the first surface, straight from lights.
+    pub direct: Rgb,
+    /// Reflected by the first surface, of photons.
+    pub indirect: Rgb,
+}
+
+/// What one camera ray sees, before any mirror or glass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seen {
+    /// The first surface, where it is diffuse.
+    pub surface: Option<SeenSurface>,
+    /// Distance in metres at which media have half of their opacity; `None` without media.
+    pub media_distance: Option<f64>,
+}
+
+/// A diffuse surface that a camera ray sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenSurface {
+    /// Where it is, in metres from the camera along the axes of the world.
+    pub offset: DVec3,
+    /// Its unit shading normal, on the camera's side.
+    pub normal: DVec3,
+    /// Its albedo times the transmittance of media before it.
+    pub reflectance: Rgb,
+}
