@@ -38,6 +38,13 @@ use glam::BVec3;
 use crate::math::{Rgb, WorldPoint, is_grey};
 use crate::vdb::{Grid, Voxel};
 
+/// Shortest free path over the distance between neighbouring numbers: places of scattering then round to the other side of
+/// a face in one of a thousand cases.
+const FREE_PATH: f64 = 1024.0;
+
+/// Free paths through which nothing is seen, however light scatters.
+const OPAQUE: f64 = 1e6;
+
 /// Voxels in memory, which several grids may share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SharedVoxels {
@@ -70,6 +77,19 @@ pub struct Medium {
 }
 
 impl Medium {
+    /// As `self`, with free paths that numbers as large as `coordinate`, in metres, resolve. It looks the same: only a
+    /// homogeneous medium is changed, which gives off no light and stays opaque.
+    #[must_use]
+    pub fn resolved(mut self, coordinate: f64) -> Self {
+        let is_plain = matches!(self.density, Density::Homogeneous(_)) && self.emission.is_none();
+        if let Some(bounds) = self.density.bounds().filter(|_| is_plain && coordinate > 0.0) {
+            let resolved = 1.0 / (FREE_PATH * f64::EPSILON * coordinate);
+            let opaque = OPAQUE / bounds.size().min_element();
+            self.sigma_t = self.sigma_t.min(Rgb::splat(resolved.max(opaque)));
+        }
+        self
+    }
+
     /// Extinction coefficient at `p`, 1/m.
     pub fn sigma_t_at(&self, p: WorldPoint) -> Rgb {
         self.sigma_t * self.density.value(p)
@@ -104,5 +124,41 @@ impl Medium {
     /// The largest extinction coefficient of these channels per unit of density, 1/m.
     pub fn sigma_t_max(&self, channels: BVec3) -> f64 {
         Rgb::select(channels, self.sigma_t, Rgb::ZERO).max_element()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DVec3};
+
+    use super::*;
+    use crate::shape::{Cuboid, Region};
+
+    /// A box as thick, with this extinction coefficient.
+    fn plate(thickness: f64, sigma_t: Rgb) -> Medium {
+        let half = DVec3::new(1.0, 1.0, 0.5 * thickness);
+        Medium {
+            density: Density::Homogeneous(Region::Box(
+                Cuboid::new(-half, half, &DAffine3::IDENTITY).unwrap(),
+            )),
+            sigma_t,
+            albedo: Albedo::Constant(Rgb::splat(0.5)),
+            phase: Phase::ISOTROPIC,
+            emission: None,
+        }
+    }
+
+    #[test]
+    fn free_paths_are_those_that_numbers_resolve_and_media_stay_opaque() {
+        let coordinate = 8.0;
+        for thickness in [2.0, 1e-6, 1e-12] {
+            let sigma_t = plate(thickness, Rgb::new(1e18, 1e3, 0.0)).resolved(coordinate).sigma_t;
+            let ulps = 1.0 / (sigma_t.x * coordinate * f64::EPSILON);
+            let is_resolved = ulps > 0.999 * FREE_PATH;
+            let opacity = sigma_t.x * thickness;
+            assert!(is_resolved || opacity < 1.001 * OPAQUE, "{ulps} at {thickness}");
+            assert!(opacity > 0.999 * OPAQUE.min(1e18 * thickness), "{opacity} at {thickness}");
+            assert_eq!((sigma_t.y, sigma_t.z), (1e3, 0.0));
+        }
     }
 }

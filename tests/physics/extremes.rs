@@ -107,11 +107,7 @@ fn any_extinction_ends_in_a_picture() {
 
 #[test]
 fn one_thick_channel_does_not_stop_the_others() {
-    // At 1e18 free paths a metre places of scattering round to either side of the face: the reference loses light,
-    // the photon map gains some, and red differs by 5 %.
-    for (sigma_t, bias) in
-        [("[1e9, 1.0, 1e-9]", 0.0), ("[1e12, 1.0, 0.0]", 0.0), ("[1e18, 1e-18, 1e-18]", 0.06)]
-    {
+    for sigma_t in ["[1e9, 1.0, 1e-9]", "[1e12, 1.0, 0.0]", "[1e18, 1e-18, 1e-18]"] {
         let medium = format!(
             "region = {{ sphere = {{ center = [0, 0, 0], radius = 1 }} }}\nsigma_t = {sigma_t}\n\
              albedo = 0.5"
@@ -119,7 +115,7 @@ fn one_thick_channel_does_not_stop_the_others() {
         let render = "photons = 500\nrays = 8";
         let extreme = Extreme { medium: medium.leak(), render, ..PLAIN };
         let ours = sound(&extreme);
-        agree(ours, reference(&extreme, None), bias, sigma_t);
+        agree(ours, reference(&extreme, None), 0.0, sigma_t);
         // Nothing that can be seen of is in the way of blue.
         assert!((ours[2].value - 1.0).abs() < ROUNDING, "{sigma_t}: {:?}", ours[2]);
     }

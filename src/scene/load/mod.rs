@@ -22,8 +22,8 @@ use super::settings::Planning;
 use super::{LoadOptions, RenderSettings, Scene, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
-use crate::math::Rgb;
-use crate::medium::Media;
+use crate::math::{Rgb, WorldPoint};
+use crate::medium::{Media, Medium};
 use crate::sequence::Pattern;
 use crate::surface::Surfaces;
 
@@ -141,7 +141,11 @@ pub(super) fn build(
     let media = file
         .media
         .iter()
-        .map(|section| media::build(section, &mut context))
+        .map(|section| {
+            let medium = media::build(section, &mut context)?;
+            let coordinate = largest_coordinate(&medium, &camera);
+            Ok(medium.resolved(coordinate))
+        })
         .collect::<Result<Vec<_>>>()?;
     if let Some(warning) = endless_fog(file) {
         context.warnings.push(warning);
@@ -169,6 +173,16 @@ pub(super) fn build(
         notes: made.iter().flat_map(|made| made.notes.clone()).chain(context.notes).collect(),
         made,
     })
+}
+
+/// The largest number by which places in `medium` are reckoned, in metres: a coordinate, or a distance from the camera.
+fn largest_coordinate(medium: &Medium, camera: &Camera) -> f64 {
+    let corners = medium.density.bounds().map(|bounds| bounds.corners());
+    let of_corner = |corner: WorldPoint| {
+        let distance = camera.place().map_or(0.0, |place| (corner - place).length());
+        distance.max(corner.xyz.abs().max_element())
+    };
+    corners.into_iter().flatten().map(of_corner).fold(0.0, f64::max)
 }
 
 /// Whether camera rays alone need voxels of the media: these scatter no light, and none crosses them to a
