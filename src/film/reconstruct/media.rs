@@ -108,19 +108,19 @@ fn fit(
         if total <= 0.0 {
             return Vec4::ZERO;
         }
-        normal.y_axis.y += RIDGE * total;
-        normal.z_axis.z += RIDGE * total;
-        normal.w_axis.w += RIDGE * total;
-        let row = first_row_of_inverse(&normal);
+        // Of weights whose sum is 1, lest the determinant be too small for an f32.
+        normal *= 1.0 / total;
+        normal.y_axis.y += RIDGE;
+        normal.z_axis.z += RIDGE;
+        normal.w_axis.w += RIDGE;
+        let row = normal.inverse().row(0) / total;
+        if !row.is_finite() {
+            return light[pixel];
+        }
         let mut value = Vec3A::ZERO;
         for &(there, weight, x) in &near {
             value += weight * light[there].w * row.dot(x) * Vec3A::from_vec4(light[there]);
         }
         value.extend(1.0)
     })
-}
-
-/// The first row of the inverse of a symmetric, positive matrix.
-fn first_row_of_inverse(normal: &glam::Mat4) -> Vec4 {
-    normal.inverse().row(0)
 }

@@ -299,6 +299,19 @@ mod tests {
         assert!(errors[1] < 0.1 * errors[0], "{errors:?}");
     }
 
+    /// Light of any size stays finite, and of its size.
+    #[test]
+    fn light_of_any_size_stays_what_it_is() {
+        for size in [1e-35, 1e-18, 1e18, 1e35] {
+            let film = film(1, 0.01, 7, |_, _, noise| medium(noise * size, 0.5, 4.0));
+            let raw = raw(&film);
+            for pixel in reconstruct(&film, &raw).pixels() {
+                let relative = f64::from(pixel[1]) / size;
+                assert!((0.5..1.5).contains(&relative), "{relative} of {size}");
+            }
+        }
+    }
+
     /// A film without a ray, and one of a single pixel, are no trouble.
     #[test]
     fn nothing_and_one_pixel_stay_what_they_are() {

@@ -100,7 +100,8 @@ pub(super) fn relative_errors(
             (false, true) => squared(fa, b),
             (false, false) => return None,
         };
-        Some((error / scale, a.w > 0.0 && b.w > 0.0))
+        // Squares of light near the largest number of an f32 are infinite.
+        error.is_finite().then_some((error / scale, a.w > 0.0 && b.w > 0.0))
     };
     scales(widest).into_par_iter().enumerate().map(error).collect()
 }
