@@ -85,7 +85,6 @@ impl PixelComponents {
 
     /// The state as the bits of its numbers, for checkpoints.
     pub fn to_bits(&self) -> [u64; Self::WORDS] {
-        let mut numbers = [0.0_f32; 2 * Self::WORDS];
         let half = |sums: &HalfSums| {
             let HalfSums { rays, media, direct, indirect, reflectance } = *sums;
             let [a, b, c, d] = [media, direct, indirect, reflectance].map(|sum| sum.to_array());
@@ -94,8 +93,7 @@ impl PixelComponents {
         let SeenSums { surfaces, offset, normal, media, opacity, log_distance } = self.seen;
         let seen =
             [&[surfaces, media, opacity, log_distance][..], &offset.to_array(), &normal.to_array()];
-        let all = [half(&self.halves[0]), half(&self.halves[1]), seen.concat()].concat();
-        numbers[..all.len()].copy_from_slice(&all);
+        let numbers = [half(&self.halves[0]), half(&self.halves[1]), seen.concat()].concat();
         std::array::from_fn(|word| {
             let [low, high] = [numbers[2 * word], numbers[2 * word + 1]].map(f32::to_bits);
             u64::from(low) | u64::from(high) << 32
@@ -136,7 +134,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::film::{Components, Seen, SeenSurface};
+    use crate::film::{Components, Seen, VisibleSurface};
     use crate::math::Rgb;
 
     proptest! {
@@ -151,7 +149,7 @@ mod tests {
                     direct: Rgb::new(d, e, f),
                     indirect: Rgb::new(g, h, i),
                 };
-                let surface = SeenSurface {
+                let surface = VisibleSurface {
                     offset: DVec3::new(c, a, b),
                     normal: DVec3::new(f, d, e),
                     reflectance: Rgb::new(i, g, h),

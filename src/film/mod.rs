@@ -14,5 +14,5 @@ pub use components::{ComponentFilm, PixelComponents};
 pub use feature_mean::FeatureMean;
 pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
 pub use reconstruct::{RECONSTRUCTION_BYTES, reconstruct};
-pub use sample::{Components, Sample, Seen, SeenSurface};
+pub use sample::{Components, Sample, Seen, VisibleSurface};
 pub use tiled::{FilmContents, FilmState, Pixel, Tile, TiledFilm};

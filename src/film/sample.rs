@@ -74,14 +74,14 @@ pub struct Components {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Seen {
     /// The first surface, where it is diffuse.
-    pub surface: Option<SeenSurface>,
+    pub surface: Option<VisibleSurface>,
     /// Distance in metres at which media have half of their opacity; `None` without media.
     pub media_distance: Option<f64>,
 }
 
 /// A diffuse surface that a camera ray sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenSurface {
+pub struct VisibleSurface {
     /// Where it is, in metres from the camera along the axes of the world.
     pub offset: DVec3,
     /// Its unit shading normal, on the camera's side.

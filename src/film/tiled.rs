@@ -146,47 +146,36 @@ impl TiledFilm {
         }
     }
 
-    /// Components of all pixels, row by row from the top; `None` where none are gathered.
-    pub fn component_film(&self) -> Option<ComponentFilm> {
-        self.components().next()?;
-        let Window { left, top, width, .. } = self.window;
-        let mut pixels = vec![PixelComponents::default(); self.window.pixels() as usize];
-        for Tile { place, components, .. } in &self.tiles {
-            for (row, line) in (place.top..).zip(components.chunks_exact(place.width as usize)) {
-                let first = ((row - top) * width + place.left - left) as usize;
-                pixels[first..first + line.len()].copy_from_slice(line);
-            }
-        }
-        Some(ComponentFilm { width: width as usize, pixels })
-    }
-
     /// Resolves the samples into layers of a film that is a part of one of the size `full` (width, height):
-    /// `pixel` makes a pixel of its column, row and samples.
+    /// `pixel` makes a pixel of its column, row and samples. Returns the components as well, where they are gathered.
     pub fn resolve(
         mut self,
         full: [u32; 2],
         pixel: impl Fn(u32, u32, &Accumulator) -> FilmPixel,
-    ) -> Film {
+    ) -> (Film, Option<ComponentFilm>) {
         let mut film = Film::part(full, self.window);
         let Window { left, top, width, .. } = self.window;
-        let count = self.features().count();
-        let mut means = vec![Features::default(); count];
+        let width = width as usize;
+        let mut means = vec![Features::default(); self.features().count()];
+        let mut pixels = vec![PixelComponents::default(); self.components().count()];
         for tile in &mut self.tiles {
-            for Pixel { x, y, samples, features, .. } in tile.all_pixels() {
-                let pixel = pixel(x, y, samples);
+            for Pixel { x, y, samples, features, components } in tile.all_pixels() {
                 let (column, row) = ((x - left) as usize, (y - top) as usize);
-                film.set(column, row, &pixel);
+                film.set(column, row, &pixel(x, y, samples));
                 if let Some(features) = features {
-                    means[row * width as usize + column] = features.mean();
+                    means[row * width + column] = features.mean();
+                }
+                if let Some(components) = components {
+                    pixels[row * width + column] = *components;
                 }
             }
-            (tile.samples, tile.features) = (Vec::new(), Vec::new());
-            tile.components = Vec::new();
+            (tile.samples, tile.features, tile.components) = (Vec::new(), Vec::new(), Vec::new());
         }
-        if count > 0 {
+        if !means.is_empty() {
             film.set_features(means);
         }
-        film
+        let components = (!pixels.is_empty()).then_some(ComponentFilm { width, pixels });
+        (film, components)
     }
 }
 

@@ -38,11 +38,14 @@ use glam::BVec3;
 use crate::math::{Rgb, WorldPoint, is_grey};
 use crate::vdb::{Grid, Voxel};
 
-/// Shortest free path over the distance between neighbouring numbers: places of scattering then round to the other side of
-/// a face in one of a thousand cases.
+/// Shortest free path over the distance between neighbouring numbers.
+///
+/// Unit: none. Derivation: places of scattering then round to the other side of a face in one of a thousand cases.
 const FREE_PATH: f64 = 1024.0;
 
-/// Free paths through which nothing is seen, however light scatters.
+/// Free paths through which nothing is seen.
+///
+/// Unit: none. Derivation: white media pass light as one over their number.
 const OPAQUE: f64 = 1e6;
 
 /// Voxels in memory, which several grids may share.

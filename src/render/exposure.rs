@@ -218,7 +218,7 @@ where
             if let (Some(mean), Some(seen)) = (features.as_deref_mut(), sample.features) {
                 mean.add(&seen);
             }
-            if let Some(components) = components.as_deref_mut() {
+            if let (Some(components), Some(half)) = (components.as_deref_mut(), half) {
                 components.add(half, &sample);
             }
             of.workspace.ctx.work.dropped_samples += samples.dropped() - dropped;
@@ -237,17 +237,18 @@ where
         index: u32,
         budget: &PixelBudget,
         of: &mut TileRun<S>,
-    ) -> (Sample, usize) {
+    ) -> (Sample, Option<usize>) {
         let RenderRegion { size, seed, stage, rays, .. } = self.region;
         let pixel = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let ctx = &mut of.workspace.ctx;
-        let numbered = self.numbering([x, y]).number(index, budget);
+        let numbering = self.numbering([x, y]);
+        let numbered = numbering.number(index, budget);
         let [u, v, a, b] = begin_sample(ctx, [seed, pixel], stage, &numbered);
         ctx.work.colored_paths += u64::from(S::CHANNELS > 1);
         let ray = (self.camera)(f64::from(x) + u, f64::from(y) + v, [a, b]);
         let (half, indirect_weight) = (numbered.half, indirect_weight(&numbered));
         of.timing.gathers += u64::from(indirect_weight > 1.0);
-        let pass = self.numbering([x, y]).pass(sample_pass(index, rays));
+        let pass = numbering.pass(sample_pass(index, rays));
         let camera_ray = CameraRay { ray, budget, indirect_weight, pass, half };
         ((self.estimate)(&camera_ray, &mut of.workspace), half)
     }
@@ -269,16 +270,16 @@ where
         let is_cut = ended != Ended::Complete;
         let rays_left = if is_cut { Remaining::count(&mut film, &self.budget).rays } else { 0 };
         let known = is_cut.then(|| self.has_rays(&mut film));
-        let components = film.component_film();
-        let mut film = film.resolve(self.region.size, |x, y, samples: &Accumulator| {
-            let budget = (self.budget)(x, y);
-            let PixelBudget { radius, step, saliency, xs, .. } = budget;
-            let pixel = FilmPixel::from(samples);
-            let correction = indirect_correction(samples, &budget, self.numbering([x, y]));
-            // Noise of moments makes rays negative, and cutting each of them off would brighten the pixel.
-            let radiance = (pixel.radiance + correction).not_negative();
-            FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
-        });
+        let (mut film, components) =
+            film.resolve(self.region.size, |x, y, samples: &Accumulator| {
+                let budget = (self.budget)(x, y);
+                let PixelBudget { radius, step, saliency, xs, .. } = budget;
+                let pixel = FilmPixel::from(samples);
+                let correction = indirect_correction(samples, &budget, self.numbering([x, y]));
+                // Noise of moments makes rays negative, and cutting each of them off would brighten the pixel.
+                let radiance = (pixel.radiance + correction).not_negative();
+                FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
+            });
         known.iter().for_each(|known| film.fill(known));
         Exposure { film, components, work, ended, rays_left, checkpoint_error }
     }

@@ -20,8 +20,9 @@ pub struct CameraRay<'a> {
     pub indirect_weight: f64,
     /// The pass that it belongs to.
     pub pass: SamplePass,
-    /// The half of the photons that it reads, 0 or 1; 0 where there are no halves.
-    pub half: usize,
+    /// Its half, 0 or 1, whose photons it reads and for which it tells what it sees; `None` in pictures that are not in
+    /// halves.
+    pub half: Option<usize>,
 }
 
 /// How the samples of a pixel are numbered.
@@ -41,11 +42,11 @@ pub(super) enum Numbering {
 pub(super) struct NumberedSample {
     /// Its number among all samples of the pixel.
     pub index: u32,
-    /// Its half, 0 or 1.
-    pub half: usize,
-    /// Its number in the sequence of that half.
-    pub within: u32,
-    /// What all samples of that half may spend.
+    /// Its half, 0 or 1, where there are halves.
+    pub half: Option<usize>,
+    /// Its number in the sequence of its half, or of all.
+    pub number: u32,
+    /// What all samples of that sequence may spend.
     pub budget: PixelBudget,
 }
 
@@ -58,35 +59,30 @@ impl Numbering {
     /// Numbers the sample `index` of a pixel with this `budget`.
     pub(super) fn number(self, index: u32, budget: &PixelBudget) -> NumberedSample {
         match self {
-            Self::Whole => NumberedSample { index, half: 0, within: index, budget: *budget },
+            Self::Whole => NumberedSample { index, half: None, number: index, budget: *budget },
             Self::Halves { first } => {
                 let half = (index + first) & 1;
-                let budget = self.part(half, budget);
-                NumberedSample { index, half: half as usize, within: index / 2, budget }
+                let budget = self.budget_of(half, budget);
+                NumberedSample { index, half: Some(half as usize), number: index / 2, budget }
             }
         }
     }
 
     /// What the samples of `half` may spend of a `budget`.
-    fn part(self, half: u32, budget: &PixelBudget) -> PixelBudget {
+    fn budget_of(self, half: u32, budget: &PixelBudget) -> PixelBudget {
         if self == Self::Whole {
             return *budget;
         }
-        let rays = self.within(half, budget.rays);
+        let rays = self.count(half, budget.rays);
         let gathers = if budget.rays <= budget.gathers { rays } else { budget.gathers / 2 };
         PixelBudget { rays, gathers: gathers.clamp(1, rays.max(1)), ..*budget }
     }
 
     /// How many of the first `samples` belong to `half`.
-    fn within(self, half: u32, samples: u32) -> u32 {
+    fn count(self, half: u32, samples: u32) -> u32 {
         match self {
-            Self::Whole => {
-                if half == 0 {
-                    samples
-                } else {
-                    0
-                }
-            }
+            Self::Whole if half == 0 => samples,
+            Self::Whole => 0,
             Self::Halves { first } if half == first => samples.div_ceil(2),
             Self::Halves { .. } => samples / 2,
         }
@@ -129,8 +125,8 @@ impl<S: Spectrum> Workspace<S> {
 /// The Sobol point of a sample of the pixel with this index.
 fn sobol_point(seed: u64, pixel: u64, sample: &NumberedSample) -> SobolPoint {
     // The sequence is good for 2^16 points; further samples start another one.
-    let (block, index) = (u64::from(sample.within >> 16), sample.within & 0xffff);
-    let block = block | (sample.half as u64) << 32;
+    let (block, index) = (u64::from(sample.number >> 16), sample.number & 0xffff);
+    let block = block | (sample.half.unwrap_or(0) as u64) << 32;
     let mut key = Stream::new(seed, Stage::March, pixel, block | 1 << 63);
     SobolPoint { index, scramble: key.scramble() }
 }
@@ -153,7 +149,7 @@ pub(super) fn begin_sample(
 /// Weight of the indirect light of a sample: see [`CameraRay::indirect_weight`]. The samples that gather
 /// are evenly spread over those of the pixel.
 pub(super) fn indirect_weight(sample: &NumberedSample) -> f64 {
-    let NumberedSample { within: sample, budget, .. } = *sample;
+    let NumberedSample { number: sample, budget, .. } = *sample;
     if budget.rays <= budget.gathers {
         1.0
     } else if budget.gathers_within(sample + 1) != budget.gathers_within(sample) {
@@ -175,7 +171,7 @@ pub(super) fn indirect_correction(
         return Rgb::ZERO;
     }
     let counted = |half: u32| {
-        let (given, part) = (numbering.within(half, given), numbering.part(half, budget));
+        let (given, part) = (numbering.count(half, given), numbering.budget_of(half, budget));
         match part.gathers_within(given) {
             0 => f64::from(given),
             groups => groups as f64 * f64::from(part.rays) / f64::from(part.gathers),
@@ -193,7 +189,7 @@ mod tests {
     fn an_unfinished_pixel_has_as_much_light_as_a_finished_one() {
         let budgets = [(16, 4), (10, 4), (64, 3), (3, 4), (7, 7), (5, 2), (1, 1)];
         let numberings = [Numbering::Whole, Numbering::halves([0, 0]), Numbering::halves([1, 0])];
-        for ((rays, gathers), numbering) in iproduct(&budgets, &numberings) {
+        for ((rays, gathers), numbering) in pairs(&budgets, &numberings) {
             let budget = PixelBudget { gathers, ..PixelBudget::fixed(rays, 0.0, 0.0) };
             let mut samples = Accumulator::default();
             for sample in 0..rays {
@@ -212,7 +208,7 @@ mod tests {
         }
     }
 
-    fn iproduct<A: Copy, B: Copy>(a: &[A], b: &[B]) -> Vec<(A, B)> {
+    fn pairs<A: Copy, B: Copy>(a: &[A], b: &[B]) -> Vec<(A, B)> {
         a.iter().flat_map(|a| b.iter().map(|b| (*a, *b))).collect()
     }
 
@@ -224,11 +220,12 @@ mod tests {
             let mut next = [0, 0];
             for index in 0..rays {
                 let sample = numbering.number(index, &budget);
-                assert_eq!(sample.within, next[sample.half], "{index} of {rays}");
-                next[sample.half] += 1;
+                let half = sample.half.unwrap();
+                assert_eq!(sample.number, next[half], "{index} of {rays}");
+                next[half] += 1;
             }
             for (half, count) in next.into_iter().enumerate() {
-                assert_eq!(numbering.within(half as u32, rays), count);
+                assert_eq!(numbering.count(half as u32, rays), count);
             }
             assert!(next[0].abs_diff(next[1]) <= 1);
         }

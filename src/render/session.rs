@@ -142,7 +142,8 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
         |x, y| budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold),
         |camera_ray, workspace| {
             let CameraRay { ray, budget, half, .. } = camera_ray;
-            let sample = integrators[half % integrators.len()].radiance(camera_ray, workspace);
+            let sample =
+                integrators[half.unwrap_or(0) % integrators.len()].radiance(camera_ray, workspace);
             Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
         },
         &caches,

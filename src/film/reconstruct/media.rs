@@ -25,7 +25,7 @@ const RIDGE: f32 = 0.01;
 
 /// The media that a pixel sees.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct MediaFeatures {
     opacity: f32,
     log_distance: f32,
 }
@@ -45,10 +45,10 @@ pub(super) fn candidates(film: &ComponentFilm) -> Vec<Candidate> {
 /// The `light` of both halves at all levels.
 pub(super) fn levels(film: &ComponentFilm, mut light: [Vec<Vec4>; 2]) -> Vec<Candidate> {
     let size = [film.width, film.pixels.len() / film.width];
-    let seen: Vec<Option<Seen>> = film.pixels.par_iter().map(seen).collect();
+    let features: Vec<_> = film.pixels.par_iter().map(media_features).collect();
     let mut all = vec![Candidate { halves: light.clone() }];
     for level in 0..LEVELS {
-        let fitted = |pixel: usize| fit(&seen, &light, size, pixel, 1 << level);
+        let fitted = |pixel: usize| fit(&features, &light, size, pixel, 1 << level);
         let fitted: Vec<[Vec4; 2]> = (0..film.pixels.len()).into_par_iter().map(fitted).collect();
         light = [0, 1].map(|half| fitted.iter().map(|halves| halves[half]).collect());
         all.push(Candidate { halves: light.clone() });
@@ -56,9 +56,10 @@ pub(super) fn levels(film: &ComponentFilm, mut light: [Vec<Vec4>; 2]) -> Vec<Can
     all
 }
 
-fn seen(pixel: &PixelComponents) -> Option<Seen> {
+/// The media that a pixel sees, where it sees any.
+fn media_features(pixel: &PixelComponents) -> Option<MediaFeatures> {
     let seen = &pixel.seen;
-    (seen.media > 0.0).then(|| Seen {
+    (seen.media > 0.0).then(|| MediaFeatures {
         opacity: seen.opacity / pixel.rays(),
         log_distance: seen.log_distance / seen.media,
     })
@@ -77,15 +78,15 @@ pub(super) fn pixels(film: &ComponentFilm) -> [Vec<Vec4>; 2] {
 
 /// The value at `pixel` of the plane that fits the light of its neighbours best, in each half.
 fn fit(
-    seen: &[Option<Seen>],
+    features: &[Option<MediaFeatures>],
     light: &[Vec<Vec4>; 2],
     size: [usize; 2],
     pixel: usize,
     step: usize,
 ) -> [Vec4; 2] {
-    let Some(here) = seen[pixel] else { return [0, 1].map(|half| light[half][pixel]) };
+    let Some(here) = features[pixel] else { return [0, 1].map(|half| light[half][pixel]) };
     let near = |tap: Tap| {
-        let there = seen[tap.pixel]?;
+        let there = features[tap.pixel]?;
         let far = (there.log_distance - here.log_distance).abs() / LOG_DISTANCE;
         let weight = tap.weight * biweight(far);
         let [right, down] = tap.offset;

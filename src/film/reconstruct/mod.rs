@@ -61,7 +61,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::film::{Components, Sample, Seen, SeenSurface};
+    use crate::film::{Components, Sample, Seen, VisibleSurface};
     use crate::math::{Rgb, Stage, Stream};
 
     const SIZE: [usize; 2] = [48, 32];
@@ -120,7 +120,7 @@ mod tests {
         Sample {
             components: Components { direct, ..Components::default() },
             seen: Seen {
-                surface: Some(SeenSurface { offset, normal, reflectance }),
+                surface: Some(VisibleSurface { offset, normal, reflectance }),
                 media_distance: None,
             },
             ..Sample::default()
@@ -236,11 +236,11 @@ mod tests {
             // Outliers are clamped by both halves, which would not be independent.
             let candidates = media::levels(&film, media::pixels(&film));
             let [raw, .., widest] = candidates.as_slice() else { unreachable!() };
+            let scales = scale::scales(widest);
             let told = candidates.iter().map(|candidate| {
-                let errors = scale::relative_errors(candidate, [raw, widest]);
-                let scales = scale::scales(widest);
+                let errors = scale::relative_errors(candidate, raw, &scales);
                 let differences =
-                    errors.iter().zip(scales).enumerate().map(|(index, (told, scale))| {
+                    errors.iter().zip(&scales).enumerate().map(|(index, (told, scale))| {
                         let [x, y] = [index % SIZE[0], index / SIZE[0]].map(|at| at as f64);
                         let mean = candidate.mean(index).unwrap();
                         let error = (mean - Vec3A::splat(light(x, y) as f32)).length_squared();

@@ -23,9 +23,10 @@ const DARKEST: f32 = 1e-3;
 /// The component in all pixels, each at the level of least error, W/(m² sr).
 pub(super) fn select(width: usize, candidates: &[Candidate]) -> Vec<Vec3A> {
     let [raw, .., widest] = candidates else { return Vec::new() };
+    let scales = scales(widest);
     let errors: Vec<Vec<f32>> =
-        candidates.iter().map(|candidate| errors(width, candidate, [raw, widest])).collect();
-    let pixels = candidates[0].halves[0].len();
+        candidates.iter().map(|candidate| errors(width, candidate, raw, &scales)).collect();
+    let pixels = scales.len();
     let best = |pixel: usize| {
         let levels = 0..candidates.len();
         let error = |level: &usize| errors[*level][pixel];
@@ -48,8 +49,8 @@ pub(super) fn select(width: usize, candidates: &[Candidate]) -> Vec<Vec3A> {
 }
 
 /// The [relative errors](relative_errors) of a candidate, averaged over neighbours.
-fn errors(width: usize, candidate: &Candidate, others: [&Candidate; 2]) -> Vec<f32> {
-    let errors = relative_errors(candidate, others);
+fn errors(width: usize, candidate: &Candidate, raw: &Candidate, scales: &[f32]) -> Vec<f32> {
+    let errors = relative_errors(candidate, raw, scales);
     let [whole, partial] = [true, false].map(|whole| {
         let of_kind = |error: &Option<(f32, bool)>| error.filter(|error| error.1 == whole);
         let values: Vec<f32> = errors.iter().map(|e| of_kind(e).map_or(0.0, |e| e.0)).collect();
@@ -74,7 +75,7 @@ pub(super) fn scales(widest: &Candidate) -> Vec<f32> {
     typical.into_iter().map(|typical| typical + least).collect()
 }
 
-/// The squared error of the mean of both halves of a candidate in each pixel, relative to the squared light, and
+/// The squared error of the mean of both halves of a candidate in each pixel, relative to `scales`, and
 /// whether both halves tell it; `None` where neither does.
 ///
 /// The error of one filtered half against the other, raw one, less the noise of the latter, is that of the filtered
@@ -82,10 +83,11 @@ pub(super) fn scales(widest: &Candidate) -> Vec<f32> {
 /// rays in one half alone, noise of the raw half stays in, and all but the raw candidate can be compared.
 pub(super) fn relative_errors(
     candidate: &Candidate,
-    [raw, widest]: [&Candidate; 2],
+    raw: &Candidate,
+    scales: &[f32],
 ) -> Vec<Option<(f32, bool)>> {
     let squared = |x: Vec4, y: Vec4| (Vec3A::from_vec4(x) - Vec3A::from_vec4(y)).length_squared();
-    let error = |(pixel, scale): (usize, f32)| {
+    let error = |(pixel, &scale): (usize, &f32)| {
         let [[a, b], [fa, fb]] =
             [raw, candidate].map(|of| [0, 1].map(|half| of.halves[half][pixel]));
         if scale == 0.0 || fa.w == 0.0 || fb.w == 0.0 {
@@ -103,7 +105,7 @@ pub(super) fn relative_errors(
         // Squares of light near the largest number of an f32 are infinite.
         error.is_finite().then_some((error / scale, a.w > 0.0 && b.w > 0.0))
     };
-    scales(widest).into_par_iter().enumerate().map(error).collect()
+    scales.par_iter().enumerate().map(error).collect()
 }
 
 /// Sums over squares of `radius` pixels to each side.

@@ -18,7 +18,7 @@ const NORMAL_POWER: i32 = 128;
 
 /// The surface that a pixel sees.
 #[derive(Debug, Clone, Copy)]
-struct Surface {
+struct SurfaceFeatures {
     offset: Vec3A,
     normal: Vec3A,
     /// Distance in metres to the nearest of the neighbours' surfaces.
@@ -75,13 +75,17 @@ pub(super) fn candidates(film: &ComponentFilm) -> [Vec<Candidate>; 2] {
 }
 
 /// The surfaces that pixels see.
-fn surfaces(film: &ComponentFilm, size: [usize; 2]) -> Vec<Option<Surface>> {
+fn surfaces(film: &ComponentFilm, size: [usize; 2]) -> Vec<Option<SurfaceFeatures>> {
     let seen = |pixel: &PixelComponents| {
         let seen = &pixel.seen;
         let normal = Vec3A::from(seen.normal).try_normalize()?;
-        Some(Surface { offset: Vec3A::from(seen.offset) / seen.surfaces, normal, spacing: 0.0 })
+        Some(SurfaceFeatures {
+            offset: Vec3A::from(seen.offset) / seen.surfaces,
+            normal,
+            spacing: 0.0,
+        })
     };
-    let mut surfaces: Vec<Option<Surface>> = film.pixels.par_iter().map(seen).collect();
+    let mut surfaces: Vec<Option<SurfaceFeatures>> = film.pixels.par_iter().map(seen).collect();
     let spacing = |pixel: usize| {
         let here = surfaces[pixel]?.offset;
         let near =
@@ -122,7 +126,7 @@ fn darken_outliers(film: &ComponentFilm, sums: &mut [[Sums; 2]]) {
 
 /// The average of what neighbours on the plane of `pixel` have.
 fn average(
-    surfaces: &[Option<Surface>],
+    surfaces: &[Option<SurfaceFeatures>],
     sums: &[[Sums; 2]],
     size: [usize; 2],
     pixel: usize,

@@ -1,6 +1,6 @@
 //! The camera path: media, mirrors and glass, and the first diffuse surface.
 
-use crate::film::{Components, Sample, Seen, SeenSurface};
+use crate::film::{Components, Sample, Seen, VisibleSurface};
 use crate::math::{Spectrum, luminance};
 use crate::photon::PhotonDirection;
 use crate::render::pixel_sampling::{CameraRay, Profiles, Workspace};
@@ -142,8 +142,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 });
                 pending.extend(deflected);
                 transmittance = media.transmittance;
-                if segment.from_camera {
-                    path.seen.media_distance = media.distance;
+                if segment.from_camera && camera_ray.half.is_some() {
+                    path.seen.media_distance = profiles.path.sample([0.5; 2]).map(|place| place.t);
                 }
             }
             if bounce == 0 {
@@ -159,8 +159,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             if !hit.material.is_specular() {
                 let weight = camera_ray.indirect_weight;
                 path.add_reflected(&segment, self.reflected(&segment.ray, &hit, weight, ctx));
-                if segment.from_camera {
-                    path.seen.surface = Some(self.seen_surface(&segment, &hit));
+                if segment.from_camera && camera_ray.half.is_some() {
+                    path.seen.surface = Some(self.visible_surface(&segment, &hit));
                 }
                 break;
             }
@@ -171,9 +171,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     }
 
     /// The diffuse surface at `hit`, seen along `segment`.
-    fn seen_surface(&self, segment: &PendingRay<S>, hit: &SurfaceHit<'_>) -> SeenSurface {
+    fn visible_surface(&self, segment: &PendingRay<S>, hit: &SurfaceHit<'_>) -> VisibleSurface {
         let is_back = hit.shading_normal.dot(segment.ray.direction) > 0.0;
-        SeenSurface {
+        VisibleSurface {
             offset: hit.point - self.eye,
             normal: if is_back { -hit.shading_normal } else { hit.shading_normal },
             reflectance: hit.material.diffuse_albedo(hit) * segment.throughput.rgb(),

@@ -19,8 +19,6 @@ pub(super) struct MediumResult<S> {
     pub light: Estimate<S>,
     /// Their transmittance.
     pub transmittance: S,
-    /// Distance in metres at which they have half of their opacity; `None` where they have none.
-    pub distance: Option<f64>,
     /// A deflected ray on which more of their light comes.
     pub deflected: Option<PendingRay<S>>,
 }
@@ -52,8 +50,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             light.indirect = scattered.indirect;
             deflected = peak.deflected;
         }
-        let distance = profile.sample([0.5; 2]).map(|place| place.t);
-        MediumResult { light, transmittance: profile.transmittance(), distance, deflected }
+        MediumResult { light, transmittance: profile.transmittance(), deflected }
     }
 
     /// Light that media scatter along a ray to its origin, W/(m² sr), by the estimators of each medium's

@@ -92,7 +92,7 @@ impl<'a> PilotPixels<'a> {
                 budget: &budget,
                 indirect_weight: weight,
                 pass: sample_pass(index, settings.rays),
-                half: 0,
+                half: None,
             };
             let sample = integrator.radiance(&camera_ray, &mut workspace);
             let [whole, gathered] = [sample.radiance, sample.indirect].map(|radiance| {
