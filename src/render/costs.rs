@@ -21,6 +21,7 @@ use super::photon_rate::PhotonRate;
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
 use super::stage_settings::{finest_step, pass_settings, sampled_pass_settings, specialised};
+use crate::cache::LazyCells;
 use crate::director::PixelBudget;
 use crate::error::Result;
 use crate::film::{FIRST_RAYS, FilmContents, Sample};
@@ -114,7 +115,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let memory = memory_with(
         scene,
         settings,
-        photon_pass_memory(&work, &photons, assignment.pilot_bytes),
+        photon_pass_memory(&work, settings, &photons, assignment.pilot_bytes),
         program,
     );
     let strategy = photons.choice.summary();
@@ -190,7 +191,7 @@ fn photon_memory<S: Spectrum, H: PhotonDirection>(
 ) -> Result<PhotonMemory> {
     let assignment = strategies::<S, H>(scene, &pass_settings(scene, settings))?;
     let (photons, work) = sample_photons::<S, H>(scene, settings, &assignment)?;
-    Ok(photon_pass_memory(&work, &photons, assignment.pilot_bytes))
+    Ok(photon_pass_memory(&work, settings, &photons, assignment.pilot_bytes))
 }
 
 /// Photon maps of a few of the paths, and the work that all paths are.
@@ -240,11 +241,19 @@ fn directed_share(
     Ok(DirectedShare { seconds: stages.seconds() * ratio, share })
 }
 
-/// Memory of the photons that `work` counts, with the caches of `photons`.
+/// Memory of the photons that `work` counts, with the caches of `photons`. Each half of a picture that is reconstructed
+/// has its own, but for those of direct light.
 fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
     work: &Work,
+    settings: &RenderSettings,
     photons: &PhotonPass<S, H>,
     pilot_bytes: u64,
 ) -> PhotonMemory {
-    photon::memory::<S, H>(work, photons.caches.memory_bytes(), pilot_bytes)
+    let [mut fluence, mut lazy] = photons.caches.memory_bytes();
+    if settings.reconstruct {
+        let gathers = photons.caches.own_lazy().map(LazyCells::memory_bytes).sum::<usize>();
+        fluence *= 2;
+        lazy += gathers as u64;
+    }
+    photon::memory::<S, H>(work, [fluence, lazy], pilot_bytes)
 }
