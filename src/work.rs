@@ -42,6 +42,8 @@ macro_rules! counters {
 counters! {
     /// Camera rays.
     rays,
+    /// Rays that only see, for antialiasing.
+    visibility_rays,
     /// Rays towards lights.
     shadow_rays,
     /// Searches for the nearest surface.

@@ -12,6 +12,8 @@ use super::sample::Sample;
 pub struct HalfSums {
     /// Number of rays.
     pub rays: f32,
+    /// Radiance, W/(m² sr).
+    pub radiance: Vec3,
     /// Light of media, W/(m² sr).
     pub media: Vec3,
     /// Direct light of surfaces, W/(m² sr).
@@ -20,6 +22,8 @@ pub struct HalfSums {
     pub indirect: Vec3,
     /// Reflectance of surfaces times the transmittance before them.
     pub reflectance: Vec3,
+    /// Opacity of media.
+    pub opacity: f32,
 }
 
 /// Sums over what all rays of a pixel see.
@@ -31,11 +35,11 @@ pub struct SeenSums {
     pub offset: Vec3,
     /// Their normals.
     pub normal: Vec3,
+    /// Number of rays that see a mirror or glass.
+    pub specular: f32,
     /// Number of rays that pass media.
     pub media: f32,
-    /// Opacity of those.
-    pub opacity: f32,
-    /// Natural logarithm of the distance in metres at which they have half of it.
+    /// Natural logarithm of the distance in metres at which those have half of their opacity.
     pub log_distance: f32,
 }
 
@@ -52,11 +56,17 @@ impl PixelComponents {
     /// Number of 64-bit words of [`to_bits`](Self::to_bits).
     ///
     /// Unit: count. Definition: of the format of checkpoints.
-    pub const WORDS: usize = 18;
+    pub const WORDS: usize = 22;
 
     /// Number of rays.
     pub fn rays(&self) -> f32 {
         self.halves.iter().map(|half| half.rays).sum()
+    }
+
+    /// Mean opacity of media over all rays.
+    pub fn opacity(&self) -> f32 {
+        let [a, b] = &self.halves;
+        (a.opacity + b.opacity) / self.rays().max(1.0)
     }
 
     /// Adds a ray to `half`, 0 or 1. One that is not [sound](Sample::is_sound) is ignored.
@@ -64,12 +74,14 @@ impl PixelComponents {
         if !sample.is_sound() {
             return;
         }
-        let Sample { components: light, seen, transmittance, .. } = sample;
+        let Sample { radiance, components: light, seen, transmittance, .. } = sample;
         let sums = &mut self.halves[half];
         sums.rays += 1.0;
+        sums.radiance += radiance.as_vec3();
         sums.media += light.media.as_vec3();
         sums.direct += light.direct.as_vec3();
         sums.indirect += light.indirect.as_vec3();
+        self.seen.specular += f32::from(u8::from(seen.specular));
         if let Some(surface) = seen.surface {
             sums.reflectance += surface.reflectance.as_vec3();
             self.seen.surfaces += 1.0;
@@ -77,22 +89,22 @@ impl PixelComponents {
             self.seen.normal += surface.normal.as_vec3();
         }
         if let Some(distance) = seen.media_distance {
+            sums.opacity += (1.0 - transmittance) as f32;
             self.seen.media += 1.0;
             self.seen.log_distance += distance.max(f64::from(f32::MIN_POSITIVE)).ln() as f32;
-            self.seen.opacity += (1.0 - transmittance) as f32;
         }
     }
 
     /// The state as the bits of its numbers, for checkpoints.
     pub fn to_bits(&self) -> [u64; Self::WORDS] {
         let half = |sums: &HalfSums| {
-            let HalfSums { rays, media, direct, indirect, reflectance } = *sums;
-            let [a, b, c, d] = [media, direct, indirect, reflectance].map(|sum| sum.to_array());
-            [&[rays][..], &a, &b, &c, &d].concat()
+            let HalfSums { rays, radiance, media, direct, indirect, reflectance, opacity } = *sums;
+            let sums = [radiance, media, direct, indirect, reflectance].map(|sum| sum.to_array());
+            [&[rays, opacity][..], sums.as_flattened()].concat()
         };
-        let SeenSums { surfaces, offset, normal, media, opacity, log_distance } = self.seen;
-        let seen =
-            [&[surfaces, media, opacity, log_distance][..], &offset.to_array(), &normal.to_array()];
+        let SeenSums { surfaces, offset, normal, specular, media, log_distance } = self.seen;
+        let counts = [surfaces, specular, media, log_distance];
+        let seen = [&counts[..], &offset.to_array(), &normal.to_array()];
         let numbers = [half(&self.halves[0]), half(&self.halves[1]), seen.concat()].concat();
         std::array::from_fn(|word| {
             let [low, high] = [numbers[2 * word], numbers[2 * word + 1]].map(f32::to_bits);
@@ -106,15 +118,16 @@ impl PixelComponents {
             bits.iter().flat_map(|word| [*word as u32, (word >> 32) as u32]).map(f32::from_bits);
         let mut number = || numbers.next().unwrap_or(0.0);
         let mut half = || {
-            let rays = number();
+            let [rays, opacity] = [number(), number()];
             let mut sum = || Vec3::new(number(), number(), number());
-            HalfSums { rays, media: sum(), direct: sum(), indirect: sum(), reflectance: sum() }
+            let [radiance, media, direct, indirect, reflectance] = std::array::from_fn(|_| sum());
+            HalfSums { rays, radiance, media, direct, indirect, reflectance, opacity }
         };
         let halves = [half(), half()];
-        let [surfaces, media, opacity, log_distance] = std::array::from_fn(|_| number());
+        let [surfaces, specular, media, log_distance] = std::array::from_fn(|_| number());
         let mut sum = || Vec3::new(number(), number(), number());
         let (offset, normal) = (sum(), sum());
-        let seen = SeenSums { surfaces, offset, normal, media, opacity, log_distance };
+        let seen = SeenSums { surfaces, offset, normal, specular, media, log_distance };
         Self { halves, seen }
     }
 }
@@ -126,6 +139,13 @@ pub struct ComponentFilm {
     pub width: usize,
     /// Pixels, row by row from the top.
     pub pixels: Vec<PixelComponents>,
+}
+
+impl ComponentFilm {
+    /// Width and height in pixels.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.pixels.len() / self.width]
+    }
 }
 
 #[cfg(test)]
@@ -154,8 +174,9 @@ mod tests {
                     normal: DVec3::new(f, d, e),
                     reflectance: Rgb::new(i, g, h),
                 };
-                let seen = Seen { surface: Some(surface), media_distance: Some(a) };
-                let sample = Sample { components: light, seen, transmittance: 0.1 * b, ..Sample::default() };
+                let seen = Seen { surface: Some(surface), specular: a > b, media_distance: Some(a) };
+                let radiance = Rgb::new(h, i, a);
+                let sample = Sample { radiance, components: light, seen, transmittance: 0.1 * b, ..Sample::default() };
                 pixel.add(index % 2, &sample);
                 prop_assert_eq!(PixelComponents::from_bits(&pixel.to_bits()), pixel);
             }

@@ -75,6 +75,8 @@ pub struct Components {
 pub struct Seen {
     /// The first surface, where it is diffuse.
     pub surface: Option<VisibleSurface>,
+    /// Whether the first surface is a mirror or glass.
+    pub specular: bool,
     /// Distance in metres at which media have half of their opacity; `None` without media.
     pub media_distance: Option<f64>,
 }

@@ -19,6 +19,8 @@ pub enum Stage {
     Content = 5,
     /// The pilot of strategies; the index is the ray.
     Strategy = 7,
+    /// Visibility rays; the index is the pixel.
+    Visibility = 8,
     /// Tests and benchmarks.
     Test = 6,
 }

@@ -42,7 +42,7 @@ pub(super) struct CheckpointState {
 }
 
 /// Name and version of the format.
-const MAGIC: [u8; 12] = *b"fogbow cp 4\n";
+const MAGIC: [u8; 12] = *b"fogbow cp 5\n";
 
 /// Bytes of the hash.
 const HASH: u64 = blake3::OUT_LEN as u64;

@@ -8,8 +8,9 @@
 
 use smallvec::{SmallVec, smallvec};
 
+use crate::film::VisibleSurface;
 use crate::image::Features;
-use crate::math::{Ray, Rgb, Span, Spectrum, World, luminance};
+use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint, luminance};
 use crate::medium::{Albedo, Media, Profile};
 use crate::scene::Scene;
 use crate::surface::SurfaceHit;
@@ -83,10 +84,9 @@ impl<'a> FeatureTracer<'a> {
             if hit.material.is_specular() {
                 pending.extend(branches(&next, &hit));
             } else {
-                let is_back = hit.shading_normal.dot(next.ray.direction) > 0.0;
-                let facing = if is_back { -hit.shading_normal } else { hit.shading_normal };
-                albedo += next.weight * hit.material.diffuse_albedo(&hit);
-                normal += facing * luminance(next.weight);
+                let seen = visible_surface(next.ray.origin, &next.ray, &hit, next.weight);
+                albedo += seen.reflectance;
+                normal += seen.normal * luminance(next.weight);
             }
         }
         Some(Features::new(albedo, normal))
@@ -110,6 +110,21 @@ impl<'a> FeatureTracer<'a> {
             None => albedo_along(&self.scene.media, ray, profile),
         };
         (albedo, transmittance)
+    }
+}
+
+/// The diffuse surface at `hit` of a `ray`, behind media of this transmittance; the camera is at `eye`.
+pub(super) fn visible_surface(
+    eye: WorldPoint,
+    ray: &Ray<World>,
+    hit: &SurfaceHit<'_>,
+    transmittance: Rgb,
+) -> VisibleSurface {
+    let is_back = hit.shading_normal.dot(ray.direction) > 0.0;
+    VisibleSurface {
+        offset: hit.point - eye,
+        normal: if is_back { -hit.shading_normal } else { hit.shading_normal },
+        reflectance: hit.material.diffuse_albedo(hit) * transmittance,
     }
 }
 

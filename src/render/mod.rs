@@ -8,7 +8,7 @@
 //! | pilot, director | `pilot`, `director_pass` | maps, and a budget for every pixel |
 //! | photons | `photon_pass` | strategy, photon maps and caches |
 //! | rays | `exposure`, `pixel_sampling`, `integrator`, `features` | samples on a tiled film |
-//! | film | [`TiledFilm::resolve`](crate::film::TiledFilm::resolve) | layers of the picture |
+//! | film | [`TiledFilm::resolve`](crate::film::TiledFilm::resolve), `reconstruction` | layers of the picture |
 //!
 //! Budgets and estimators meet only here: the rooms below are given plain numbers.
 //! [`render_reference`] renders the same scene without bias onto the same film.
@@ -34,6 +34,7 @@ mod photon_rate;
 mod pilot;
 mod pixel_sampling;
 mod progress;
+mod reconstruction;
 mod rendered;
 mod session;
 mod stage_settings;

@@ -122,11 +122,11 @@ impl<S: Spectrum> Workspace<S> {
     }
 }
 
-/// The Sobol point of a sample of the pixel with this index.
-fn sobol_point(seed: u64, pixel: u64, sample: &NumberedSample) -> SobolPoint {
+/// The Sobol point of the sample with this number in a half, or among all, of the pixel with this index.
+pub(super) fn sobol_point(seed: u64, pixel: u64, half: Option<usize>, number: u32) -> SobolPoint {
     // The sequence is good for 2^16 points; further samples start another one.
-    let (block, index) = (u64::from(sample.number >> 16), sample.number & 0xffff);
-    let block = block | (sample.half.unwrap_or(0) as u64) << 32;
+    let (block, index) = (u64::from(number >> 16), number & 0xffff);
+    let block = block | (half.unwrap_or(0) as u64) << 32;
     let mut key = Stream::new(seed, Stage::March, pixel, block | 1 << 63);
     SobolPoint { index, scramble: key.scramble() }
 }
@@ -139,7 +139,7 @@ pub(super) fn begin_sample(
     stage: Stage,
     sample: &NumberedSample,
 ) -> [f64; 4] {
-    let point = sobol_point(seed, pixel, sample);
+    let point = sobol_point(seed, pixel, sample.half, sample.number);
     ctx.rng = Stream::new(seed, stage, pixel, u64::from(sample.index));
     ctx.stratified = StratifiedSample::new(point);
     ctx.work.rays += 1;

@@ -11,13 +11,14 @@ use super::integrator::PathTracer;
 use super::photon_pass::{PhotonPass, aim, strategies, strategies_by};
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
+use super::reconstruction::reconstruct;
 use super::rendered::{Ended, Rendered};
 use super::stage_settings::{finest_step, pass_settings, render_region, specialised};
 use super::variance_pilot::budgets_by_variance;
 use crate::cache::LazyCells;
 use crate::director::PixelBudget;
 use crate::error::Result;
-use crate::film::{FilmContents, Sample, reconstruct};
+use crate::film::{FilmContents, Sample};
 use crate::math::{Rgb, Spectrum, Stage};
 use crate::photon::{AimedPhotons, PhotonDirection};
 use crate::scene::plan::Needs;
@@ -128,16 +129,14 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
 
     // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
     let start = Instant::now();
-    let caches = lazy_cells(&photons);
-    if let Some(checkpoints) = control.checkpoints {
-        checkpoints.restore(&caches)?;
-    }
+    let caches = lazy_cells(&photons, control)?;
 
     // Rays.
     let width = scene.film.size[0] as usize;
     let tracer = FeatureTracer::new(scene, settings.denoise);
+    let region = render_region(scene, settings, Stage::March);
     let exposed = expose(
-        render_region(scene, settings, Stage::March),
+        region,
         |x, y, lens| scene.camera.ray(x, y, lens),
         |x, y| budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold),
         |camera_ray, workspace| {
@@ -150,15 +149,41 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
         control,
     );
     stages.done("march", start);
-    let rendered = rendered(exposed, work, stages, Some(radius));
+    let rendered = finished::<S>(job, &region, exposed, work, stages, radius);
     Ok(Rendered { strategy: Some(photons[0].choice.summary()), ..rendered })
 }
 
-/// All cells that rays fill, those that passes share once.
-fn lazy_cells<S: Spectrum, H: PhotonDirection>(passes: &[PhotonPass<S, H>]) -> Vec<&LazyCells<S>> {
+/// The picture of `region`, reconstructed where its components are known; `work` was done before it was `exposed`.
+fn finished<S: Spectrum>(
+    job: &Directed<'_>,
+    region: &RenderRegion,
+    mut exposed: Exposure,
+    mut work: Work,
+    mut stages: Stages,
+    radius: f64,
+) -> Rendered {
+    let is_stopped = exposed.ended == Ended::Stopped;
+    if let Some(components) = exposed.components.take().filter(|_| !is_stopped) {
+        let start = Instant::now();
+        let step = finest_step(job.scene, job.settings);
+        work += reconstruct::<S>(job.scene, region, step, &mut exposed.film, &components);
+        stages.done("reconstruct", start);
+    }
+    rendered(exposed, work, stages, Some(radius))
+}
+
+/// All cells that rays fill, those that passes share once, with what a checkpoint knows of them.
+fn lazy_cells<'a, S: Spectrum, H: PhotonDirection>(
+    passes: &'a [PhotonPass<S, H>],
+    control: &Control<'_>,
+) -> Result<Vec<&'a LazyCells<S>>> {
     let first = passes.first().into_iter().flat_map(|pass| pass.caches.lazy());
     let others = passes.iter().skip(1).flat_map(|pass| pass.caches.own_lazy());
-    first.chain(others).collect()
+    let cells: Vec<_> = first.chain(others).collect();
+    if let Some(checkpoints) = control.checkpoints {
+        checkpoints.restore(&cells)?;
+    }
+    Ok(cells)
 }
 
 /// Shoots the `aimed` photons, with what the director's maps ask for, and builds the photon maps: of all, or
@@ -260,21 +285,10 @@ pub fn preview<'a>(
     Rendered { ended: Ended::Stopped, ..preview }
 }
 
-/// The picture of an exposure, reconstructed where its components are known; `work` was done before it.
-fn rendered(
-    exposed: Exposure,
-    mut work: Work,
-    mut stages: Stages,
-    radius: Option<f64>,
-) -> Rendered {
-    let Exposure { mut film, components, work: exposing, ended, rays_left, checkpoint_error } =
-        exposed;
+/// The picture of an exposure; `work` was done beside it.
+fn rendered(exposed: Exposure, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
+    let Exposure { film, work: exposing, ended, rays_left, checkpoint_error, .. } = exposed;
     work += exposing;
-    if let Some(components) = components.filter(|_| ended != Ended::Stopped) {
-        let start = Instant::now();
-        film.set_reconstructed(&reconstruct(&components, &film.image()));
-        stages.done("reconstruct", start);
-    }
     Rendered {
         film,
         work,

@@ -44,23 +44,32 @@ pub(super) fn candidates(film: &ComponentFilm) -> Vec<Candidate> {
 
 /// The `light` of both halves at all levels.
 pub(super) fn levels(film: &ComponentFilm, mut light: [Vec<Vec4>; 2]) -> Vec<Candidate> {
-    let size = [film.width, film.pixels.len() / film.width];
+    let size = film.size();
     let features: Vec<_> = film.pixels.par_iter().map(media_features).collect();
+    let mut opacities: Vec<[f32; 2]> = film.pixels.par_iter().map(half_opacities).collect();
     let mut all = vec![Candidate { halves: light.clone() }];
     for level in 0..LEVELS {
-        let fitted = |pixel: usize| fit(&features, &light, size, pixel, 1 << level);
-        let fitted: Vec<[Vec4; 2]> = (0..film.pixels.len()).into_par_iter().map(fitted).collect();
+        let fit = Fit { features: &features, opacities: &opacities, light: &light, size };
+        let at_pixel = |pixel: usize| fit.at(pixel, 1 << level);
+        let fitted: Vec<[Vec4; 2]> = (0..film.pixels.len()).into_par_iter().map(at_pixel).collect();
         light = [0, 1].map(|half| fitted.iter().map(|halves| halves[half]).collect());
         all.push(Candidate { halves: light.clone() });
+        // Fitted light is that at the opacity of both halves.
+        opacities = film.pixels.par_iter().map(|pixel| [pixel.opacity(); 2]).collect();
     }
     all
+}
+
+/// Mean opacity that the rays of each half of a pixel see.
+fn half_opacities(pixel: &PixelComponents) -> [f32; 2] {
+    pixel.halves.each_ref().map(|half| half.opacity / half.rays.max(1.0))
 }
 
 /// The media that a pixel sees, where it sees any.
 fn media_features(pixel: &PixelComponents) -> Option<MediaFeatures> {
     let seen = &pixel.seen;
     (seen.media > 0.0).then(|| MediaFeatures {
-        opacity: seen.opacity / pixel.rays(),
+        opacity: pixel.opacity(),
         log_distance: seen.log_distance / seen.media,
     })
 }
@@ -76,30 +85,44 @@ pub(super) fn pixels(film: &ComponentFilm) -> [Vec<Vec4>; 2] {
     })
 }
 
-/// The value at `pixel` of the plane that fits the light of its neighbours best, in each half.
-fn fit(
-    features: &[Option<MediaFeatures>],
-    light: &[Vec<Vec4>; 2],
+/// What light of media is fitted to.
+struct Fit<'a> {
+    features: &'a [Option<MediaFeatures>],
+    /// Opacity that the light of each half belongs to.
+    opacities: &'a [[f32; 2]],
+    /// Light of both halves.
+    light: &'a [Vec<Vec4>; 2],
     size: [usize; 2],
-    pixel: usize,
-    step: usize,
-) -> [Vec4; 2] {
-    let Some(here) = features[pixel] else { return [0, 1].map(|half| light[half][pixel]) };
-    let near = |tap: Tap| {
-        let there = features[tap.pixel]?;
-        let far = (there.log_distance - here.log_distance).abs() / LOG_DISTANCE;
-        let weight = tap.weight * biweight(far);
-        let [right, down] = tap.offset;
-        let x = Vec4::new(1.0, right, down, (there.opacity - here.opacity) / OPACITY_STEP);
-        (weight > 0.0).then_some((tap.pixel, weight, x))
-    };
-    let near: SmallVec<[(usize, f32, Vec4); 25]> =
-        taps(size, pixel, step).filter_map(near).collect();
-    [0, 1].map(|half| {
-        let light = &light[half];
+}
+
+impl Fit<'_> {
+    /// The value at `pixel` of the plane that fits the light of its neighbours best, in each half.
+    fn at(&self, pixel: usize, step: usize) -> [Vec4; 2] {
+        let own = |half: usize| self.light[half][pixel];
+        let Some(here) = self.features[pixel] else { return [0, 1].map(own) };
+        let near = |tap: Tap| {
+            let there = self.features[tap.pixel]?;
+            let far = (there.log_distance - here.log_distance).abs() / LOG_DISTANCE;
+            let weight = tap.weight * biweight(far);
+            (weight > 0.0).then_some(Tap { weight, ..tap })
+        };
+        let near: SmallVec<[Tap; 25]> = taps(self.size, pixel, step).filter_map(near).collect();
+        [0, 1].map(|half| self.of_half(half, &near, here.opacity).unwrap_or_else(|| own(half)))
+    }
+
+    /// The value of `half` where the opacity is `opacity`, by its light at the taps; `None` where numbers do not
+    /// tell it.
+    fn of_half(&self, half: usize, near: &[Tap], opacity: f32) -> Option<Vec4> {
+        let light = &self.light[half];
+        let x = |tap: &Tap| {
+            let [right, down] = tap.offset;
+            let denser = self.opacities[tap.pixel][half] - opacity;
+            Vec4::new(1.0, right, down, denser / OPACITY_STEP)
+        };
         let mut normal = glam::Mat4::ZERO;
-        for &(there, weight, x) in &near {
-            let weighted = weight * light[there].w * x;
+        for tap in near {
+            let x = x(tap);
+            let weighted = tap.weight * light[tap.pixel].w * x;
             normal.x_axis += weighted * x.x;
             normal.y_axis += weighted * x.y;
             normal.z_axis += weighted * x.z;
@@ -107,7 +130,7 @@ fn fit(
         }
         let total = normal.x_axis.x;
         if total <= 0.0 {
-            return Vec4::ZERO;
+            return Some(Vec4::ZERO);
         }
         // Of weights whose sum is 1, lest the determinant be too small for an f32.
         normal *= 1.0 / total;
@@ -116,12 +139,55 @@ fn fit(
         normal.w_axis.w += RIDGE;
         let row = normal.inverse().row(0) / total;
         if !row.is_finite() {
-            return light[pixel];
+            return None;
         }
         let mut value = Vec3A::ZERO;
-        for &(there, weight, x) in &near {
-            value += weight * light[there].w * row.dot(x) * Vec3A::from_vec4(light[there]);
+        for tap in near {
+            let there = light[tap.pixel];
+            value += tap.weight * there.w * row.dot(x(tap)) * Vec3A::from_vec4(there);
         }
-        value.extend(1.0)
-    })
+        Some(value.extend(1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::reconstruct::tests::{SIZE, film, medium, raw};
+    use crate::math::{Stage, Stream};
+
+    /// Light that is linear in place and opacity stays what it is at all levels, up to the ridge.
+    #[test]
+    fn media_that_are_linear_stay_as_they_are() {
+        let opacity = |x: f64, y: f64| 0.4 + 0.3 * (0.3 * x).sin() * (0.2 * y).cos();
+        let light = |x: f64, y: f64| 2.0 + 0.02 * x - 0.01 * y + 1.5 * opacity(x, y);
+        let film = film(1, 0.0, 0, |x, y, _| medium(light(x, y), opacity(x, y), 5.0));
+        for (level, candidate) in candidates(&film).iter().enumerate() {
+            for (index, _) in film.pixels.iter().enumerate() {
+                let [x, y] = [index % SIZE[0], index / SIZE[0]].map(|at| at as f64);
+                let found = f64::from(candidate.mean(index).unwrap().y);
+                assert!((found / light(x, y) - 1.0).abs() < 0.02, "{level}: {found} at {x}, {y}");
+            }
+        }
+    }
+
+    /// Rays of the halves see a silhouette differently; light that follows opacity stays what it is, up to the ridge.
+    #[test]
+    fn opacity_of_each_half_is_told_apart() {
+        let mut film = film(1, 0.0, 8, |_, _, _| medium(1.0, 0.5, 4.0));
+        let mut rng = Stream::new(9, Stage::Test, 0, 0);
+        for pixel in &mut film.pixels {
+            for half in &mut pixel.halves {
+                half.opacity = rng.uniform() as f32;
+                half.media = glam::Vec3::splat(2.0 * half.opacity);
+            }
+        }
+        let raw = raw(&film);
+        for candidate in levels(&film, pixels(&film)) {
+            for (pixel, raw) in raw.pixels().iter().enumerate() {
+                let found = candidate.mean(pixel).unwrap().y;
+                assert!((found - raw[1]).abs() < 0.01, "{found:?} for {raw:?}");
+            }
+        }
+    }
 }

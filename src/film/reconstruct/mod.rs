@@ -9,10 +9,14 @@
 //!    Monte Carlo Renderings").
 //! 4. Which level a pixel takes follows from the error of each, which the halves tell: one predicts the other
 //!    (Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering").
+//! 5. Pixels at edges of surfaces are antialiased by rays that only see, and fetch the light of their surface from the
+//!    pixels around (Ragan-Kelley et al. 2011, "Decoupled Sampling for Graphics Pipelines").
 //!
 //! Weights come from what pixels see, and not from their light: each level is linear in the light, so that noise does
 //! not bias it. Emission and what mirrors and glass show stay as they are.
 
+mod antialias;
+mod edges;
 mod levels;
 mod media;
 mod scale;
@@ -20,33 +24,98 @@ mod surfaces;
 
 use glam::{Vec3A, Vec4};
 
+pub use antialias::{Antialiased, VisibilityRay};
+
 use super::components::{ComponentFilm, PixelComponents};
 use crate::image::Image;
+use surfaces::SurfaceFeatures;
 
-/// Bytes of a pixel that reconstruction takes beside its components at most: both components of surfaces at all levels,
-/// in two halves, with sums and errors.
+/// Bytes of a pixel that reconstruction takes beside its components at most: selected light of two components, and those
+/// of surfaces at all levels, in two halves, with sums, errors and what is seen.
 ///
 /// Unit: bytes. Derivation: from the sizes of what is held.
 pub const RECONSTRUCTION_BYTES: usize = 2 * 2 * (levels::LEVELS as usize + 1) * size_of::<Vec4>()
     + surfaces::SUMS_BYTES
-    + (levels::LEVELS as usize + 1) * size_of::<f32>();
+    + (levels::LEVELS as usize + 1) * size_of::<f32>()
+    + size_of::<Option<SurfaceFeatures>>()
+    + 2 * size_of::<[Vec3A; 3]>();
 
-/// The picture of which `film` holds the components, with less noise; `raw` is the picture as it was rendered.
-///
-/// # Panics
-/// Where they differ in size.
-pub fn reconstruct(film: &ComponentFilm, raw: &Image) -> Image {
-    assert_eq!(film.pixels.len(), raw.pixels().len(), "one a pixel");
-    let media = scale::select(film.width, &media::candidates(film));
-    let [direct, indirect] =
-        surfaces::candidates(film).map(|candidates| scale::select(film.width, &candidates));
-    let pixels = film.pixels.iter().zip(raw.pixels()).enumerate().map(|(index, (pixel, raw))| {
-        let filtered = media[index] + direct[index] + indirect[index];
-        let change = if pixel.rays() > 0.0 { filtered - mean_light(pixel) } else { Vec3A::ZERO };
+/// The components of a picture with less noise.
+#[derive(Debug)]
+pub struct Reconstruction<'a> {
+    film: &'a ComponentFilm,
+    /// By both halves.
+    mean: FilteredLight,
+    /// By each half.
+    halves: [FilteredLight; 2],
+    /// The surfaces that pixels see.
+    surfaces: Vec<Option<SurfaceFeatures>>,
+}
+
+/// Light of each pixel with less noise, W/(m² sr).
+#[derive(Debug)]
+struct FilteredLight {
+    /// Of media.
+    media: Vec<Vec3A>,
+    /// That surfaces reflect.
+    reflected: Vec<Vec3A>,
+}
+
+impl FilteredLight {
+    /// Direct and indirect light of surfaces together.
+    fn new(media: Vec<Vec3A>, direct: Vec<Vec3A>, indirect: &[Vec3A]) -> Self {
+        let reflected = direct.into_iter().zip(indirect).map(|(d, i)| d + *i).collect();
+        Self { media, reflected }
+    }
+}
+
+impl<'a> Reconstruction<'a> {
+    /// Takes the noise off the components of `film`.
+    pub fn new(film: &'a ComponentFilm) -> Self {
+        let media = scale::select(film.width, &media::candidates(film));
+        let surfaces = surfaces::surfaces(film);
+        let [direct, indirect] = surfaces::candidates(film, &surfaces)
+            .map(|candidates| scale::select(film.width, &candidates));
+        let mean = FilteredLight::new(media.mean, direct.mean, &indirect.mean);
+        let [[m, n], [d, e]] = [media.halves, direct.halves];
+        let [i, j] = &indirect.halves;
+        let halves = [FilteredLight::new(m, d, i), FilteredLight::new(n, e, j)];
+        Self { film, mean, halves, surfaces }
+    }
+
+    /// What mirrors and glass show in each pixel of `raw`, of which `emission` is visible emission, W/(m² sr).
+    pub fn specular_light(&self, raw: &Image, emission: &[[f32; 3]]) -> Vec<Vec3A> {
+        let all = self.film.pixels.iter().zip(raw.pixels()).zip(emission);
+        let rest = |((pixel, raw), emission): ((&PixelComponents, &[f32; 3]), &[f32; 3])| {
+            if pixel.seen.specular == 0.0 {
+                return Vec3A::ZERO;
+            }
+            Vec3A::from_array(*raw) - Vec3A::from_array(*emission) - mean_light(pixel)
+        };
+        all.map(rest).collect()
+    }
+
+    /// The picture, with pixels that are `antialiased`; `raw` is the one as it was rendered.
+    ///
+    /// # Panics
+    /// Where they differ in size.
+    pub fn image(&self, raw: &Image, antialiased: &[Antialiased]) -> Image {
+        assert_eq!(self.film.pixels.len(), raw.pixels().len(), "one a pixel");
+        let pixels = self.film.pixels.iter().zip(raw.pixels()).enumerate();
+        let pixels = pixels.map(|(index, (pixel, raw))| {
+            let filtered = self.mean.media[index] + self.mean.reflected[index];
+            let change =
+                if pixel.rays() > 0.0 { filtered - mean_light(pixel) } else { Vec3A::ZERO };
+            Vec3A::from_array(*raw) + change
+        });
+        let mut pixels: Vec<Vec3A> = pixels.collect();
+        for (antialiased, radiance) in antialiased.iter().zip(self.corrected(antialiased)) {
+            pixels[antialiased.pixel] = radiance;
+        }
         // Noise of moments makes light negative.
-        (Vec3A::from_array(*raw) + change).max(Vec3A::ZERO).to_array()
-    });
-    Image::new(raw.width(), raw.height(), pixels.collect())
+        let pixels = pixels.into_iter().map(|pixel| pixel.max(Vec3A::ZERO).to_array());
+        Image::new(raw.width(), raw.height(), pixels.collect())
+    }
 }
 
 /// Mean light of all components of a pixel.
@@ -64,10 +133,14 @@ mod tests {
     use crate::film::{Components, Sample, Seen, VisibleSurface};
     use crate::math::{Rgb, Stage, Stream};
 
-    const SIZE: [usize; 2] = [48, 32];
+    pub const SIZE: [usize; 2] = [48, 32];
+
+    fn reconstruct(film: &ComponentFilm, raw: &Image) -> Image {
+        Reconstruction::new(film).image(raw, &[])
+    }
 
     /// A film whose rays are `sample(x, y, noise)`, `rays` of each half, where `noise` has the mean 1 and so much variance.
-    fn film(
+    pub fn film(
         rays: u32,
         variance: f64,
         seed: u64,
@@ -81,7 +154,11 @@ mod tests {
                 // The sum of twelve uniform numbers is nearly normal.
                 let normal: f64 = (0..12).map(|_| rng.uniform()).sum::<f64>() - 6.0;
                 let [x, y] = [index % width, index / width].map(|at| at as f64);
-                pixel.add((ray % 2) as usize, &sample(x, y, 1.0 + variance.sqrt() * normal));
+                let sample = sample(x, y, 1.0 + variance.sqrt() * normal);
+                let light = sample.components;
+                let radiance =
+                    light.media + light.direct + light.indirect + sample.visible_emission;
+                pixel.add((ray % 2) as usize, &Sample { radiance, ..sample });
             }
             pixel
         };
@@ -89,7 +166,7 @@ mod tests {
     }
 
     /// The picture itself.
-    fn raw(film: &ComponentFilm) -> Image {
+    pub fn raw(film: &ComponentFilm) -> Image {
         let pixels = film.pixels.iter().map(|pixel| mean_light(pixel).to_array()).collect();
         Image::new(film.width, film.pixels.len() / film.width, pixels)
     }
@@ -104,84 +181,32 @@ mod tests {
     }
 
     /// Media of this light, opacity and distance.
-    fn medium(light: f64, opacity: f64, distance: f64) -> Sample {
+    pub fn medium(light: f64, opacity: f64, distance: f64) -> Sample {
         Sample {
             components: Components { media: Rgb::splat(light), ..Components::default() },
-            seen: Seen { media_distance: Some(distance), surface: None },
+            seen: Seen { media_distance: Some(distance), ..Seen::default() },
             transmittance: 1.0 - opacity,
             ..Sample::default()
         }
     }
 
     /// A surface of this direct light, offset, normal and reflectance.
-    fn surface(light: f64, offset: DVec3, normal: DVec3, reflectance: f64) -> Sample {
+    pub fn surface(light: f64, offset: DVec3, normal: DVec3, reflectance: f64) -> Sample {
         let reflectance = Rgb::splat(reflectance);
         let direct = reflectance * light;
         Sample {
             components: Components { direct, ..Components::default() },
             seen: Seen {
                 surface: Some(VisibleSurface { offset, normal, reflectance }),
-                media_distance: None,
+                ..Seen::default()
             },
             ..Sample::default()
         }
     }
 
     /// A floor under the pixel.
-    fn floor(x: f64, y: f64) -> DVec3 {
+    pub fn floor(x: f64, y: f64) -> DVec3 {
         DVec3::new(x, 10.0, y)
-    }
-
-    /// Light that is linear in place and opacity stays what it is at all levels, up to the ridge.
-    #[test]
-    fn media_that_are_linear_stay_as_they_are() {
-        let opacity = |x: f64, y: f64| 0.4 + 0.3 * (0.3 * x).sin() * (0.2 * y).cos();
-        let light = |x: f64, y: f64| 2.0 + 0.02 * x - 0.01 * y + 1.5 * opacity(x, y);
-        let film = film(1, 0.0, 0, |x, y, _| medium(light(x, y), opacity(x, y), 5.0));
-        for (level, candidate) in media::candidates(&film).iter().enumerate() {
-            for (index, _) in film.pixels.iter().enumerate() {
-                let [x, y] = [index % SIZE[0], index / SIZE[0]].map(|at| at as f64);
-                let found = f64::from(candidate.mean(index).unwrap().y);
-                assert!((found / light(x, y) - 1.0).abs() < 0.02, "{level}: {found} at {x}, {y}");
-            }
-        }
-    }
-
-    /// Reflectance is not averaged: a floor of checks under even light stays sharp.
-    #[test]
-    fn textures_of_surfaces_stay_sharp() {
-        let albedo = |x: f64, y: f64| if (x + y) % 2.0 == 0.0 { 0.8 } else { 0.1 };
-        let film = film(1, 0.0, 0, |x, y, _| surface(3.0, floor(x, y), DVec3::Y, albedo(x, y)));
-        let [direct, _] = surfaces::candidates(&film);
-        for candidate in &direct {
-            for index in 0..film.pixels.len() {
-                let [x, y] = [index % SIZE[0], index / SIZE[0]].map(|at| at as f64);
-                let found = f64::from(candidate.mean(index).unwrap().y);
-                assert!((found - 3.0 * albedo(x, y)).abs() < 1e-4, "{found} at {x}, {y}");
-            }
-        }
-    }
-
-    /// No light crosses the edge between a floor and a wall, or between floors one above the other.
-    #[test]
-    fn no_light_crosses_from_surface_to_surface() {
-        let wall = |x: f64, y: f64| (DVec3::new(x, 10.0 - y, 0.0), DVec3::Z);
-        let step = |x: f64, y: f64| (floor(x, y) + DVec3::Y * 40.0, DVec3::Y);
-        let other: [&dyn Fn(f64, f64) -> (DVec3, DVec3); 2] = [&wall, &step];
-        for other in other {
-            let film = film(1, 0.0, 0, |x, y, _| {
-                let (offset, normal) = if x < 20.0 { other(x, y) } else { (floor(x, y), DVec3::Y) };
-                surface(if x < 20.0 { 100.0 } else { 1.0 }, offset, normal, 0.5)
-            });
-            let [direct, _] = surfaces::candidates(&film);
-            for candidate in &direct {
-                for index in 0..film.pixels.len() {
-                    let expected = if index % SIZE[0] < 20 { 50.0 } else { 0.5 };
-                    let found = candidate.mean(index).unwrap().y;
-                    assert!((found / expected - 1.0).abs() < 1e-3, "{found} at {index}");
-                }
-            }
-        }
     }
 
     /// Smooth light in noise: the error falls at least tenfold, for media as for surfaces.
@@ -289,7 +314,6 @@ mod tests {
         for (index, pixel) in film.pixels.iter_mut().enumerate() {
             let [x, y] = [index % SIZE[0], index / SIZE[0]];
             pixel.halves[(x + y) % 2] = Default::default();
-            pixel.seen.opacity *= 0.5;
             pixel.seen.media *= 0.5;
             pixel.seen.log_distance *= 0.5;
         }

@@ -18,14 +18,23 @@ const LEVEL_RADIUS: usize = 2;
 /// Squared light, over the mean of the picture, below which errors are no longer relative.
 ///
 /// Unit: none. Limit: on the weight of pixels that are nearly black.
-const DARKEST: f32 = 1e-3;
+pub(super) const DARKEST: f32 = 1e-3;
 
-/// The component in all pixels, each at the level of least error, W/(m² sr).
-pub(super) fn select(width: usize, candidates: &[Candidate]) -> Vec<Vec3A> {
-    let [raw, .., widest] = candidates else { return Vec::new() };
+/// A component in all pixels, each at the level of least error, W/(m² sr).
+#[derive(Debug)]
+pub(super) struct Selected {
+    /// By both halves.
+    pub mean: Vec<Vec3A>,
+    /// By each half, and by both where it has no ray.
+    pub halves: [Vec<Vec3A>; 2],
+}
+
+/// The component of these `candidates`, from that of the pixels on.
+pub(super) fn select(width: usize, candidates: &[Candidate]) -> Selected {
+    let [raw, .., widest] = candidates else { unreachable!("there are several levels") };
     let scales = scales(widest);
     let errors: Vec<Vec<f32>> =
-        candidates.iter().map(|candidate| errors(width, candidate, raw, &scales)).collect();
+        candidates.iter().map(|of| errors(width, of, raw, &scales)).collect();
     let pixels = scales.len();
     let best = |pixel: usize| {
         let levels = 0..candidates.len();
@@ -36,16 +45,28 @@ pub(super) fn select(width: usize, candidates: &[Candidate]) -> Vec<Vec3A> {
     let ones = vec![1.0; pixels];
     let counts = box_sums(width, &ones, LEVEL_RADIUS);
     let levels = box_sums(width, &best, LEVEL_RADIUS);
-    let blend = |pixel: usize| {
+    let blend = |at: &(dyn Fn(usize, usize) -> Option<Vec3A> + Sync), pixel: usize| {
         let level = levels[pixel] / counts[pixel];
         let below = (level as usize).min(candidates.len() - 1);
         let above = (below + 1).min(candidates.len() - 1);
-        let at = |level: usize| candidates[level].mean(pixel);
-        let raw = at(0).unwrap_or(Vec3A::ZERO);
-        let [below, above] = [below, above].map(|level| at(level).unwrap_or(raw));
-        below.lerp(above, level.fract())
+        let raw = at(0, pixel);
+        let [below, above] = [below, above].map(|level| at(level, pixel).or(raw));
+        Some(below?.lerp(above?, level.fract()))
     };
-    (0..pixels).into_par_iter().map(blend).collect()
+    let of_both = |level: usize, pixel: usize| candidates[level].mean(pixel);
+    let mean: Vec<Vec3A> = (0..pixels)
+        .into_par_iter()
+        .map(|pixel| blend(&of_both, pixel).unwrap_or(Vec3A::ZERO))
+        .collect();
+    let halves = [0, 1].map(|half| {
+        let of_half = |level: usize, pixel: usize| {
+            let light = candidates[level].halves[half][pixel];
+            (light.w > 0.0).then(|| Vec3A::from_vec4(light))
+        };
+        let at = |pixel: usize| blend(&of_half, pixel).unwrap_or(mean[pixel]);
+        (0..pixels).into_par_iter().map(at).collect()
+    });
+    Selected { mean, halves }
 }
 
 /// The [relative errors](relative_errors) of a candidate, averaged over neighbours.
@@ -109,7 +130,7 @@ pub(super) fn relative_errors(
 }
 
 /// Sums over squares of `radius` pixels to each side.
-fn box_sums(width: usize, values: &[f32], radius: usize) -> Vec<f32> {
+pub(super) fn box_sums(width: usize, values: &[f32], radius: usize) -> Vec<f32> {
     let height = values.len() / width;
     let along = |values: &[f32], pixel: usize, stride: usize, at: usize, count: usize| {
         let (first, last) = (at.saturating_sub(radius), (at + radius).min(count - 1));

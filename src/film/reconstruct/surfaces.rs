@@ -18,11 +18,26 @@ const NORMAL_POWER: i32 = 128;
 
 /// The surface that a pixel sees.
 #[derive(Debug, Clone, Copy)]
-struct SurfaceFeatures {
-    offset: Vec3A,
-    normal: Vec3A,
+pub(super) struct SurfaceFeatures {
+    /// Where it is, in metres from the camera.
+    pub offset: Vec3A,
+    /// Its normal.
+    pub normal: Vec3A,
     /// Distance in metres to the nearest of the neighbours' surfaces.
-    spacing: f32,
+    pub spacing: f32,
+}
+
+impl SurfaceFeatures {
+    /// How much `other`, `steps` spacings away, lies on the same plane: 1 where it does, 0 where it does not.
+    pub fn likeness(&self, other: &Self, steps: f32) -> f32 {
+        let between = other.offset - self.offset;
+        let off = self.normal.dot(between).abs().max(other.normal.dot(between).abs());
+        let facing = self.normal.dot(other.normal).max(0.0).powi(NORMAL_POWER);
+        // One on its own has no spacing, and lies on its own plane.
+        let near =
+            if off == 0.0 { 1.0 } else { biweight(off / (PLANE_DISTANCE * self.spacing * steps)) };
+        near * facing
+    }
 }
 
 /// Bytes of a pixel's sums in both halves, before and after a level.
@@ -53,9 +68,11 @@ impl Sums {
 }
 
 /// Direct and indirect light of surfaces at all levels, from that of the pixels on.
-pub(super) fn candidates(film: &ComponentFilm) -> [Vec<Candidate>; 2] {
-    let size = [film.width, film.pixels.len() / film.width];
-    let surfaces = surfaces(film, size);
+pub(super) fn candidates(
+    film: &ComponentFilm,
+    surfaces: &[Option<SurfaceFeatures>],
+) -> [Vec<Candidate>; 2] {
+    let size = film.size();
     let mut sums: Vec<[Sums; 2]> =
         film.pixels.par_iter().map(|pixel| pixel.halves.each_ref().map(Sums::of)).collect();
     darken_outliers(film, &mut sums);
@@ -67,7 +84,7 @@ pub(super) fn candidates(film: &ComponentFilm) -> [Vec<Candidate>; 2] {
     push(&sums, false);
     for level in 0..LEVELS {
         let step = 1 << level;
-        let averaged = |pixel: usize| average(&surfaces, &sums, size, pixel, step);
+        let averaged = |pixel: usize| average(surfaces, &sums, size, pixel, step);
         sums = (0..film.pixels.len()).into_par_iter().map(averaged).collect();
         push(&sums, true);
     }
@@ -75,7 +92,8 @@ pub(super) fn candidates(film: &ComponentFilm) -> [Vec<Candidate>; 2] {
 }
 
 /// The surfaces that pixels see.
-fn surfaces(film: &ComponentFilm, size: [usize; 2]) -> Vec<Option<SurfaceFeatures>> {
+pub(super) fn surfaces(film: &ComponentFilm) -> Vec<Option<SurfaceFeatures>> {
+    let size = film.size();
     let seen = |pixel: &PixelComponents| {
         let seen = &pixel.seen;
         let normal = Vec3A::from(seen.normal).try_normalize()?;
@@ -133,16 +151,10 @@ fn average(
     step: usize,
 ) -> [Sums; 2] {
     let Some(here) = surfaces[pixel] else { return sums[pixel] };
-    let reach = PLANE_DISTANCE * here.spacing * step as f32;
     let (mut total, mut all) = (0.0, [Sums::default(); 2]);
     for tap in taps(size, pixel, step) {
         let Some(there) = surfaces[tap.pixel] else { continue };
-        let between = there.offset - here.offset;
-        let off = here.normal.dot(between).abs().max(there.normal.dot(between).abs());
-        let facing = here.normal.dot(there.normal).max(0.0);
-        let facing = facing.powi(NORMAL_POWER);
-        let near = if tap.pixel == pixel { 1.0 } else { biweight(off / reach) };
-        let weight = tap.weight * near * facing;
+        let weight = tap.weight * here.likeness(&there, step as f32);
         if weight > 0.0 {
             total += weight;
             all.iter_mut().zip(&sums[tap.pixel]).for_each(|(all, sums)| all.add(weight, sums));
@@ -183,6 +195,51 @@ fn candidate(
 }
 
 /// `light` over `reflectance`, 0 where that is.
-fn ratio(light: Vec3A, reflectance: Vec3A) -> Vec3A {
+pub(super) fn ratio(light: Vec3A, reflectance: Vec3A) -> Vec3A {
     Vec3A::select(reflectance.cmpgt(Vec3A::ZERO), light / reflectance, Vec3A::ZERO)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::film::reconstruct::tests::{SIZE, film, floor, surface};
+
+    /// Reflectance is not averaged: a floor of checks under even light stays sharp.
+    #[test]
+    fn textures_of_surfaces_stay_sharp() {
+        let albedo = |x: f64, y: f64| if (x + y) % 2.0 == 0.0 { 0.8 } else { 0.1 };
+        let film = film(1, 0.0, 0, |x, y, _| surface(3.0, floor(x, y), DVec3::Y, albedo(x, y)));
+        let [direct, _] = candidates(&film, &surfaces(&film));
+        for candidate in &direct {
+            for index in 0..film.pixels.len() {
+                let [x, y] = [index % SIZE[0], index / SIZE[0]].map(|at| at as f64);
+                let found = f64::from(candidate.mean(index).unwrap().y);
+                assert!((found - 3.0 * albedo(x, y)).abs() < 1e-4, "{found} at {x}, {y}");
+            }
+        }
+    }
+
+    /// No light crosses the edge between a floor and a wall, or between floors one above the other.
+    #[test]
+    fn no_light_crosses_from_surface_to_surface() {
+        let wall = |x: f64, y: f64| (DVec3::new(x, 10.0 - y, 0.0), DVec3::Z);
+        let step = |x: f64, y: f64| (floor(x, y) + DVec3::Y * 40.0, DVec3::Y);
+        let other: [&dyn Fn(f64, f64) -> (DVec3, DVec3); 2] = [&wall, &step];
+        for other in other {
+            let film = film(1, 0.0, 0, |x, y, _| {
+                let (offset, normal) = if x < 20.0 { other(x, y) } else { (floor(x, y), DVec3::Y) };
+                surface(if x < 20.0 { 100.0 } else { 1.0 }, offset, normal, 0.5)
+            });
+            let [direct, _] = candidates(&film, &surfaces(&film));
+            for candidate in &direct {
+                for index in 0..film.pixels.len() {
+                    let expected = if index % SIZE[0] < 20 { 50.0 } else { 0.5 };
+                    let found = candidate.mean(index).unwrap().y;
+                    assert!((found / expected - 1.0).abs() < 1e-3, "{found} at {index}");
+                }
+            }
+        }
+    }
 }

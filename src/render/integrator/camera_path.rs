@@ -1,8 +1,9 @@
 //! The camera path: media, mirrors and glass, and the first diffuse surface.
 
-use crate::film::{Components, Sample, Seen, VisibleSurface};
+use crate::film::{Components, Sample, Seen};
 use crate::math::{Spectrum, luminance};
 use crate::photon::PhotonDirection;
+use crate::render::features::visible_surface;
 use crate::render::pixel_sampling::{CameraRay, Profiles, Workspace};
 use crate::surface::SurfaceHit;
 use crate::transport::specular::MAX_CAMERA_BOUNCES;
@@ -44,7 +45,7 @@ impl<S: Spectrum> PathResult<S> {
         depth: f64::INFINITY,
         transmittance: 1.0,
         components: ComponentLight { media: S::ZERO, direct: S::ZERO, indirect: S::ZERO },
-        seen: Seen { surface: None, media_distance: None },
+        seen: Seen { surface: None, specular: false, media_distance: None },
     };
 
     /// Adds light of `segment`'s throughput.
@@ -160,24 +161,16 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 let weight = camera_ray.indirect_weight;
                 path.add_reflected(&segment, self.reflected(&segment.ray, &hit, weight, ctx));
                 if segment.from_camera && camera_ray.half.is_some() {
-                    path.seen.surface = Some(self.visible_surface(&segment, &hit));
+                    let (ray, seen) = (&segment.ray, segment.throughput.rgb());
+                    path.seen.surface = Some(visible_surface(self.eye, ray, &hit, seen));
                 }
                 break;
             }
+            path.seen.specular |= segment.from_camera;
             let Some(next) = follow_specular(&segment, &hit, pending, ctx) else { break };
             segment = next;
         }
         path
-    }
-
-    /// The diffuse surface at `hit`, seen along `segment`.
-    fn visible_surface(&self, segment: &PendingRay<S>, hit: &SurfaceHit<'_>) -> VisibleSurface {
-        let is_back = hit.shading_normal.dot(segment.ray.direction) > 0.0;
-        VisibleSurface {
-            offset: hit.point - self.eye,
-            normal: if is_back { -hit.shading_normal } else { hit.shading_normal },
-            reflectance: hit.material.diffuse_albedo(hit) * segment.throughput.rgb(),
-        }
     }
 
     /// What the surface at `hit` emits back along the ray, or the environment where there is none,

@@ -1,0 +1,106 @@
+//! Edges: the pixels that see one of a surface, or of its texture.
+
+use glam::Vec3A;
+use rayon::prelude::*;
+
+use super::Reconstruction;
+use crate::film::components::PixelComponents;
+
+/// Likeness of the surfaces of neighbours below which there is an edge between them.
+///
+/// Unit: none. Derivation: neighbours count half as much; their normals differ by 6 degrees.
+const EDGE_LIKENESS: f32 = 0.5;
+
+/// Relative difference of reflectance and of opacity between neighbours above which there is an edge.
+///
+/// Unit: none. Derivation: of as much contrast a tenth is left between 10 rays, which cannot be seen.
+const EDGE_CONTRAST: f32 = 0.1;
+
+impl Reconstruction<'_> {
+    /// The pixels that see an edge of a surface, or of its texture.
+    pub fn edges(&self) -> Vec<usize> {
+        let is_edge = |&pixel: &usize| {
+            let mut near = self.around(pixel);
+            near.any(|(other, _)| self.differ(pixel, other))
+        };
+        (0..self.film.pixels.len()).into_par_iter().filter(is_edge).collect()
+    }
+
+    /// The pixels of 3 x 3 around `pixel` with the places of their centres, in pixels.
+    pub(super) fn around(&self, pixel: usize) -> impl Iterator<Item = (usize, [f32; 2])> + use<> {
+        let [width, height] = self.film.size();
+        let (x, y) = (pixel % width, pixel / width);
+        (y.saturating_sub(1)..height.min(y + 2)).flat_map(move |row| {
+            (x.saturating_sub(1)..width.min(x + 2)).map(move |column| {
+                let place = [column as f32 - x as f32, row as f32 - y as f32];
+                (row * width + column, place)
+            })
+        })
+    }
+
+    /// Whether there is an edge between two pixels, or within one.
+    fn differ(&self, pixel: usize, other: usize) -> bool {
+        let [a, b] = [pixel, other].map(|index| &self.film.pixels[index]);
+        if a.rays() == 0.0 || b.rays() == 0.0 {
+            return false;
+        }
+        if pixel == other {
+            let kinds = [a.seen.surfaces, a.seen.specular];
+            return kinds.iter().any(|count| *count > 0.0 && *count < a.rays());
+        }
+        let shares = |pixel: &PixelComponents| {
+            [pixel.seen.surfaces, pixel.seen.specular].map(|count| count / pixel.rays())
+        };
+        if shares(a) != shares(b) {
+            return true;
+        }
+        let (Some(here), Some(there)) = (&self.surfaces[pixel], &self.surfaces[other]) else {
+            return false;
+        };
+        if here.likeness(there, 1.0) < EDGE_LIKENESS {
+            return true;
+        }
+        let [a, b] = [a, b].map(mean_reflectance);
+        (a - b).abs().max_element() > EDGE_CONTRAST * a.max(b).max_element()
+    }
+}
+
+/// Mean over all rays of the reflectance of surfaces times the transmittance before them.
+pub(super) fn mean_reflectance(pixel: &PixelComponents) -> Vec3A {
+    Vec3A::from(pixel.halves[0].reflectance + pixel.halves[1].reflectance) / pixel.rays().max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::film::reconstruct::tests::{SIZE, film, floor, surface};
+
+    #[test]
+    fn planes_have_no_edges() {
+        // Seen at a slant that grows toward a horizon.
+        let plain = |x: f64, y: f64| {
+            let far = 10.0 / (y + 0.5);
+            surface(1.0, DVec3::new((x - 24.0) * far, -1.0, 20.0 * far), DVec3::Y, 0.5)
+        };
+        let film = film(1, 0.0, 0, |x, y, _| plain(x, y));
+        assert!(Reconstruction::new(&film).edges().is_empty());
+    }
+
+    #[test]
+    fn edges_of_textures_are_found() {
+        let checks = |x: f64, y: f64| {
+            surface(
+                1.0,
+                floor(x, y),
+                DVec3::Y,
+                if (x / 12.0).floor() % 2.0 == 0.0 { 0.8 } else { 0.1 },
+            )
+        };
+        let film = film(1, 0.0, 0, |x, y, _| checks(x, y));
+        let columns: std::collections::BTreeSet<usize> =
+            Reconstruction::new(&film).edges().iter().map(|pixel| pixel % SIZE[0]).collect();
+        assert_eq!(columns.into_iter().collect::<Vec<_>>(), [11, 12, 23, 24, 35, 36]);
+    }
+}

@@ -1,0 +1,123 @@
+//! Reconstruction of a finished picture, with visibility rays for pixels at edges.
+
+use rayon::prelude::*;
+
+use super::exposure::RenderRegion;
+use super::features::visible_surface;
+use super::pixel_sampling::{Workspace, sobol_point};
+use crate::film::{Antialiased, ComponentFilm, PixelComponents, Reconstruction, VisibilityRay};
+use crate::image::Film;
+use crate::math::{Ray, Span, Spectrum, Stage, Stream, World, WorldPoint, luminance};
+use crate::scene::Scene;
+use crate::transport::{PathContext, SobolPoint, camera_position, direct_light};
+use crate::work::Work;
+
+/// The centre of a pixel, from its corner.
+///
+/// Unit: pixels. Definition: of a pixel.
+const CENTRE: f64 = 0.5;
+
+/// Visibility rays of a pixel at an edge beside those of the picture.
+///
+/// Unit: count. Limit: on the noise of edges, whose pixels a Sobol sequence of so many covers to a hundredth.
+const VISIBILITY_RAYS: u32 = 16;
+
+/// Takes noise off `film` of `region`, of which `components` are known. Visibility rays march with `step`, in metres.
+pub(super) fn reconstruct<S: Spectrum>(
+    scene: &Scene,
+    region: &RenderRegion,
+    step: f64,
+    film: &mut Film,
+    components: &ComponentFilm,
+) -> Work {
+    let raw = film.image();
+    let reconstruction = Reconstruction::new(components);
+    let specular = reconstruction.specular_light(&raw, film.visible_emission());
+    let visibility = Visibility::new(scene, region, step);
+    let empty = || {
+        let rng = Stream::new(region.seed, Stage::Visibility, 0, 0);
+        Workspace::<S>::new(PathContext::new(rng, region.needs))
+    };
+    let edges = reconstruction.edges();
+    let antialiased = edges.par_iter().map_init(empty, |workspace, &pixel| {
+        workspace.ctx.work = Work::default();
+        let rays = visibility.through(pixel, &components.pixels[pixel], workspace);
+        (reconstruction.antialiased(pixel, &rays, &specular), workspace.ctx.work)
+    });
+    let (antialiased, work): (Vec<Option<Antialiased>>, Vec<Work>) = antialiased.unzip();
+    let antialiased: Vec<Antialiased> = antialiased.into_iter().flatten().collect();
+    film.set_reconstructed(&reconstruction.image(&raw, &antialiased));
+    work.into_iter().sum()
+}
+
+/// What rays of pixels see.
+struct Visibility<'a> {
+    scene: &'a Scene,
+    region: &'a RenderRegion,
+    /// March step in metres.
+    step: f64,
+    /// Where the camera is.
+    eye: WorldPoint,
+}
+
+impl<'a> Visibility<'a> {
+    /// Of rays through `region`, which march with `step`, in metres.
+    fn new(scene: &'a Scene, region: &'a RenderRegion, step: f64) -> Self {
+        Self { scene, region, step, eye: camera_position(scene) }
+    }
+
+    /// Rays through the pixel of this index in the window, which has `seen` these: those of the picture, and others.
+    fn through<S: Spectrum>(
+        &self,
+        pixel: usize,
+        seen: &PixelComponents,
+        workspace: &mut Workspace<S>,
+    ) -> Vec<VisibilityRay> {
+        let RenderRegion { size, window, seed, .. } = *self.region;
+        let [column, row] = [pixel as u32 % window.width, pixel as u32 / window.width];
+        let (x, y) = (window.left + column, window.top + row);
+        let index = u64::from(y) * u64::from(size[0]) + u64::from(x);
+        let scramble = Stream::new(seed, Stage::Visibility, index, 0).scramble();
+        let others = (0..VISIBILITY_RAYS).map(|index| (None, SobolPoint { index, scramble }));
+        let of_half = |half: usize| {
+            let rays = 0..seen.halves[half].rays as u32;
+            rays.map(move |number| (Some(half), sobol_point(seed, index, Some(half), number)))
+        };
+        let ray = |(half, point): (Option<usize>, SobolPoint)| {
+            let [u, v, a, b] = point.film_and_lens();
+            let ray = self.scene.camera.ray(f64::from(x) + u, f64::from(y) + v, [a, b]);
+            let place = [u, v].map(|at| (at - CENTRE) as f32);
+            VisibilityRay { half, place, ..self.along(&ray, workspace) }
+        };
+        others.chain(of_half(0)).chain(of_half(1)).map(ray).collect()
+    }
+
+    /// What a ray sees.
+    fn along<S: Spectrum>(&self, ray: &Ray<World>, workspace: &mut Workspace<S>) -> VisibilityRay {
+        let Workspace { ctx, profiles } = workspace;
+        ctx.work.visibility_rays += 1;
+        let hit = direct_light::first_surface(self.scene, ray, ctx);
+        let mut transmittance = S::ONE;
+        if self.region.needs.media {
+            let span = Span::new(0.0, hit.as_ref().map_or(f64::INFINITY, |hit| hit.t));
+            profiles.path.trace(&self.scene.media, ray, span, self.step, 0.5);
+            profiles.path.count(&mut ctx.work);
+            transmittance = profiles.path.transmittance();
+        }
+        let transmittance = transmittance.rgb();
+        let emitted = match &hit {
+            Some(hit) => direct_light::emitted(self.scene, ray, hit),
+            None => direct_light::environment(self.scene, ray, ctx),
+        };
+        let is_specular = hit.as_ref().is_some_and(|hit| hit.material.is_specular());
+        let diffuse = hit.filter(|_| !is_specular);
+        VisibilityRay {
+            half: None,
+            place: [0.0; 2],
+            surface: diffuse.map(|hit| visible_surface(self.eye, ray, &hit, transmittance)),
+            specular: is_specular,
+            emission: (transmittance * emitted).as_vec3().into(),
+            opacity: (1.0 - luminance(transmittance)) as f32,
+        }
+    }
+}
