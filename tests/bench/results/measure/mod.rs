@@ -7,11 +7,13 @@ mod denoise;
 mod director;
 mod equal_time;
 mod flicker;
+mod halves;
 mod kept;
 mod paper;
 mod peers;
 mod plan;
 mod rates;
+mod reconstruction;
 mod sampler;
 mod scaling;
 mod scenes;
@@ -63,7 +65,7 @@ macro_rules! measured {
 }
 
 /// All of them, the quickest first.
-pub fn measurements() -> [Measurement; 15] {
+pub fn measurements() -> [Measurement; 16] {
     measured![
         "plan" by plan,
         "rates" by rates,
@@ -77,6 +79,7 @@ pub fn measurements() -> [Measurement; 15] {
         "equal-time" by equal_time,
         "strategy" by strategy,
         "convergence" by convergence,
+        "reconstruction" by reconstruction,
         "scaling" by scaling,
         "paper" by paper,
         "peers" by peers,

@@ -18,6 +18,7 @@ pub mod plan;
 mod published;
 pub mod quoted;
 pub mod rates;
+pub mod reconstruction;
 pub mod record;
 pub mod sampler;
 pub mod scaling;
@@ -46,7 +47,7 @@ pub struct Page {
 }
 
 /// All of them, in the order of the index.
-pub const PAGES: [Page; 15] = [
+pub const PAGES: [Page; 16] = [
     Page {
         name: "director",
         tells: "what directed rendering saves, at what error, and what the director itself takes",
@@ -61,6 +62,11 @@ pub const PAGES: [Page; 15] = [
         name: "denoise",
         tells: "error with and without Open Image Denoise",
         write: |json| page(json, "What denoising changes", denoise::tables),
+    },
+    Page {
+        name: "reconstruction",
+        tells: "error of pictures of few rays: raw, reconstructed and denoised, with bias and cost",
+        write: |json| page(json, "What reconstruction brings", reconstruction::tables),
     },
     Page {
         name: "peers",

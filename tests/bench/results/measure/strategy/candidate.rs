@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use fogbow::image::Image;
 use fogbow::math::{Stage, Stream};
 use fogbow::scene::{Strategy, StrategyRequest};
 
-use super::truth::{Truth, mean, trimmed_mean};
+use super::super::halves::{Halves, Pixels, mean, trimmed_mean};
 use crate::pages::strategy::{Figures, Measured};
 
 /// Samples of the bootstrap.
@@ -24,7 +23,7 @@ pub struct Candidate {
     /// Seeds with which the media have others: what is chosen can depend on the pilot's paths.
     pub other_seeds: usize,
     /// One a seed.
-    pub pictures: Vec<Image>,
+    pub pictures: Vec<Pixels>,
     /// Processor seconds of each picture, of all threads.
     pub seconds: Vec<f64>,
 }
@@ -36,51 +35,26 @@ impl Candidate {
     }
 
     /// Trimmed and untrimmed relative squared errors of each picture.
-    pub fn errors(&self, truth: &Truth) -> [Vec<f64>; 2] {
-        let products = self.pictures.iter().map(|picture| {
-            let [from_a, from_b] = truth.differences(picture);
-            truth.products(&from_a, &from_b)
-        });
-        let (trimmed, whole) = products.map(|p| (trimmed_mean(p.clone()), mean(&p))).unzip();
+    pub fn errors(&self, truth: &Halves) -> [Vec<f64>; 2] {
+        let errors = self.pictures.iter().map(|picture| truth.errors_of(picture));
+        let (trimmed, whole) = errors.map(|[trimmed, whole]| (trimmed, whole)).unzip();
         [trimmed, whole]
     }
 
     /// What is told of all pictures together.
-    pub fn measured(&self, truth: &Truth) -> Measured {
+    pub fn measured(&self, truth: &Halves) -> Measured {
         let [trimmed, whole] = self.errors(truth);
         let pictures = self.pictures.iter();
-        let totals = pictures.map(|p| p.pixels().iter().flatten().map(|v| f64::from(*v)).sum());
-        let totals: Vec<f64> = totals.collect();
+        let totals: Vec<f64> = pictures.map(|p| p.iter().flatten().sum()).collect();
         Measured {
             request: self.request.name().into(),
             media: self.media.clone(),
             other_seeds: self.other_seeds,
             figures: Figures { error: mean(&trimmed), seconds: mean(&self.seconds) },
             untrimmed: mean(&whole),
-            bias: self.squared_bias(truth),
+            bias: trimmed_mean(truth.squared_bias(self.pictures.iter())),
             brighter_percent: 100.0 * (mean(&totals) / truth.total() - 1.0),
         }
-    }
-
-    /// Trimmed relative squared bias: the mean over all pairs of different seeds of the product of their
-    /// differences from different references.
-    fn squared_bias(&self, truth: &Truth) -> f64 {
-        let count = self.pictures.len() as f64;
-        let mut sums = [(); 2].map(|()| vec![[0.0; 3]; truth.pixels()]);
-        let mut same = vec![0.0; truth.pixels()];
-        for picture in &self.pictures {
-            let differences = truth.differences(picture);
-            let products = truth.products(&differences[0], &differences[1]);
-            same.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
-            for (sums, differences) in sums.iter_mut().zip(&differences) {
-                for (sum, difference) in sums.iter_mut().zip(differences) {
-                    *sum = [0, 1, 2].map(|c| sum[c] + difference[c]);
-                }
-            }
-        }
-        let all = truth.products(&sums[0], &sums[1]);
-        let pairs = count * (count - 1.0);
-        trimmed_mean(all.iter().zip(&same).map(|(all, same)| (all - same) / pairs).collect())
     }
 }
 

@@ -22,10 +22,12 @@ use fogbow::render::{Rendered, Silent, render};
 use fogbow::scene::{LoadOptions, RenderSettings, Scene, Strategy, StrategyRequest};
 
 use super::Kept;
+use super::halves::{mean, wide};
 use super::spent::Spent;
 use crate::pages::Result;
 use crate::pages::strategy::{Comparison, Row};
 use candidate::{Candidate, Series, regret};
+pub use scenes::side_lit_smoke;
 use scenes::{StrategyScene, fly_in, scenes};
 use truth::Truth;
 
@@ -95,7 +97,7 @@ fn compare(scene: &StrategyScene, extent: &Extent, work: &Path) -> Result<Row> {
             let (rendered, spent) = Spent::on(|| render(&loaded, &settings, &Silent));
             let rendered = rendered?;
             candidate.other_seeds += usize::from(media(&rendered) != candidate.media);
-            candidate.pictures.push(rendered.film.image());
+            candidate.pictures.push(wide(&rendered.film.image()));
             candidate.seconds.push(spent.ran);
         }
     }
@@ -103,11 +105,12 @@ fn compare(scene: &StrategyScene, extent: &Extent, work: &Path) -> Result<Row> {
     let folder = work.join(format!("{}_{width}x{height}", loaded.hash));
     let mut truth = Truth::open(&folder, &loaded)?;
     let smallest = |truth: &Truth| {
-        let errors = candidates.iter().map(|c| truth::mean(&c.errors(truth)[0]));
+        let errors = candidates.iter().map(|c| mean(&c.errors(truth.halves())[0]));
         errors.fold(f64::INFINITY, f64::min)
     };
-    let is_enough =
-        |truth: &Truth| truth.error() <= MAX_TRUTH_ERROR.min(TRUTH_SHARE * smallest(truth));
+    let is_enough = |truth: &Truth| {
+        truth.halves().error() <= MAX_TRUTH_ERROR.min(TRUTH_SHARE * smallest(truth))
+    };
     // Growing takes as long as all before.
     while !is_enough(&truth) && 2.0 * truth.spent().seconds < extent.truth_seconds {
         truth.grow(&loaded)?;
@@ -165,16 +168,16 @@ fn row(
     let (trimmed, whole): (Vec<_>, Vec<_>) = candidates
         .iter()
         .map(|candidate| {
-            let [trimmed, whole] = candidate.errors(truth);
+            let [trimmed, whole] = candidate.errors(truth.halves());
             (trimmed, whole)
         })
         .unzip();
     Row {
         scene: scene.name.clone(),
         reference_rays: truth.spent().rays,
-        reference_error: truth.error(),
+        reference_error: truth.halves().error(),
         is_reference_enough: is_enough,
-        candidates: candidates.iter().map(|candidate| candidate.measured(truth)).collect(),
+        candidates: candidates.iter().map(|candidate| candidate.measured(truth.halves())).collect(),
         trimmed: comparison(candidates, &trimmed, seeds),
         of_all_pixels: Some(comparison(candidates, &whole, seeds)),
     }

@@ -178,8 +178,8 @@ pub fn scenes(folder: &Path) -> Result<(Vec<StrategyScene>, Vec<String>)> {
             None => left_out.push(format!("{file} was not there and is left out.")),
         }
     }
-    match shared(SIDE_LIT) {
-        Some(path) => scenes.push(side_lit(&path)?),
+    match side_lit_smoke()? {
+        Some(scene) => scenes.push(scene),
         None => left_out.push("The smoke lit from the side was not there and is left out.".into()),
     }
     for (name, text) in made() {
@@ -246,8 +246,9 @@ fn bare_scene(path: &Path) -> Result<StrategyScene> {
     Ok(StrategyScene { name: format!("{name}, bare"), text: draft.text() })
 }
 
-/// The smoke of `path`, with the sun from the side.
-fn side_lit(path: &Path) -> Result<StrategyScene> {
+/// A smoke with the sun from the side, where its file is there.
+pub fn side_lit_smoke() -> Result<Option<StrategyScene>> {
+    let Some(path) = shared(SIDE_LIT) else { return Ok(None) };
     let path = path.canonicalize()?;
     let text = "[camera]\nposition = [0.0, 45.0, 210.0]\ntarget = [-7.0, 40.0, 0.0]\nfov = 36.0\n\
                 [film]\nsize = [128, 128]\n"
@@ -255,7 +256,7 @@ fn side_lit(path: &Path) -> Result<StrategyScene> {
         + &grid(&path.to_string_lossy(), 1.0, 0.95, 0.3)
         + SUN_ASIDE
         + SKY;
-    Ok(StrategyScene { name: "smoke_v222.vdb, sun aside".into(), text })
+    Ok(Some(StrategyScene { name: "smoke_v222.vdb, sun aside".into(), text }))
 }
 
 /// The text of a scene in which files are named by their whole path.
