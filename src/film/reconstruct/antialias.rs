@@ -108,16 +108,14 @@ impl Reconstruction<'_> {
             let [Some(a), Some(b)] = residuals else { continue };
             let scale = radiance.length_squared() + least;
             let product = a.dot(b) / scale;
-            let [product_square, square] =
-                [product * product, (0.5 * (a + b)).length_squared() / scale];
-            if product_square.is_finite() && square.is_finite() {
-                (agreed[pixel], agreed_squares[pixel], noisy[pixel]) =
-                    (product, product_square, square);
+            let square = (0.5 * (a + b)).length_squared() / scale;
+            if (product * product).is_finite() && square.is_finite() {
+                (agreed[pixel], agreed_squares[pixel]) = (product, product * product);
+                noisy[pixel] = square;
             }
         }
-        let around = |of: &[f32]| box_sums(self.film.width, of, AGREEMENT_RADIUS);
-        let [agreed, agreed_squares, noisy] =
-            [&agreed, &agreed_squares, &noisy].map(|of| around(of));
+        let around = |of: Vec<f32>| box_sums(self.film.width, &of, AGREEMENT_RADIUS);
+        let [agreed, agreed_squares, noisy] = [agreed, agreed_squares, noisy].map(around);
         let corrected = |of: &Antialiased| {
             let sure = agreed[of.pixel] - agreed_squares[of.pixel].sqrt();
             let share = if sure > 0.0 { (sure / noisy[of.pixel]).min(1.0) } else { 0.0 };
@@ -146,7 +144,7 @@ impl Reconstruction<'_> {
         })
     }
 
-    /// Those of them near a place, of which the further ones count less.
+    /// The pixels of 3 x 3 around `pixel`, of which those further from `place` count less.
     fn near(&self, pixel: usize, place: [f32; 2]) -> impl Iterator<Item = Neighbour> + use<> {
         self.around(pixel).map(move |(pixel, at)| {
             let [x, y] = [0, 1].map(|axis| (REACH - (at[axis] - place[axis]).abs()).max(0.0));
@@ -161,7 +159,8 @@ impl Reconstruction<'_> {
             let opacity = self.film.pixels[pixel].opacity();
             let steps = (ray.opacity - opacity) / OPACITY_STEP;
             let weight = weight / (1.0 + steps * steps);
-            let taken = if opacity > 0.0 { ray.opacity / opacity } else { 0.0 };
+            // Media that only emit have none.
+            let taken = if opacity > 0.0 { ray.opacity / opacity } else { 1.0 };
             sum += weight * taken.min(MOST_OPACITY) * filtered.media[pixel];
             weights += weight;
         }
@@ -288,9 +287,17 @@ mod tests {
         sample
     }
 
+    /// A glow before them that hides nothing.
+    fn glow(x: f64, y: f64) -> Sample {
+        let mut sample = roof(x, y);
+        sample.components.media = crate::math::Rgb::splat(2.0);
+        sample.seen.media_distance = Some(4.0);
+        sample
+    }
+
     #[test]
     fn pixels_at_edges_show_what_their_rays_see() {
-        let scenes: [Scene<'_>; 3] = [&corner, &roof, &fog];
+        let scenes: [Scene<'_>; 4] = [&corner, &roof, &fog, &glow];
         for scene in scenes {
             let film = coarse(scene);
             let reconstruction = Reconstruction::new(&film);
