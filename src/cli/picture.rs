@@ -28,7 +28,7 @@ use crate::scene::Scene;
 const WRITING: f64 = 1e-6;
 
 /// Seconds a pixel that denoising or reconstruction takes: an allowance that the deadline leaves for it.
-const FILTERING: f64 = 1e-5;
+const FILTERING: f64 = 1.5e-5;
 
 /// Longest and shortest time of a preview, for a render that is interrupted before its first ray. A larger
 /// film, which takes longer to write, gets less.

@@ -17,7 +17,7 @@ use crate::work::Work;
 /// Unit: pixels. Definition: of a pixel.
 const CENTRE: f64 = 0.5;
 
-/// Visibility rays of a pixel at an edge beside those of the picture.
+/// Visibility rays of a pixel at an edge beside those along rays of the picture, and most along rays of each half.
 ///
 /// Unit: count. Limit: on the noise of edges, whose pixels a Sobol sequence of so many covers to a hundredth.
 const VISIBILITY_RAYS: u32 = 16;
@@ -66,7 +66,8 @@ impl<'a> Visibility<'a> {
         Self { scene, region, step, eye: camera_position(scene) }
     }
 
-    /// Rays through the pixel of this index in the window, which has `seen` these: those of the picture, and others.
+    /// Rays through the pixel of this index in the window, which has `seen` these: the first ones of each half
+    /// of the picture, and others.
     fn through<S: Spectrum>(
         &self,
         pixel: usize,
@@ -80,7 +81,7 @@ impl<'a> Visibility<'a> {
         let scramble = Stream::new(seed, Stage::Visibility, index, 0).scramble();
         let others = (0..VISIBILITY_RAYS).map(|index| (None, SobolPoint { index, scramble }));
         let of_half = |half: usize| {
-            let rays = 0..seen.halves[half].rays as u32;
+            let rays = 0..(seen.halves[half].rays as u32).min(VISIBILITY_RAYS);
             rays.map(move |number| (Some(half), sobol_point(seed, index, Some(half), number)))
         };
         let ray = |(half, point): (Option<usize>, SobolPoint)| {

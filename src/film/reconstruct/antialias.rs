@@ -70,7 +70,7 @@ struct Neighbour {
 }
 
 impl Reconstruction<'_> {
-    /// What `rays` see in `pixel`, among them all of the picture; `specular` is [what mirrors and glass
+    /// What `rays` see in `pixel`, among them some of the picture; `specular` is [what mirrors and glass
     /// show](Self::specular_light). `None` where neither it nor its neighbours have seen what the rays do.
     pub fn antialiased(
         &self,
