@@ -42,7 +42,7 @@ macro_rules! counters {
 counters! {
     /// Camera rays.
     rays,
-    /// Rays that only see, for antialiasing.
+    /// Visibility rays of antialiasing, which find surfaces and transmittance.
     visibility_rays,
     /// Rays towards lights.
     shadow_rays,

@@ -113,18 +113,18 @@ impl<'a> FeatureTracer<'a> {
     }
 }
 
-/// The diffuse surface at `hit` of a `ray`, behind media of this transmittance; the camera is at `eye`.
+/// The diffuse surface at `hit` of a `ray` of this weight; the camera is at `eye`.
 pub(super) fn visible_surface(
     eye: WorldPoint,
     ray: &Ray<World>,
     hit: &SurfaceHit<'_>,
-    transmittance: Rgb,
+    weight: Rgb,
 ) -> VisibleSurface {
     let is_back = hit.shading_normal.dot(ray.direction) > 0.0;
     VisibleSurface {
         offset: hit.point - eye,
         normal: if is_back { -hit.shading_normal } else { hit.shading_normal },
-        reflectance: hit.material.diffuse_albedo(hit) * transmittance,
+        reflectance: hit.material.diffuse_albedo(hit) * weight,
     }
 }
 

@@ -1,9 +1,11 @@
-//! Antialiasing: what pixels at edges show by rays that only see, and fetch the light of what they see from the pixels
-//! around.
+//! Antialiasing of pixels at edges: visibility rays look up filtered light in the pixels around, and rays of the picture
+//! correct what is systematically wrong with it.
 
 use glam::Vec3A;
 
 use super::edges::mean_reflectance;
+use super::levels::around;
+use super::media::OPACITY_STEP;
 use super::scale::{DARKEST, box_sums};
 use super::surfaces::{SurfaceFeatures, ratio};
 use super::{FilteredLight, Reconstruction};
@@ -13,11 +15,6 @@ use crate::film::sample::VisibleSurface;
 ///
 /// Unit: none. Limit: on what the light of another surface counts.
 const LEAST_LIKENESS: f32 = 1e-3;
-
-/// Difference of opacities by which neighbours count half as much.
-///
-/// Unit: none. Derivation: as media are regressed.
-const OPACITY_STEP: f32 = 0.05;
 
 /// Pixels on each side over which the agreement of both halves is averaged.
 ///
@@ -51,15 +48,15 @@ pub struct VisibilityRay {
     pub opacity: f32,
 }
 
-/// A pixel by what visibility rays see.
+/// A pixel by visibility rays.
 #[derive(Debug, Clone, Copy)]
 pub struct Antialiased {
     /// Its index.
     pub pixel: usize,
     /// Its radiance, W/(m² sr).
     pub radiance: Vec3A,
-    /// What the rays of each half of the picture have found beyond what the same rays see, W/(m² sr); `None` without
-    /// rays.
+    /// What rays of each half of the picture have brought less what looking up along the same rays gives, W/(m² sr);
+    /// `None` without rays.
     residuals: [Option<Vec3A>; 2],
 }
 
@@ -70,35 +67,38 @@ struct Neighbour {
 }
 
 impl Reconstruction<'_> {
-    /// What `rays` see in `pixel`, among them some of the picture; `specular` is [what mirrors and glass
-    /// show](Self::specular_light). `None` where neither it nor its neighbours have seen what the rays do.
+    /// The radiance of `pixel` along `rays`, some of which may be rays of the picture; `specular` is [what mirrors and
+    /// glass show](Self::specular_light). `None` where no pixel around has the light of what a ray hits.
     pub fn antialiased(
         &self,
         pixel: usize,
         rays: &[VisibilityRay],
         specular: &[Vec3A],
     ) -> Option<Antialiased> {
+        let sees_specular = rays.iter().any(|ray| ray.specular);
+        let specular = if sees_specular { self.specular_of(pixel, specular) } else { None };
         let mut radiance = Vec3A::ZERO;
-        let mut seen = [(Vec3A::ZERO, 0.0); 2];
+        let mut of_halves = [(Vec3A::ZERO, 0.0); 2];
         for ray in rays {
             radiance += self.radiance_along(&self.mean, pixel, ray, specular)?;
             if let Some(half) = ray.half {
-                seen[half].0 += self.radiance_along(&self.halves[half], pixel, ray, specular)?;
-                seen[half].1 += 1.0;
+                let (sum, count) = &mut of_halves[half];
+                *sum += self.radiance_along(&self.halves[half], pixel, ray, specular)?;
+                *count += 1.0;
             }
         }
         let residual = |half: usize| {
-            let (sums, (seen, count)) = (&self.film.pixels[pixel].halves[half], seen[half]);
-            let found = Vec3A::from(sums.radiance) / sums.rays;
-            (count > 0.0 && sums.rays > 0.0).then(|| found - seen / count)
+            let (sums, (sum, count)) = (&self.film.pixels[pixel].halves[half], of_halves[half]);
+            let rendered = Vec3A::from(sums.radiance) / sums.rays;
+            (count > 0.0 && sums.rays > 0.0).then(|| rendered - sum / count)
         };
         let residuals = [residual(0), residual(1)];
         Some(Antialiased { pixel, radiance: radiance / rays.len() as f32, residuals })
     }
 
-    /// The radiance of `all` with the part of their residuals that both halves agree on: how large it is around a
-    /// pixel, less its standard error, over how large it is with its noise (James and Stein 1961, "Estimation with
-    /// Quadratic Loss").
+    /// The radiance of `all` with a share of the mean residual of both halves: the product of their residuals, which is the
+    /// squared bias in the mean, less its standard error, over the square of their mean, which holds the noise too, both
+    /// summed over the pixels around (shrinkage by James and Stein 1961, "Estimation with Quadratic Loss").
     pub(super) fn corrected(&self, all: &[Antialiased]) -> Vec<Vec3A> {
         let none = vec![0.0; self.film.pixels.len()];
         let [mut agreed, mut agreed_squares, mut noisy] = [none.clone(), none.clone(), none];
@@ -131,7 +131,7 @@ impl Reconstruction<'_> {
         filtered: &FilteredLight,
         pixel: usize,
         ray: &VisibilityRay,
-        specular: &[Vec3A],
+        specular: Option<Vec3A>,
     ) -> Option<Vec3A> {
         let light = ray.emission + self.media_along(filtered, pixel, ray);
         Some(match &ray.surface {
@@ -139,14 +139,14 @@ impl Reconstruction<'_> {
                 let reflectance = Vec3A::from(surface.reflectance.as_vec3());
                 light + reflectance * self.irradiance(filtered, pixel, surface, ray.place)?
             }
-            None if ray.specular => light + self.specular_along(pixel, specular)?,
+            None if ray.specular => light + specular?,
             None => light,
         })
     }
 
     /// The pixels of 3 x 3 around `pixel`, of which those further from `place` count less.
-    fn near(&self, pixel: usize, place: [f32; 2]) -> impl Iterator<Item = Neighbour> + use<> {
-        self.around(pixel).map(move |(pixel, at)| {
+    fn near(&self, pixel: usize, place: [f32; 2]) -> impl Iterator<Item = Neighbour> {
+        around(self.film.size(), pixel).map(move |(pixel, at)| {
             let [x, y] = [0, 1].map(|axis| (REACH - (at[axis] - place[axis]).abs()).max(0.0));
             Neighbour { pixel, weight: x * y }
         })
@@ -197,19 +197,19 @@ impl Reconstruction<'_> {
         })
     }
 
-    /// What a mirror or glass in `pixel` shows.
-    fn specular_along(&self, pixel: usize, specular: &[Vec3A]) -> Option<Vec3A> {
-        let mean = |pixels: &mut dyn Iterator<Item = usize>| {
-            let (mut sum, mut count) = (Vec3A::ZERO, 0.0);
-            for pixel in pixels {
-                let components = &self.film.pixels[pixel];
-                sum += specular[pixel] * components.rays();
-                count += components.seen.specular;
-            }
-            (count > 0.0).then(|| sum / count)
+    /// What a mirror or glass in `pixel` shows, or in the pixels around where it sees none.
+    fn specular_of(&self, pixel: usize, specular: &[Vec3A]) -> Option<Vec3A> {
+        let add = |(sum, count): (Vec3A, f32), pixel: usize| {
+            let components = &self.film.pixels[pixel];
+            (sum + specular[pixel] * components.rays(), count + components.seen.specular)
         };
-        mean(&mut std::iter::once(pixel))
-            .or_else(|| mean(&mut self.around(pixel).map(|(pixel, _)| pixel)))
+        let none = (Vec3A::ZERO, 0.0);
+        let (mut sum, mut count) = add(none, pixel);
+        if count == 0.0 {
+            let near = around(self.film.size(), pixel).map(|(near, _)| near);
+            (sum, count) = near.fold(none, add);
+        }
+        (count > 0.0).then(|| sum / count)
     }
 }
 
@@ -304,8 +304,8 @@ mod tests {
             let edges = reconstruction.edges();
             assert!((SIZE[0]..4 * SIZE[0]).contains(&edges.len()), "{} edges", edges.len());
             for pixel in edges {
-                let found = reconstruction.antialiased(pixel, &rays(scene, pixel), &[]).unwrap();
-                let found = found.radiance;
+                let antialiased = reconstruction.antialiased(pixel, &rays(scene, pixel), &[]);
+                let found = antialiased.unwrap().radiance;
                 let expected = expected(scene, pixel);
                 let error = (f64::from(found.x) - expected).abs();
                 assert!(error < 1e-3 * expected, "{found} for {expected} at {pixel}");
@@ -384,8 +384,7 @@ mod tests {
             let rays = rays(&scene, pixel);
             let share = rays.iter().filter(|ray| ray.specular).count() as f64 / rays.len() as f64;
             let expected = 4.0 * share + expected(&scene, pixel);
-            let found = reconstruction.antialiased(pixel, &rays, &specular).unwrap();
-            let found = found.radiance;
+            let found = reconstruction.antialiased(pixel, &rays, &specular).unwrap().radiance;
             assert!((f64::from(found.x) - expected).abs() < 1e-3 * expected, "{found}, {expected}");
         }
     }

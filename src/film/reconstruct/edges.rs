@@ -1,9 +1,10 @@
-//! Edges: the pixels that see one of a surface, or of its texture.
+//! Which pixels see an edge of a surface, or of its texture.
 
 use glam::Vec3A;
 use rayon::prelude::*;
 
 use super::Reconstruction;
+use super::levels::around;
 use crate::film::components::PixelComponents;
 
 /// Likeness of the surfaces of neighbours below which there is an edge between them.
@@ -11,42 +12,27 @@ use crate::film::components::PixelComponents;
 /// Unit: none. Derivation: neighbours count half as much; their normals differ by 6 degrees.
 const EDGE_LIKENESS: f32 = 0.5;
 
-/// Relative difference of reflectance and of opacity between neighbours above which there is an edge.
+/// Relative difference of reflectance times transmittance between neighbours above which there is an edge.
 ///
-/// Unit: none. Derivation: of as much contrast a tenth is left between 10 rays, which cannot be seen.
+/// Unit: none. Derivation: four rays across an edge of that contrast are off by a fortieth.
 const EDGE_CONTRAST: f32 = 0.1;
 
 impl Reconstruction<'_> {
     /// The pixels that see an edge of a surface, or of its texture.
     pub fn edges(&self) -> Vec<usize> {
+        let size = self.film.size();
         let is_edge = |&pixel: &usize| {
-            let mut near = self.around(pixel);
-            near.any(|(other, _)| self.differ(pixel, other))
+            is_mixed(&self.film.pixels[pixel])
+                || around(size, pixel).any(|(other, _)| self.differ(pixel, other))
         };
         (0..self.film.pixels.len()).into_par_iter().filter(is_edge).collect()
     }
 
-    /// The pixels of 3 x 3 around `pixel` with the places of their centres, in pixels.
-    pub(super) fn around(&self, pixel: usize) -> impl Iterator<Item = (usize, [f32; 2])> + use<> {
-        let [width, height] = self.film.size();
-        let (x, y) = (pixel % width, pixel / width);
-        (y.saturating_sub(1)..height.min(y + 2)).flat_map(move |row| {
-            (x.saturating_sub(1)..width.min(x + 2)).map(move |column| {
-                let place = [column as f32 - x as f32, row as f32 - y as f32];
-                (row * width + column, place)
-            })
-        })
-    }
-
-    /// Whether there is an edge between two pixels, or within one.
+    /// Whether there is an edge between two pixels.
     fn differ(&self, pixel: usize, other: usize) -> bool {
         let [a, b] = [pixel, other].map(|index| &self.film.pixels[index]);
         if a.rays() == 0.0 || b.rays() == 0.0 {
             return false;
-        }
-        if pixel == other {
-            let kinds = [a.seen.surfaces, a.seen.specular];
-            return kinds.iter().any(|count| *count > 0.0 && *count < a.rays());
         }
         let shares = |pixel: &PixelComponents| {
             [pixel.seen.surfaces, pixel.seen.specular].map(|count| count / pixel.rays())
@@ -63,6 +49,12 @@ impl Reconstruction<'_> {
         let [a, b] = [a, b].map(mean_reflectance);
         (a - b).abs().max_element() > EDGE_CONTRAST * a.max(b).max_element()
     }
+}
+
+/// Whether rays of a pixel see both a surface and none, or a mirror or glass and something else.
+fn is_mixed(pixel: &PixelComponents) -> bool {
+    let kinds = [pixel.seen.surfaces, pixel.seen.specular];
+    kinds.iter().any(|count| *count > 0.0 && *count < pixel.rays())
 }
 
 /// Mean over all rays of the reflectance of surfaces times the transmittance before them.

@@ -66,6 +66,20 @@ pub(super) fn taps(
     })
 }
 
+/// The pixels of 3 x 3 around `pixel` of a film, itself among them, with how many columns and rows it is to each.
+pub(super) fn around(
+    [width, height]: [usize; 2],
+    pixel: usize,
+) -> impl Iterator<Item = (usize, [f32; 2])> {
+    let (x, y) = (pixel % width, pixel / width);
+    (y.saturating_sub(1)..height.min(y + 2)).flat_map(move |row| {
+        (x.saturating_sub(1)..width.min(x + 2)).map(move |column| {
+            let offset = [column as f32 - x as f32, row as f32 - y as f32];
+            (row * width + column, offset)
+        })
+    })
+}
+
 /// 1 where `x` is 0, falling to 0 where it is 1 or more: Tukey's biweight.
 pub(super) fn biweight(x: f32) -> f32 {
     let left = (1.0 - x * x).max(0.0);
@@ -76,19 +90,15 @@ pub(super) fn biweight(x: f32) -> f32 {
 /// neighbours, in either half, and itself in the other half.
 pub(super) fn outlier_factors(width: usize, halves: &[Vec<Vec4>; 2]) -> [Vec<f32>; 2] {
     let luminance = |pixel: Vec4| luminance(pixel.truncate().as_dvec3()) as f32;
-    let height = halves[0].len() / width;
+    let size = [width, halves[0].len() / width];
     [0, 1].map(|half| {
         let factor = |pixel: usize| {
             let own = luminance(halves[half][pixel]);
-            let (x, y) = (pixel % width, pixel / width);
             let mut most = f32::NEG_INFINITY;
-            for row in y.saturating_sub(1)..height.min(y + 2) {
-                for column in x.saturating_sub(1)..width.min(x + 2) {
-                    let near = row * width + column;
-                    for (other, values) in halves.iter().enumerate() {
-                        if (near, other) != (pixel, half) && values[near].w > 0.0 {
-                            most = most.max(luminance(values[near]));
-                        }
+            for (near, _) in around(size, pixel) {
+                for (other, values) in halves.iter().enumerate() {
+                    if (near, other) != (pixel, half) && values[near].w > 0.0 {
+                        most = most.max(luminance(values[near]));
                     }
                 }
             }

@@ -16,7 +16,7 @@ const LOG_DISTANCE: f32 = 0.5;
 /// Difference of opacities that weighs as much as a step to the next tap.
 ///
 /// Unit: none. Derivation: opacity of a silhouette rises by as much from pixel to pixel.
-const OPACITY_STEP: f32 = 0.05;
+pub(super) const OPACITY_STEP: f32 = 0.05;
 
 /// Part of the weight of all taps by which slopes are drawn to 0.
 ///
@@ -46,16 +46,17 @@ pub(super) fn candidates(film: &ComponentFilm) -> Vec<Candidate> {
 pub(super) fn levels(film: &ComponentFilm, mut light: [Vec<Vec4>; 2]) -> Vec<Candidate> {
     let size = film.size();
     let features: Vec<_> = film.pixels.par_iter().map(media_features).collect();
-    let mut opacities: Vec<[f32; 2]> = film.pixels.par_iter().map(half_opacities).collect();
+    // Fitted light is that at the mean opacity of both halves.
+    let of_halves: Vec<[f32; 2]> = film.pixels.par_iter().map(half_opacities).collect();
+    let of_both: Vec<[f32; 2]> = film.pixels.par_iter().map(|p| [p.opacity(); 2]).collect();
     let mut all = vec![Candidate { halves: light.clone() }];
     for level in 0..LEVELS {
-        let fit = Fit { features: &features, opacities: &opacities, light: &light, size };
+        let opacities = if level == 0 { &of_halves } else { &of_both };
+        let fit = Fit { features: &features, opacities, light: &light, size };
         let at_pixel = |pixel: usize| fit.at(pixel, 1 << level);
         let fitted: Vec<[Vec4; 2]> = (0..film.pixels.len()).into_par_iter().map(at_pixel).collect();
         light = [0, 1].map(|half| fitted.iter().map(|halves| halves[half]).collect());
         all.push(Candidate { halves: light.clone() });
-        // Fitted light is that at the opacity of both halves.
-        opacities = film.pixels.par_iter().map(|pixel| [pixel.opacity(); 2]).collect();
     }
     all
 }

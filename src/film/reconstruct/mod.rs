@@ -9,8 +9,8 @@
 //!    Monte Carlo Renderings").
 //! 4. Which level a pixel takes follows from the error of each, which the halves tell: one predicts the other
 //!    (Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering").
-//! 5. Pixels at edges of surfaces are antialiased by rays that only see, and fetch the light of their surface from the
-//!    pixels around (Ragan-Kelley et al. 2011, "Decoupled Sampling for Graphics Pipelines").
+//! 5. Pixels at edges of surfaces are antialiased by visibility rays, which look up filtered light of the surface that they
+//!    hit in the pixels around (Ragan-Kelley et al. 2011, "Decoupled Sampling for Graphics Pipelines").
 //!
 //! Weights come from what pixels see, and not from their light: each level is linear in the light, so that noise does
 //! not bias it. Emission and what mirrors and glass show stay as they are.
@@ -77,9 +77,12 @@ impl<'a> Reconstruction<'a> {
         let [direct, indirect] = surfaces::candidates(film, &surfaces)
             .map(|candidates| scale::select(film.width, &candidates));
         let mean = FilteredLight::new(media.mean, direct.mean, &indirect.mean);
-        let [[m, n], [d, e]] = [media.halves, direct.halves];
-        let [i, j] = &indirect.halves;
-        let halves = [FilteredLight::new(m, d, i), FilteredLight::new(n, e, j)];
+        let [[media_a, media_b], [direct_a, direct_b]] = [media.halves, direct.halves];
+        let [indirect_a, indirect_b] = &indirect.halves;
+        let halves = [
+            FilteredLight::new(media_a, direct_a, indirect_a),
+            FilteredLight::new(media_b, direct_b, indirect_b),
+        ];
         Self { film, mean, halves, surfaces }
     }
 

@@ -48,16 +48,13 @@ impl Halves {
 
     /// The mean of both.
     pub fn mean(&self) -> Pixels {
-        let [a, b] = &self.halves;
-        a.iter().zip(b).map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))).collect()
+        mean_of(self.halves.iter())
     }
 
     /// Trimmed relative squared error of the mean of both.
     pub fn error(&self) -> f64 {
         let [a, b] = &self.halves;
-        let halved: Pixels =
-            a.iter().zip(b).map(|(a, b)| [0, 1, 2].map(|c| 0.5 * (a[c] - b[c]))).collect();
-        trimmed_mean(self.products(&halved, &halved))
+        0.25 * trimmed_mean(self.squares(a, b))
     }
 
     /// Trimmed and untrimmed relative squared error of `picture`.
@@ -92,8 +89,7 @@ impl Halves {
 
     /// Relative squared difference of each pixel of two pictures.
     pub fn squares(&self, a: &Pixels, b: &Pixels) -> Vec<f64> {
-        let pairs = a.iter().zip(b);
-        let differences: Pixels = pairs.map(|(a, b)| [0, 1, 2].map(|c| a[c] - b[c])).collect();
+        let differences = minus(a, b);
         self.products(&differences, &differences)
     }
 
@@ -102,17 +98,16 @@ impl Halves {
         self.scales.len()
     }
 
-    /// Sum of the mean of both over pixels and channels.
-    pub fn total(&self) -> f64 {
-        0.5 * self.halves.iter().flatten().flatten().sum::<f64>()
+    /// How much brighter `pictures` are, in %.
+    pub fn brighter_percent(&self, pictures: &[Pixels]) -> f64 {
+        let totals: Vec<f64> = pictures.iter().map(|p| p.iter().flatten().sum()).collect();
+        let total = 0.5 * self.halves.iter().flatten().flatten().sum::<f64>();
+        100.0 * (mean(&totals) / total - 1.0)
     }
 
     /// Differences of a picture from each of the two.
     fn differences(&self, picture: &Pixels) -> [Pixels; 2] {
-        self.halves.each_ref().map(|half| {
-            let pairs = picture.iter().zip(half);
-            pairs.map(|(p, t)| [0, 1, 2].map(|c| p[c] - t[c])).collect()
-        })
+        self.halves.each_ref().map(|half| minus(picture, half))
     }
 
     /// For each pixel the mean over channels of the products of both differences, relative.
@@ -133,6 +128,25 @@ pub fn wide(image: &Image) -> Pixels {
 pub fn narrow(pixels: &Pixels, width: usize) -> Image {
     let narrow = pixels.iter().map(|pixel| pixel.map(|v| v as f32)).collect();
     Image::new(width, pixels.len() / width, narrow)
+}
+
+/// The mean of pictures.
+pub fn mean_of<'a>(pictures: impl Iterator<Item = &'a Pixels>) -> Pixels {
+    let mut count = 0.0;
+    let mut sums = Pixels::new();
+    for picture in pictures {
+        count += 1.0;
+        sums.resize(picture.len(), [0.0; 3]);
+        for (sum, pixel) in sums.iter_mut().zip(picture) {
+            *sum = [0, 1, 2].map(|c| sum[c] + pixel[c]);
+        }
+    }
+    sums.iter().map(|sum| sum.map(|v| v / count)).collect()
+}
+
+/// The difference of two pictures.
+fn minus(a: &Pixels, b: &Pixels) -> Pixels {
+    a.iter().zip(b).map(|(a, b)| [0, 1, 2].map(|c| a[c] - b[c])).collect()
 }
 
 /// Mean without the largest magnitudes: one firefly can outweigh a whole picture.

@@ -7,7 +7,7 @@ use fogbow::image::{Image, read_exr, write_exr_image};
 use fogbow::render::{Silent, render};
 use fogbow::scene::{RenderSettings, Scene};
 
-use super::super::halves::{Halves, Pixels, wide};
+use super::super::halves::{Halves, Pixels, mean_of, wide};
 use crate::pages::Result;
 
 /// Seed of the first picture: far from those that are measured.
@@ -31,7 +31,7 @@ impl GoldTruth {
         fs::create_dir_all(&folder)?;
         let pictures: Vec<Pixels> =
             (0..2 * pairs).map(|index| picture(&folder, scene, index)).collect::<Result<_>>()?;
-        let half = |half: usize| mean(pictures.iter().skip(half).step_by(2));
+        let half = |half: usize| mean_of(pictures.iter().skip(half).step_by(2));
         let halves = Halves::new([half(0), half(1)])?;
         let depth = read_exr(&path(&folder, "depth"))?.pixels().iter().map(|p| p[0]).collect();
         let deviations = deviations(&pictures, &halves);
@@ -73,19 +73,6 @@ fn picture(folder: &Path, scene: &Scene, index: u64) -> Result<Pixels> {
 
 fn path(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.exr"))
-}
-
-fn mean<'a>(pictures: impl Iterator<Item = &'a Pixels>) -> Pixels {
-    let mut count = 0.0;
-    let mut sums = Pixels::new();
-    for picture in pictures {
-        count += 1.0;
-        sums.resize(picture.len(), [0.0; 3]);
-        for (sum, pixel) in sums.iter_mut().zip(picture) {
-            *sum = [0, 1, 2].map(|c| sum[c] + pixel[c]);
-        }
-    }
-    sums.iter().map(|sum| sum.map(|v| v / count)).collect()
 }
 
 /// Relative standard deviation of each pixel over pictures.

@@ -133,7 +133,6 @@ fn row(
     let way = |name: &str, taken: &Pictures| -> Result<Way> {
         let errors: Vec<[f64; 2]> = taken.pictures.iter().map(|p| halves.errors_of(p)).collect();
         let of = |which: usize| mean(&errors.iter().map(|e| e[which]).collect::<Vec<_>>());
-        let totals: Vec<f64> = taken.pictures.iter().map(|p| p.iter().flatten().sum()).collect();
         let mut seen = Vec::new();
         for picture in &taken.pictures[..extent.seen_seeds] {
             seen.push(seen_errors(&mean_truth, picture, width, &options)?);
@@ -146,7 +145,7 @@ fn row(
             untrimmed: of(1),
             flip: seen_mean(0),
             vdp_percent: seen_mean(1),
-            brighter_percent: 100.0 * (mean(&totals) / halves.total() - 1.0),
+            brighter_percent: halves.brighter_percent(&taken.pictures),
             microseconds: 1e6 * mean(&taken.filter_seconds) / halves.pixels() as f64,
         })
     };

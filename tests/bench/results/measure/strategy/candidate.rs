@@ -44,8 +44,6 @@ impl Candidate {
     /// What is told of all pictures together.
     pub fn measured(&self, truth: &Halves) -> Measured {
         let [trimmed, whole] = self.errors(truth);
-        let pictures = self.pictures.iter();
-        let totals: Vec<f64> = pictures.map(|p| p.iter().flatten().sum()).collect();
         Measured {
             request: self.request.name().into(),
             media: self.media.clone(),
@@ -53,7 +51,7 @@ impl Candidate {
             figures: Figures { error: mean(&trimmed), seconds: mean(&self.seconds) },
             untrimmed: mean(&whole),
             bias: trimmed_mean(truth.squared_bias(self.pictures.iter())),
-            brighter_percent: 100.0 * (mean(&totals) / truth.total() - 1.0),
+            brighter_percent: truth.brighter_percent(&self.pictures),
         }
     }
 }

@@ -8,7 +8,7 @@ use fogbow::render::{Silent, render_reference};
 use fogbow::scene::{RenderSettings, Scene};
 use serde::{Deserialize, Serialize};
 
-use super::super::halves::{Halves, Pixels, narrow, wide};
+use super::super::halves::{Halves, Pixels, mean_of, narrow, wide};
 use super::super::spent::Spent;
 use crate::pages::Result;
 
@@ -60,11 +60,8 @@ impl Truth {
     pub fn grow(&mut self, scene: &Scene) -> Result<()> {
         let new = pair(scene, self.spent.rays, &mut self.spent);
         let [a, b] = self.halves.pictures();
-        let both = |old: &Pixels, new: &Pixels| {
-            let pairs = old.iter().zip(new);
-            pairs.map(|(old, new)| [0, 1, 2].map(|c| 0.5 * (old[c] + new[c]))).collect()
-        };
-        self.halves = Halves::new([both(a, &new[0]), both(b, &new[1])])?;
+        let both = [[a, &new[0]], [b, &new[1]]].map(|both| mean_of(both.into_iter()));
+        self.halves = Halves::new(both)?;
         self.save(scene.film.size)
     }
 
