@@ -17,6 +17,7 @@ mod reconstruction;
 mod sampler;
 mod scaling;
 mod scenes;
+mod series;
 mod spent;
 mod stages;
 mod strategy;
