@@ -261,6 +261,63 @@ fn reconstruction_comes_nearer_to_the_truth_and_keeps_what_was_there() {
     }
 }
 
+/// Two balls and a tilted box over ground, under an even sky: all noise is that of edges, and of shades under them.
+const EDGES: &str = r#"
+    [camera]
+    position = [0.0, 2.0, 6.0]
+    target = [0.0, 0.8, 0.0]
+    fov = 32.0
+    [film]
+    size = [64, 64]
+    [[surface]]
+    shape = "plane"
+    point = [0.0, 0.0, 0.0]
+    normal = [0.0, 1.0, 0.0]
+    material = { type = "diffuse", reflectance = 0.2 }
+    [[surface]]
+    shape = "sphere"
+    center = [-0.7, 0.9, 0.0]
+    radius = 0.8
+    material = { type = "diffuse", reflectance = 0.9 }
+    [[surface]]
+    shape = "sphere"
+    center = [0.8, 0.6, 0.9]
+    radius = 0.5
+    material = { type = "diffuse", reflectance = [0.7, 0.1, 0.1] }
+    [[surface]]
+    shape = "box"
+    min = [0.3, 0.0, -1.6]
+    max = [1.2, 1.9, -0.9]
+    material = { type = "diffuse", reflectance = 0.6 }
+    [[light]]
+    type = "environment"
+    radiance = 1.0
+"#;
+
+/// Few rays cover a pixel at an edge by halves or quarters; visibility rays by sixteenths and more.
+#[test]
+fn edges_are_smooth_though_rays_are_few() {
+    let folder = folder();
+    let file = folder.path().join("edges.toml");
+    std::fs::write(&file, EDGES).unwrap();
+    let name = file.to_str().unwrap();
+    let rendered = |output, more: &[&str]| rendered(folder.path(), name, output, more);
+    let truth = rendered("truth.exr", &["--rays", "256", "--seed", "9"]);
+    let clean = rendered("clean.exr", &["--rays", "2", "--reconstruct"]);
+    // Pixels that differ much from the next, across or down.
+    let of = layer(&truth, "G");
+    let differs = |a: usize, b: usize| of.get(b).is_some_and(|other| (of[a] - other).abs() > 0.15);
+    let edges: Vec<usize> =
+        (0..of.len()).filter(|&at| differs(at, at + 1) || differs(at, at + 64)).collect();
+    assert!(edges.len() > 150, "{}", edges.len());
+    let error = |name: &str| {
+        let found = layer(&clean, name);
+        edges.iter().map(|&at| f64::from(found[at] - of[at]).powi(2)).sum::<f64>()
+    };
+    let [before, after] = ["noisy.G", "G"].map(error);
+    assert!(after < 0.15 * before, "{after} of {before}");
+}
+
 #[test]
 fn one_way_at_a_time() {
     let folder = folder();

@@ -169,6 +169,12 @@ impl<S: Copy> Aabb<S> {
         self.min.xyz.cmpgt(self.max.xyz).any()
     }
 
+    /// Whether it shares a point with `other`, be it of a face.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        let (low, high) = (self.min.xyz.max(other.min.xyz), self.max.xyz.min(other.max.xyz));
+        low.cmple(high).all()
+    }
+
     /// Whether `p` lies in it or on its face.
     pub fn contains(&self, p: Point<S>) -> bool {
         p.xyz.cmpge(self.min.xyz).all() && p.xyz.cmple(self.max.xyz).all()

@@ -17,8 +17,6 @@ pub struct PassSettings {
     pub strategy: StrategyRequest,
     /// Whether final gathers may be chosen.
     pub final_gather: FinalGather,
-    /// Whether the picture is denoised.
-    pub denoise: bool,
     /// Rays of each pixel of the picture, at most.
     pub rays: u32,
     /// Pixels of the film, along each side, that one pixel of the picture covers: cells that rays fill
@@ -51,12 +49,11 @@ impl PassSettings {
     }
 
     pub(super) fn conditions(&self) -> Conditions {
-        let Self { photons, final_gather, denoise, rays, film_pixels, .. } = *self;
+        let Self { photons, final_gather, rays, film_pixels, .. } = *self;
         Conditions {
             photons: photons.photons,
             max_scatter: photons.max_scatter,
             final_gather,
-            denoise,
             radius: photons.radius,
             rays,
             film_pixels,

@@ -66,7 +66,6 @@ impl Pilot {
             photons: PhotonSettings { photons, seed, levels: 0, ..whole.photons },
             rays: RAYS,
             film_pixels: pixels,
-            denoise: false,
             ..whole
         };
         let needs = pass.photons.needs;

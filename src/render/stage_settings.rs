@@ -43,7 +43,6 @@ pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSet
         },
         strategy: settings.strategy,
         final_gather: settings.final_gather,
-        denoise: settings.denoise,
         rays: settings.rays,
         film_pixels: 1.0,
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::math::{WorldPoint, quantile};
-use crate::medium::{Medium, Phase, SparseCells};
+use crate::medium::{Density, Medium, Phase, SparseCells};
 use crate::scene::Scene;
 use crate::transport::{PixelFootprint, is_camera_outside};
 
@@ -13,7 +13,13 @@ use super::kind::Conditions;
 /// [`REFERENCE_LENGTH`] times as long as the edge of a cube of the medium's volume.
 ///
 /// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
-const CROSSINGS: f64 = 150.0;
+const CROSSINGS: f64 = 450.0;
+
+/// The same where surfaces reach into the medium: they end flights, and a cell that they cut is darker by what
+/// they take of its volume.
+///
+/// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
+const CROSSINGS_AT_SURFACES: f64 = 150.0;
 
 /// Length of all flights, in edges of a cube of the medium's volume, for which [`CROSSINGS`] holds.
 ///
@@ -31,16 +37,23 @@ const WIDTH_EXPONENT: f64 = -0.2;
 /// the picture.
 const THICK_SHARE: f64 = 0.9;
 
-/// Optical thickness of a cell up to which light is interpolated linearly across it.
+/// Optical thickness of a cell up to which light is interpolated linearly across it: direct light, and all light
+/// at the hard face of a homogeneous medium, where fluence has a kink.
 ///
 /// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
 const MAX_OPTICAL_THICKNESS: f64 = 0.35;
 
-/// Factor on the reduced scattering, 1 - g, by which cells of moments are wider than other thin
-/// cells: their light varies over the transport mean free path, not over the mean free path.
+/// Optical thickness of the cells of a fluence grid in media of voxels, at most: their faces are soft, and light
+/// that was scattered has no shadows as sharp as those of direct light.
 ///
 /// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
-const MOMENT_REFINEMENT: f64 = 3.0;
+const MAX_FLUENCE_THICKNESS: f64 = 1.5;
+
+/// Factor on the reduced scattering, 1 - g, by which cells of multiply scattered light are wider than those of
+/// direct light: it varies over the transport mean free path, not over the mean free path.
+///
+/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
+const SCATTERING_REFINEMENT: f64 = 3.0;
 
 /// Least width, in voxels, of cells that follow the size of pixels.
 ///
@@ -60,7 +73,12 @@ const DIRECT_RAYS: u32 = 16;
 /// Places along a ray at which caches of the finest level are sampled.
 ///
 /// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
-pub(super) const PLACES: u32 = 8;
+const PLACES: u32 = 8;
+
+/// Fewest places along a ray at which caches are sampled: at the widest level.
+///
+/// Unit: count. Limit: on the noise of a ray: one place would make it that of a single lookup.
+const MIN_PLACES: u32 = 2;
 
 /// Places of rays in a cell of direct light from which on it pays to fill it.
 ///
@@ -119,16 +137,28 @@ const GATHER_EXPONENT: f64 = -1.0 / 3.0;
 /// Unit: none. Derivation: that integral is 2/3.
 const TENT_WIDTH: f64 = 1.5;
 
-/// Width of the cells, in metres, that suits a medium of this volume in m³ in which all flights
-/// together are `flight_length` metres long and `phase` weighs each. A pixel's variance is as
-/// 1 / (flights width), its squared bias as width⁴; the sum is least for flights^(-1/5) (as in
+/// Number of places along a ray at which caches of this level are sampled: fewer where cells are wider.
+pub fn places_at(level: usize) -> u32 {
+    (PLACES >> level).max(MIN_PLACES)
+}
+
+/// Width of the cells, in metres, that suits a medium of `scene` in which all flights together are
+/// `flight_length` metres long and `phase` weighs each; `None` where the medium has no end. A pixel's variance
+/// is as 1 / (flights width), its squared bias as width⁴; the sum is least for flights^(-1/5) (as in
 /// Silverman 1986, "Density Estimation for Statistics and Data Analysis", section 3.3.2).
-pub fn width_for_flights(volume: f64, flight_length: f64, phase: &Phase) -> f64 {
-    let side = volume.cbrt();
+pub(super) fn width_for_flights(
+    scene: &Scene,
+    medium: &Medium,
+    flight_length: f64,
+    phase: &Phase,
+) -> Option<f64> {
+    let side = medium.density.volume()?.cbrt();
+    let is_cut = scene.surfaces.reach_into(&medium.density.bounds()?);
+    let crossings = if is_cut { CROSSINGS_AT_SURFACES } else { CROSSINGS };
     // The mean chord of a cube is 2/3 of its edge, so that 1.5 times as many flights cross a cell.
-    let across = (3.0 / 2.0 * REFERENCE_LENGTH / CROSSINGS).sqrt();
+    let across = (3.0 / 2.0 * REFERENCE_LENGTH / crossings).sqrt();
     let length = flight_length / phase.concentration() / side;
-    side / (across * (length / REFERENCE_LENGTH).powf(-WIDTH_EXPONENT)).max(1.0)
+    Some(side / (across * (length / REFERENCE_LENGTH).powf(-WIDTH_EXPONENT)).max(1.0))
 }
 
 /// Width of cells that suits so many times the photons, over that which suits the photons.
@@ -138,15 +168,38 @@ pub fn width_for_photons(ratio: f64) -> f64 {
 
 /// Largest width, in metres, of cells that are optically thin at the `visible` places of a medium;
 /// infinite where none is in it.
-pub fn thin_width(medium: &Medium, visible: &[WorldPoint]) -> f64 {
+fn thin_width(medium: &Medium, visible: &[WorldPoint]) -> f64 {
     thickest(medium, visible).map_or(f64::INFINITY, |sigma_t| MAX_OPTICAL_THICKNESS / sigma_t)
 }
 
 /// As [`thin_width`], for multiply scattered light, which varies over the transport mean free path
 /// 1 / (sigma_t (1 - g)).
-pub fn thin_width_for_moments(medium: &Medium, visible: &[WorldPoint]) -> f64 {
-    let reduced = (MOMENT_REFINEMENT * (1.0 - medium.phase.mean_cosine())).min(1.0);
-    thin_width(medium, visible) / reduced
+fn thin_width_for_scattered(medium: &Medium, visible: &[WorldPoint]) -> f64 {
+    thin_width(medium, visible) / reduced_scattering(medium)
+}
+
+/// Largest width, in metres, of the cells of fluence grids; infinite where none is in the medium.
+pub(super) fn max_fluence_width(medium: &Medium, visible: &[WorldPoint]) -> f64 {
+    match medium.density {
+        Density::Homogeneous(_) => thin_width_for_scattered(medium, visible),
+        Density::Voxel(_) | Density::Ramped(_) => {
+            let softer = MAX_FLUENCE_THICKNESS / MAX_OPTICAL_THICKNESS;
+            softer * thin_width_for_scattered(medium, visible)
+        }
+    }
+}
+
+/// Distance from the camera, in metres, from which on cells of this width hold light toward it that `phase`
+/// scatters: across a nearer one the direction toward the camera turns through too much of a lobe. A lobe of
+/// concentration c covers a solid angle of 4 pi / c, a cone of half angle 2 / sqrt(c); across a cell at this
+/// distance the direction turns by half of that. None is too near where light scatters evenly.
+pub(super) fn nearest_toward_eye(width: f64, phase: &Phase) -> f64 {
+    if phase.is_isotropic() { 0.0 } else { width * phase.concentration().sqrt() }
+}
+
+/// Factor on the thickness of a medium by which cells of multiply scattered light are wider.
+fn reduced_scattering(medium: &Medium) -> f64 {
+    (SCATTERING_REFINEMENT * (1.0 - medium.phase.mean_cosine())).min(1.0)
 }
 
 /// Variance of a pixel of the picture, up to a factor, whose rays gather photons with kernels of this radius
@@ -229,7 +282,7 @@ pub fn final_gather_cells(
     let medium = scene.media.get(medium);
     let by_rays = (f64::from(rays) / GATHER_PIXELS_RAYS).powf(GATHER_PIXELS_EXPONENT);
     let pixels = (GATHER_PIXELS * by_rays).max(MIN_GATHER_PIXELS);
-    let max_width = MAX_GATHER_WIDTH * thin_width_for_moments(medium, visible);
+    let max_width = MAX_GATHER_WIDTH * thin_width_for_scattered(medium, visible);
     let widths = Widths { pixels, max_width, rays: GATHER_RAYS, exponent: GATHER_EXPONENT };
     cells(&PixelFootprint::new(scene, film_pixels), medium, visible, rays, &widths)
 }

@@ -5,7 +5,7 @@ use crate::scene::{Scene, Strategy};
 use crate::transport::{PixelFootprint, is_camera_outside};
 
 use super::cell_width::{
-    PLACES, final_gather_cells, pixel_width, sharing_pixels, thin_width, thin_width_for_moments,
+    final_gather_cells, max_fluence_width, nearest_toward_eye, pixel_width, sharing_pixels,
     width_for_flights,
 };
 use super::gather_termination::GatherTermination;
@@ -18,17 +18,6 @@ use super::possible;
 ///
 /// Unit: count. Definition: one of fluence and three of flux.
 const FIRST_DEGREE_VALUES: usize = 4;
-
-/// Widths of cells of moments over thin ones, where those are too many.
-///
-/// Unit: none. Limit: on the optical thickness of cells, beyond which light does not vary linearly across
-/// them; from each to the next there are half as many cells.
-const WIDER_FOR_MOMENTS: [f64; 4] = [1.0, 1.26, 1.59, 2.0];
-
-/// Fewest places along a ray at which caches are sampled: at the widest level, and in denoised pictures.
-///
-/// Unit: count. Limit: on the noise of a ray: one place would make it that of a single lookup.
-const MIN_PLACES: u32 = 2;
 
 /// The cells of a medium's caches of indirect light, as far as it has them.
 #[derive(Debug, Default)]
@@ -54,9 +43,12 @@ pub struct Choice {
     pub blurred: Vec<Phase>,
     /// How each medium scatters photons that rays gather.
     pub splits: Vec<PhaseSplit>,
-    /// Whether photons are stored for beams, which rays behind mirrors may need beside a cache.
+    /// Distance from the camera, in metres, within which rays from there gather photons in each medium; further
+    /// away they read its cells.
+    pub beams_within: Vec<f64>,
+    /// Whether photons are stored for beams, which rays near the camera or behind mirrors may need beside a
+    /// cache.
     pub stores_photons: bool,
-    places: u32,
 }
 
 impl Choice {
@@ -69,15 +61,9 @@ impl Choice {
             termination: GatherTermination::NEVER,
             blurred: Vec::new(),
             splits: Vec::new(),
+            beams_within: Vec::new(),
             stores_photons: false,
-            places: 0,
         }
-    }
-
-    /// Number of places along a ray at which caches of this level are sampled: fewer where cells are
-    /// wider.
-    pub fn places_at(&self, level: usize) -> u32 {
-        (self.places >> level).max(MIN_PLACES)
     }
 
     /// What a report says of it.
@@ -95,7 +81,6 @@ pub fn choose(
     assignment: &Assignment,
 ) -> (Choice, Vec<MediumCells>) {
     let blurred = phase_blur::phases(scene, conditions.photons);
-    let records_sky = evidence.direct.iter().any(Option::is_some);
     let chooser = Chooser { scene, conditions, evidence, assignment, blurred: &blurred };
     let media = 0..scene.media.iter().len();
     let (media, cells): (Vec<_>, Vec<_>) = media.map(|medium| chooser.decide(medium)).unzip();
@@ -103,20 +88,20 @@ pub fn choose(
     // Peaks are followed only by rays that gather photons, and orders are not counted along rays.
     let follows_peaks = media.iter().all(is_beams) && conditions.max_scatter.is_none();
     let near = |medium: &Medium| !is_camera_outside(scene, medium);
-    let stores_photons = media.iter().any(|medium| match medium.strategy {
-        Strategy::Beams => true,
-        Strategy::FluenceTowardEye => possible::needs_beams(scene),
-        Strategy::Moments | Strategy::SharedGathers | Strategy::Traced => false,
-    });
+    let beams_within: Vec<f64> =
+        media.iter().zip(scene.media.iter()).map(|pair| chooser.beams_within(pair)).collect();
+    let has_eye_cells = media.iter().any(|medium| medium.strategy == Strategy::FluenceTowardEye);
+    let stores_photons = beams_within.iter().any(|distance| *distance > 0.0)
+        || has_eye_cells && possible::needs_beams(scene);
     let choice = Choice {
         media,
         measured: assignment.measured.clone(),
-        records_sky,
+        records_sky: chooser.records_sky(),
         termination: GatherTermination::new(scene, conditions.photons),
         splits: phase_blur::scatterings(scene, &blurred, follows_peaks, near),
+        beams_within,
         stores_photons,
         blurred,
-        places: if conditions.denoise { MIN_PLACES } else { PLACES },
     };
     (choice, cells)
 }
@@ -135,7 +120,7 @@ pub fn cell_width(
     let chooser = Chooser { scene, conditions, evidence, assignment, blurred: &blurred };
     let of = scene.media.get(medium);
     let (width, values) = match strategy {
-        Strategy::FluenceTowardEye => (chooser.width_toward_eye(of, &blurred[medium])?, 1),
+        Strategy::FluenceTowardEye => (chooser.width(of, &blurred[medium])?, 1),
         Strategy::Moments | Strategy::SharedGathers => {
             (chooser.width_of_moments(of)?, FIRST_DEGREE_VALUES)
         }
@@ -151,10 +136,7 @@ pub fn shared_footprint(
     conditions: &Conditions,
     evidence: &Evidence<'_>,
 ) -> Option<f64> {
-    let Conditions { film_pixels, rays, denoise, .. } = *conditions;
-    if denoise {
-        return None;
-    }
+    let Conditions { film_pixels, rays, .. } = *conditions;
     let footprint = PixelFootprint::new(scene, film_pixels);
     let pixel = pixel_width(&footprint, evidence.visible)?;
     let area = |(index, medium): (usize, &Medium)| {
@@ -194,6 +176,11 @@ impl Chooser<'_> {
         (decided, cells)
     }
 
+    /// Whether flights straight from the sky are recorded in grids.
+    fn records_sky(&self) -> bool {
+        self.evidence.direct.iter().any(Option::is_some)
+    }
+
     /// Strategies for a medium, the best first.
     fn preferred(&self, medium: usize) -> &'static [Strategy] {
         use Strategy::{Beams, FluenceTowardEye, Moments, SharedGathers, Traced};
@@ -218,9 +205,9 @@ impl Chooser<'_> {
             _ if !volume_photons => return None,
             Strategy::Traced => (),
             _ if self.conditions.photons == 0 => return None,
+            Strategy::FluenceTowardEye if !outside && !self.splits_rays(medium) => return None,
             Strategy::FluenceTowardEye => {
-                let width = self.width_toward_eye(medium, &self.blurred[index]);
-                fluence = Some(covering(width.filter(|_| outside)?, 1)?);
+                fluence = Some(covering(self.width(medium, &self.blurred[index])?, 1)?);
             }
             Strategy::Moments => {
                 fluence = Some(covering(self.width_of_moments(medium)?, FIRST_DEGREE_VALUES)?);
@@ -237,29 +224,40 @@ impl Chooser<'_> {
         Some(MediumCells { fluence, final_gathers })
     }
 
-    /// Width, in metres, of cells that hold light scattered toward the camera.
-    fn width_toward_eye(&self, medium: &Medium, phase: &Phase) -> Option<f64> {
-        let width = self.width(medium, thin_width(medium, self.evidence.visible), phase)?;
-        Some(self.evidence.widening.toward_eye * width)
+    /// Whether rays from a camera in a medium can gather photons near it and read cells further away: not where
+    /// grids hold the sky's straight light, which the rays would sample on the first part alone, nor where only
+    /// rays that gather photons follow the peak of the phase function.
+    fn splits_rays(&self, medium: &Medium) -> bool {
+        let is_even = medium.phase.is_isotropic();
+        is_even || !(self.records_sky() || phase_blur::is_peaked(&medium.phase))
     }
 
-    /// Width, in metres, of cells that hold moments. They are read at many places, whose mean evens
-    /// out what wide cells blur: where thin ones are too many, wider ones do.
+    /// Distance from the camera within which rays gather photons in a medium of this strategy.
+    fn beams_within(&self, (decided, medium): (&MediumStrategy, &Medium)) -> f64 {
+        match (decided.strategy, decided.cell_width) {
+            (Strategy::Beams, _) => f64::INFINITY,
+            (Strategy::FluenceTowardEye, Some(width)) if !is_camera_outside(self.scene, medium) => {
+                nearest_toward_eye(width, &medium.phase)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Width, in metres, of cells that hold moments.
     fn width_of_moments(&self, medium: &Medium) -> Option<f64> {
-        let thin = thin_width_for_moments(medium, self.evidence.visible);
-        let width = self.width(medium, thin, &Phase::ISOTROPIC)?;
-        let width = self.evidence.widening.moments * width;
-        let mut wider = WIDER_FOR_MOMENTS.iter().map(|factor| factor * width);
-        wider.find(|width| SparseCells::fits(&medium.density, *width, FIRST_DEGREE_VALUES))
+        let width = self.width(medium, &Phase::ISOTROPIC)?;
+        Some(self.evidence.moment_widening * width)
     }
 
     /// Width of cells, in metres: that which is asked for, or noise-optimal for flights that `phase`
-    /// weighs, and at most `thin`; `None` where more is asked for than that, or the medium has no end.
-    fn width(&self, medium: &Medium, thin: f64, phase: &Phase) -> Option<f64> {
-        let volume = medium.density.volume()?;
+    /// weighs; `None` where more is asked for than light allows, or the medium has no end.
+    fn width(&self, medium: &Medium, phase: &Phase) -> Option<f64> {
+        let most = max_fluence_width(medium, self.evidence.visible);
+        let flight_length = self.evidence.flight_length;
+        let suited = width_for_flights(self.scene, medium, flight_length, phase)?;
         match self.conditions.radius {
-            Some(radius) => (radius <= thin).then_some(radius),
-            None => Some(width_for_flights(volume, self.evidence.flight_length, phase).min(thin)),
+            Some(radius) => (radius <= most).then_some(radius),
+            None => Some(suited.min(most)),
         }
     }
 
@@ -285,7 +283,6 @@ mod tests {
         photons: 100_000,
         max_scatter: None,
         final_gather: FinalGather::Auto,
-        denoise: false,
         radius: None,
         rays: 16,
         film_pixels: 1.0,
@@ -294,6 +291,11 @@ mod tests {
 
     /// What is chosen for a camera at this distance, where a strategy is asked for.
     fn chosen(position: f64, conditions: &Conditions, asked: Strategy) -> Choice {
+        chosen_by(0.8, position, conditions, asked)
+    }
+
+    /// As [`chosen`], where the mean cosine is `g`.
+    fn chosen_by(g: f64, position: f64, conditions: &Conditions, asked: Strategy) -> Choice {
         let scene = Scene::of_text(&format!(
             "
             [camera]
@@ -306,7 +308,7 @@ mod tests {
             region = {{ box = {{ min = [-1.0, -1.0, -1.0], max = [1.0, 1.0, 1.0] }} }}
             sigma_t = 2.0
             albedo = 0.9
-            phase = {{ type = 'henyey-greenstein', g = 0.8 }}
+            phase = {{ type = 'henyey-greenstein', g = {g:?} }}
             [[light]]
             type = 'environment'
             radiance = 1.0
@@ -318,6 +320,23 @@ mod tests {
         let evidence = Evidence::new(&visible, &direct, 1e6);
         let assignment = Assignment { strategies: vec![asked], ..Assignment::default() };
         choose(&scene, conditions, &evidence, &assignment).0
+    }
+
+    #[test]
+    fn a_camera_within_a_medium_gathers_photons_near_it() {
+        let within = |g, position| {
+            let choice = chosen_by(g, position, &CONDITIONS, Strategy::FluenceTowardEye);
+            let width = choice.media[0].cell_width;
+            (choice.beams_within[0], width, choice.stores_photons)
+        };
+        let (even, Some(_), false) = within(0.0, 0.0) else { panic!("cells alone") };
+        assert_eq!(even, 0.0);
+        let (outside, Some(_), false) = within(0.5, 6.0) else { panic!("cells alone") };
+        assert_eq!(outside, 0.0);
+        let (near, Some(width), true) = within(0.5, 0.0) else { panic!("cells and photons") };
+        assert!(near > width && near < 2.0 * width, "{near} of {width}");
+        let (all, None, true) = within(0.9, 0.0) else { panic!("photons alone") };
+        assert_eq!(all, f64::INFINITY);
     }
 
     #[test]

@@ -66,8 +66,6 @@ pub struct Conditions {
     pub max_scatter: Option<u32>,
     /// Whether final gathers may be chosen.
     pub final_gather: FinalGather,
-    /// Whether the picture is denoised.
-    pub denoise: bool,
     /// Gather radius and cell width in metres, where one is given.
     pub radius: Option<f64>,
     /// Rays a pixel, at most.
@@ -76,22 +74,6 @@ pub struct Conditions {
     pub film_pixels: f64,
     /// Whether photons are stored in media at all.
     pub volume_photons: bool,
-}
-
-/// Width of cells over that which suits the flights, by what they hold.
-#[derive(Debug, Clone, Copy)]
-pub struct Widening {
-    /// Of cells of light scattered toward the camera.
-    pub toward_eye: f64,
-    /// Of cells of moments.
-    pub moments: f64,
-}
-
-impl Widening {
-    /// As wide as suits the flights.
-    ///
-    /// Unit: none. Definition: of no widening.
-    pub const NONE: Self = Self { toward_eye: 1.0, moments: 1.0 };
 }
 
 /// What the camera and a pilot of the photons tell of a scene.
@@ -103,18 +85,18 @@ pub struct Evidence<'a> {
     pub direct: &'a [Option<f64>],
     /// Length of all flights of photons together, in metres.
     pub flight_length: f64,
-    /// Width of cells over that which suits those flights.
-    pub widening: Widening,
+    /// Width of cells of moments over that which suits those flights.
+    pub moment_widening: f64,
 }
 
 impl<'a> Evidence<'a> {
-    /// With cells as wide as suits the flights.
+    /// With cells that are as wide as suits the flights.
     pub const fn new(
         visible: &'a [WorldPoint],
         direct: &'a [Option<f64>],
         flight_length: f64,
     ) -> Self {
-        Self { visible, direct, flight_length, widening: Widening::NONE }
+        Self { visible, direct, flight_length, moment_widening: 1.0 }
     }
 }
 

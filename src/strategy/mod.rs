@@ -16,17 +16,16 @@ mod unit_costs;
 
 pub use crate::scene::{Strategy, StrategyRequest};
 pub use cell_width::{
-    direct_cells, noise_of_kernels, shares_direct_cells, thin_width, thin_width_for_moments,
-    width_for_flights, width_for_photons,
+    direct_cells, noise_of_kernels, places_at, shares_direct_cells, width_for_photons,
 };
 pub use choose::{Choice, MediumCells, cell_width, choose, shared_footprint};
 pub use gather_termination::GatherTermination;
 pub use kind::{
-    Assignment, Conditions, Evidence, MediumStrategy, Summary, Widening, away_from_camera,
-    holds_moments, makes_gathers, shared, unshared,
+    Assignment, Conditions, Evidence, MediumStrategy, Summary, away_from_camera, holds_moments,
+    makes_gathers, shared, unshared,
 };
 pub use measured::{
-    Measured, PictureSize, PixelRays, PixelSamples, RayLuminance, VarianceScale, weights,
+    BLOCK, Measured, PictureSize, PixelRays, PixelSamples, RayLuminance, VarianceScale, weights,
 };
 pub use phase_blur::{PhaseSplit, phases, scatterings};
 pub use possible::{assignments, first_allowed, is_allowed};

@@ -91,6 +91,11 @@ pub fn scatterings(
     scene.media.iter().zip(blurred).map(split).collect()
 }
 
+/// Whether rays that gather photons follow a peak of `phase`, where they can.
+pub fn is_peaked(phase: &Phase) -> bool {
+    phase.split(PEAK_CONCENTRATION, Some(BODY_CONCENTRATION)).is_some()
+}
+
 /// `phase` convolved with the narrowest Henyey-Greenstein kernel that brings its concentration down to
 /// `most`.
 fn blurred(phase: &Phase, most: f64) -> Phase {

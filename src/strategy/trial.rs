@@ -1,6 +1,6 @@
 //! The trials of a pilot: assignments of strategies, compared pixel by pixel.
 
-use super::kind::{shared, unshared};
+use super::kind::{makes_gathers, shared, unshared};
 use super::measured::{BLOCK, Measured, PictureSize, PixelSamples, Variance, VarianceScale};
 use crate::math::nth_smallest;
 use crate::scene::Strategy;
@@ -38,17 +38,12 @@ impl Observed<'_> {
     }
 }
 
-/// The trials of all that were observed, each ray of which is one of `rays` of a pixel.
+/// The trials of all that were observed.
 ///
 /// The variance of stratified rays falls as a power of their number (Mitchell 1996, "Consequences of Stratified
 /// Sampling in Graphics"). Each assignment has an exponent of its own, which its blocks of rays tell.
-pub fn trials(
-    observed: &[Observed<'_>],
-    weights: &[f64],
-    rays: f64,
-    picture: PictureSize,
-) -> Vec<Trial> {
-    let block = rays.min(BLOCK as f64);
+pub fn trials(observed: &[Observed<'_>], weights: &[f64], picture: PictureSize) -> Vec<Trial> {
+    let block = BLOCK as f64;
     // Independent rays have the exponent 1.
     let powers = picture.rays.ln() / block.ln();
     let trial = |of: &Observed<'_>| {
@@ -107,9 +102,10 @@ impl Trial {
         self.strategies.iter().map(|strategy| unshared(*strategy)).collect()
     }
 
-    /// What gathers that `sharing` rays share would bring, by what was measured of gathers that none shares. The
-    /// least noisy of `others` has the same light but for gathers: as much variance stays. The rest is divided
-    /// by the number of `gathers` that a ray stands for times `sharing`. The picture takes this `cost`.
+    /// What gathers that `sharing` rays share would bring, by what was measured of gathers that none shares. As
+    /// much variance stays as the least noisy of `others` without gathers has in the same pixels: that of all
+    /// other light. The rest, all where there are no such others, is divided by the number of `gathers` that a
+    /// ray stands for times `sharing`. The picture takes this `cost`.
     pub fn shared(
         &self,
         others: &[&Self],
@@ -117,11 +113,18 @@ impl Trial {
         [gathers, sharing]: [f64; 2],
         cost: f64,
     ) -> Self {
-        let noise = |trial: &Self| trial.measured(weights).variance.smooth_ray_variance;
-        let least = others.iter().map(|trial| noise(trial)).fold(f64::INFINITY, f64::min);
-        let part = least / noise(self);
-        // Where none of them is less noisy, all variance is that of gathers.
-        let part = if part < 1.0 { part } else { 0.0 };
+        let noise = |trial: &Self, pixels: usize| {
+            let pixels = &trial.variances[..pixels];
+            weighted_mean(pixels, weights, |variance| variance.smooth_ray_variance).mean.max(0.0)
+        };
+        let part_by = |other: &&Self| {
+            let pixels = other.variances.len().min(self.variances.len());
+            noise(other, pixels) / noise(self, pixels)
+        };
+        let makes_any = |other: &&&Self| other.strategies.iter().any(|s| makes_gathers(*s));
+        let without = others.iter().filter(|other| !makes_any(other));
+        let least = without.map(part_by).reduce(f64::min);
+        let part = least.map_or(0.0, |part| part.min(1.0));
         let left = part + (1.0 - part) / (gathers * sharing);
         let of_pixel = |own: &Variance| Variance {
             ray_variance: left * own.ray_variance,
@@ -232,5 +235,9 @@ mod tests {
         assert_eq!(shared.unshared(), moments.strategies);
         let shared = moments.shared(&[&noisy], &weights, gathers, 33.0);
         assert_eq!(shared.variances[0].ray_variance, 9.0 / 16.0);
+        // All is common: noise may make it seem to be more. Who was given up tells of its pixels.
+        let given_up = trial(Strategy::Beams, &[9.5], 1.0);
+        let shared = moments.shared(&[&noisy, &given_up], &weights, gathers, 33.0);
+        assert_eq!(shared.variances[0].ray_variance, 9.0);
     }
 }

@@ -167,6 +167,19 @@ impl Surfaces {
         self.bvh.bounds()
     }
 
+    /// Whether any of them may reach into `bounds`: its own box does, or it is infinite and cuts them.
+    pub fn reach_into(&self, bounds: &Aabb<World>) -> bool {
+        let center = bounds.center();
+        let mut boxes = self.surfaces.iter().filter_map(|surface| surface.shape.bounds());
+        // A corner lies beyond a plane where the centre is on its other side.
+        let is_cut = |foot: WorldPoint| {
+            let away = center - foot;
+            bounds.corners().iter().any(|corner| (*corner - foot).dot(away) <= 0.0)
+        };
+        boxes.any(|own| own.overlaps(bounds))
+            || self.infinite_feet(center).any(|(_, foot)| is_cut(foot))
+    }
+
     /// About the bytes they take in memory: a mesh in use twice counts once.
     pub fn memory_bytes(&self) -> usize {
         let mut meshes: Vec<_> = self.surfaces.iter().filter_map(|s| s.shape.mesh()).collect();
@@ -179,5 +192,39 @@ impl Surfaces {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.surfaces.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::{Plane, Sphere};
+    use glam::DAffine3;
+
+    #[test]
+    fn surfaces_reach_into_boxes_that_they_touch_or_cut() {
+        let of = |shape: Shape| {
+            Surfaces::new(vec![Surface::new(shape, vec![Material::Black], None).unwrap()])
+        };
+        let point = |x, y, z| WorldPoint::new(x, y, z);
+        let ball = Sphere::new(DVec3::new(3.0, 0.0, 0.0), 1.0, &DAffine3::IDENTITY).unwrap();
+        let ball = of(Shape::Sphere(ball));
+        let tilted = Plane::new(point(0.0, 0.0, 0.0), DVec3::new(0.6, 0.8, 0.0)).unwrap();
+        let tilted = of(Shape::Plane(tilted));
+        for (surfaces, low, high, right) in [
+            (&ball, [-1.0, -1.0, -1.0], [2.0, 1.0, 1.0], true),
+            (&ball, [-1.0, -1.0, -1.0], [1.9, 1.0, 1.0], false),
+            (&ball, [-1.0, 1.1, -1.0], [9.0, 2.0, 1.0], false),
+            (&tilted, [-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], true),
+            // The plane passes the corner (1, -3/4): within reach, and beyond it.
+            (&tilted, [1.0, -0.8, 0.0], [2.0, 3.0, 1.0], true),
+            (&tilted, [1.0, -0.7, 0.0], [2.0, 3.0, 1.0], false),
+            (&tilted, [-9.0, -9.0, 0.0], [-1.0, -1.0, 1.0], false),
+            (&Surfaces::new(Vec::new()), [-1.0, -1.0, -1.0], [1.0, 1.0, 1.0], false),
+        ] {
+            let bounds =
+                Aabb::new(WorldPoint::from_xyz(low.into()), WorldPoint::from_xyz(high.into()));
+            assert_eq!(surfaces.reach_into(&bounds), right, "{bounds:?}");
+        }
     }
 }

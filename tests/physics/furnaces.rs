@@ -156,6 +156,34 @@ fn white_furnace_from_inside_fog() {
     assert!((light - 1.0).abs() < 0.0125, "{light}");
 }
 
+/// From inside a ball of fog whose phase function has no peak rays gather photons near the camera, and read cells
+/// further away: where one begins the other ends, so that all stays as bright as the sky. Seeds spread by 1.3 %,
+/// means of eight by .45 %: the bound of 2 % is 4.4 of that, a false alarm in 90,000.
+#[test]
+fn a_white_furnace_stays_white_from_inside_smooth_fog() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = r#"
+        [camera]
+        position = [0.0, 0.0, 0.0]
+        target = [0.0, 0.0, -1.0]
+        fov = 90.0
+        [film]
+        size = [24, 24]
+        [render]
+        strategy = "fluence-toward-eye"
+        [[medium]]
+        region = { sphere = { center = [0.0, 0.0, 0.0], radius = 10.0 } }
+        sigma_t = 0.1
+        albedo = 1.0
+        phase = { type = "henyey-greenstein", g = 0.5 }
+        [[light]]
+        type = "environment"
+        radiance = 1.0
+    "#;
+    let light = mean_of_seeds(&scene(folder.path(), text, 16, 100_000), 8);
+    assert!((light - 1.0).abs() < 0.02, "{light}");
+}
+
 /// Inside a dense cloud few photons come near the eye, all of them from outside. What is chosen there follows
 /// paths, which lose nothing. Moments asked for by name spread by 2.4 % a seed, the mean of eight by .85 %: the
 /// bound of 4 % is 4.7 of that, a false alarm in 100,000.

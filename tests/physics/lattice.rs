@@ -53,7 +53,6 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         photons,
         strategy: StrategyRequest::Asked(Strategy::FluenceTowardEye),
         final_gather: FinalGather::Auto,
-        denoise: false,
         rays: 16,
         film_pixels: 1.0,
     };

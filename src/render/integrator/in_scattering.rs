@@ -79,7 +79,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             light.radiance +=
                 self.cached_in_scattering(ray, by, profile, radius, camera_ray.pass, ctx);
         }
-        if by.any(|medium| by.gathers_photons(medium)) && camera_ray.indirect_weight > 0.0 {
+        if by.beams_end() > 0.0 && camera_ray.indirect_weight > 0.0 {
             let photons = self.volume_photons_along(ray, by, hit, profile, camera_ray, ctx);
             light.radiance += photons;
             light.indirect += photons;

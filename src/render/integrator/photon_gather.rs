@@ -6,6 +6,7 @@ use crate::math::{Ray, Span, Spectrum, World};
 use crate::medium::Profile;
 use crate::photon::{PhotonDirection, Response};
 use crate::render::pixel_sampling::CameraRay;
+use crate::strategy::Strategy;
 use crate::surface::{SurfaceHit, TransportMode};
 use crate::transport::{Decision, PathContext, direct_light};
 
@@ -19,7 +20,7 @@ const MAX_BEYOND: f64 = 4.0;
 impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Light of the volume photons that media scatter along `ray` to its origin, W/(m² sr): the beam
     /// radiance estimate (Jarosz, Zwicker and Jensen 2008) of
-    /// [`PhotonMaps::along`](crate::photon::PhotonMaps::along) in media whose light is gathered so, times
+    /// [`PhotonMaps::along`](crate::photon::PhotonMaps::along) where light of media is gathered so, times
     /// the weight of indirect light.
     pub(super) fn volume_photons_along(
         &self,
@@ -45,7 +46,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let work = &mut ctx.work;
         work.gathers += 1;
         let before = work.gathered;
-        let span = Span::new(0.0, end + beyond);
+        let span = Span::new(0.0, (end + beyond).min(by.beams_end()));
         let respond = |t: f64| {
             let t = t.min(end);
             let (transmittance, sigma_t) = profile.at(t)?;
@@ -55,8 +56,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 (&split.phase, albedo * attenuated * split.share)
             };
             let albedos = self.albedos(ray.at(t)).into_iter();
+            let is_gathered =
+                |(medium, _): &(usize, S)| by.strategy_at(*medium, t) == Strategy::Beams;
             let scatterers: Scatterers<'_, S> =
-                albedos.filter(|(medium, _)| by.gathers_photons(*medium)).map(scatterer).collect();
+                albedos.filter(is_gathered).map(scatterer).collect();
             Some(Response { sigma_t: sigma_t.max_element(), scatterers })
         };
         work.directed_gathers += u64::from(H::KNOWN);

@@ -4,7 +4,7 @@ use crate::cache::{GatherOrigins, SamplePass};
 use crate::math::{Ray, Spectrum, World, WorldPoint};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
-use crate::strategy::Strategy;
+use crate::strategy::{Strategy, places_at};
 use crate::transport::{Decision, PathContext, PathState, SobolPoint};
 
 use super::final_gather::GatherPath;
@@ -24,7 +24,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> S {
         let level = self.maps.level(radius);
-        let count = self.choice.places_at(level);
+        let count = places_at(level);
         let mut sum = S::ZERO;
         let draws = ctx.stratified.draws(Decision::CachedPlaces, count);
         for index in 0..count {
@@ -35,7 +35,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             ctx.work.grid_lookups += self.media.albedo_lookups;
             for (medium, albedo) in self.albedos(p) {
                 if by.reads_caches(medium) {
-                    let light = self.cached_at(by.strategies[medium], medium, p, level, pass, ctx);
+                    let strategy = by.strategy_at(medium, place.t);
+                    let light = self.cached_at(strategy, medium, p, level, pass, ctx);
                     sum += place.weight * albedo * light;
                 }
             }

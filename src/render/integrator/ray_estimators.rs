@@ -11,7 +11,9 @@ use crate::strategy::{Choice, Strategy, away_from_camera, holds_moments, makes_g
 #[derive(Debug)]
 pub(super) struct RayEstimators {
     /// The strategy of each medium for these rays.
-    pub strategies: Vec<Strategy>,
+    strategies: Vec<Strategy>,
+    /// Distance along rays, in metres, within which they gather photons in each medium.
+    beams_within: Vec<f64>,
     /// For each medium whether rays sample its direct light in the cache.
     pub caches_direct: Vec<bool>,
     /// Media whose direct light is sampled along rays, grouped by the lights that bring it.
@@ -38,8 +40,12 @@ impl RayEstimators {
         from_camera: bool,
     ) -> Self {
         let lights = &scene.lights.lights;
-        let mut estimators =
-            Self { strategies: Vec::new(), caches_direct: Vec::new(), direct: Vec::new() };
+        let mut estimators = Self {
+            strategies: Vec::new(),
+            beams_within: Vec::new(),
+            caches_direct: Vec::new(),
+            direct: Vec::new(),
+        };
         for (index, medium) in scene.media.iter().enumerate() {
             let is_cached = from_camera || medium.phase.is_isotropic();
             let strategy = choice.media.get(index).map_or(Strategy::Beams, |m| m.strategy);
@@ -58,7 +64,12 @@ impl RayEstimators {
                 (true, _) => except(handled_by_gather[index]),
             };
             let regions = lights.iter().enumerate().map(region).collect();
+            let beams_within = match strategy {
+                Strategy::Beams => f64::INFINITY,
+                _ => choice.beams_within[index],
+            };
             estimators.strategies.push(strategy);
+            estimators.beams_within.push(beams_within);
             estimators.caches_direct.push(cache.is_some());
             estimators.sample_along_rays(index, scene.media.iter().len(), regions);
         }
@@ -98,9 +109,14 @@ impl RayEstimators {
             )
     }
 
-    /// Whether rays gather photons in this medium.
-    pub fn gathers_photons(&self, medium: usize) -> bool {
-        self.strategies[medium] == Strategy::Beams
+    /// The strategy of a medium `t` metres along a ray.
+    pub fn strategy_at(&self, medium: usize, t: f64) -> Strategy {
+        if t < self.beams_within[medium] { Strategy::Beams } else { self.strategies[medium] }
+    }
+
+    /// Distance along rays, in metres, within which they gather photons in any medium.
+    pub fn beams_end(&self) -> f64 {
+        self.beams_within.iter().copied().fold(0.0, f64::max)
     }
 }
 

@@ -4,21 +4,13 @@ use crate::medium::SparseCells;
 use crate::render::pass_settings::PassSettings;
 use crate::scene::Scene;
 use crate::strategy::{
-    self, Assignment, Choice, Evidence, MediumCells, Strategy, VarianceScale, Widening,
-    holds_moments, shared,
+    self, Assignment, Choice, Evidence, MediumCells, Strategy, VarianceScale, holds_moments, shared,
 };
 use crate::work::Work;
 
 /// Width of the pilot's cells of moments over that which suits its photons: the gathers of a pixel end in
 /// cells everywhere, so that wider ones change the photons' noise that they share little, and are fewer.
 const WIDENING: f64 = 2.0;
-
-/// Width of the pilot's cells toward the camera over that of the picture's: there are a quarter as many.
-const EYE_WIDENING: f64 = 1.587;
-
-/// Exponent of the variance of a pixel over the width of cells that it reads. It lies between that of a cell,
-/// -2, and that of a ray through many cells, -1.
-const NOISE_EXPONENT: f64 = -1.5;
 
 /// An assignment of strategies that the pilot measures.
 pub struct Contender {
@@ -43,9 +35,11 @@ impl Contender {
         evidence: &Evidence<'_>,
         [pilot, all]: [f64; 2],
     ) -> Self {
-        if self.has_beams() {
-            let narrower = all / pilot;
+        let narrower = all / pilot;
+        if self.choice.stores_photons {
             self.gathered *= narrower.powi(2);
+        }
+        if self.has_beams() {
             let noise = [all, pilot].map(|radius| {
                 strategy::noise_of_kernels(scene, &settings.conditions(), evidence.visible, radius)
             });
@@ -109,7 +103,7 @@ impl Contenders<'_> {
     /// Assignments that differ, with their cells in the pilot.
     pub fn all(&self) -> Vec<(Contender, Vec<MediumCells>)> {
         let conditions = self.settings.conditions();
-        let evidence = Evidence { widening: self.widening(), ..*self.evidence };
+        let evidence = Evidence { moment_widening: self.widening(), ..*self.evidence };
         let mut contenders: Vec<(Contender, Vec<MediumCells>)> = Vec::new();
         for strategies in strategy::assignments(self.scene, &conditions) {
             let assignment = Assignment { strategies, ..Assignment::default() };
@@ -124,10 +118,9 @@ impl Contenders<'_> {
         contenders
     }
 
-    /// Width of the pilot's cells over that of the picture's.
-    fn widening(&self) -> Widening {
-        let moments = WIDENING * strategy::width_for_photons(1.0 / self.represents);
-        Widening { toward_eye: EYE_WIDENING, moments }
+    /// Width of the pilot's cells of moments over that of the picture's.
+    fn widening(&self) -> f64 {
+        WIDENING * strategy::width_for_photons(1.0 / self.represents)
     }
 
     /// The choice with the gathers of these strategies shared, and their cells; `None` where that is not
@@ -140,7 +133,7 @@ impl Contenders<'_> {
         let is_had = choice.media.iter().map(|medium| medium.strategy).eq(assignment.strategies);
         let has_any = cells.iter().any(|cells| cells.final_gathers.is_some());
         let cells = cells.into_iter().map(|cells| cells.final_gathers).collect();
-        (is_had && has_any && !conditions.denoise).then_some((choice, cells))
+        (is_had && has_any).then_some((choice, cells))
     }
 
     /// A contender with its factors from the pilot's photons to the render's; `None` where the render's cells,
@@ -161,17 +154,11 @@ impl Contenders<'_> {
             // The mean chord of a cube is 2/3 of its edge.
             crossings += 3.0 / 2.0 * values * evidence.flight_length / width;
         }
-        let photons = 1.0 / self.represents;
-        let (mut shared, mut of_rays) = (photons, photons);
-        let Widening { toward_eye, moments } = self.widening();
-        let has = |is: fn(Strategy) -> bool| choice.media.iter().any(|m| is(m.strategy));
-        if has(|strategy| strategy == Strategy::FluenceTowardEye) {
-            shared *= toward_eye.powf(-NOISE_EXPONENT);
-            of_rays *= toward_eye.powi(2);
-        }
-        if has(holds_moments) {
+        let shared = 1.0 / self.represents;
+        let mut of_rays = shared;
+        if choice.media.iter().any(|medium| holds_moments(medium.strategy)) {
             // The noise of the single cell that a gather reads.
-            of_rays *= moments.powi(2);
+            of_rays *= self.widening().powi(2);
         }
         let scale = VarianceScale { shared, of_rays };
         Some(Contender { choice, shared: None, scale, crossings, gathered: self.represents })

@@ -13,18 +13,15 @@ use crate::render::pixel_sampling::{
     CameraRay, Numbering, Workspace, begin_sample, indirect_weight,
 };
 use crate::scene::Scene;
-use crate::strategy::{self, Observed, PictureSize, PixelSamples, RayLuminance};
+use crate::strategy::{self, BLOCK, Observed, PictureSize, PixelSamples, RayLuminance};
 use crate::transport::{PathContext, SobolPoint};
 use crate::work::Work;
 
 use super::contender::Contender;
 
-/// Fewest and most rays of a pixel of the pilot, each with the Sobol points of the picture's: one alone
-/// shows no variance, and further ones lower it as independent rays do.
-const RAYS: [u32; 2] = [4, 8];
-
-/// Rays of a pixel by which the cost of shared gathers is measured, at most.
-const SHARED_RAYS: u32 = 4;
+/// Rays of a pixel of the pilot, each with the Sobol points of the picture's: a block of which stratification
+/// is measured. Variances differ more from pixel to pixel than by the rays of one, so that more pixels tell more.
+const RAYS: u32 = BLOCK as u32;
 
 /// Width of the cells by which the noise of rays is measured over those of the picture: the pilot's photons have
 /// about as much noise in them as the picture's have in its own.
@@ -41,8 +38,6 @@ pub struct PilotPixels<'a> {
     pub picture: PictureSize,
     /// Pixels along each side of the picture.
     size: [f64; 2],
-    /// Rays of a pixel.
-    rays: u32,
 }
 
 impl<'a> PilotPixels<'a> {
@@ -52,24 +47,16 @@ impl<'a> PilotPixels<'a> {
         let rays = settings.rays.max(1);
         let pixels = size[0] * size[1];
         let picture = PictureSize { pixels, rays: rays.into(), gathers: gathers(rays) };
-        let [fewest, most] = RAYS;
-        Self { scene, settings, picture, size, rays: rays.clamp(fewest, most) }
+        Self { scene, settings, picture, size }
     }
 
-    /// Rays of a pixel.
-    pub fn rays(&self) -> f64 {
-        self.rays.into()
-    }
-
-    /// Luminance along each of the first `rays` rays of a pixel, with one set of random numbers.
+    /// Luminance along each ray of a pixel, with one set of random numbers.
     fn luminances<S: Spectrum, H: PhotonDirection>(
         &self,
         integrator: &Integrator<'_, S, H>,
         [pixel, set]: [usize; 2],
-        rays: u32,
         radius: f64,
     ) -> (Vec<RayLuminance>, Work) {
-        let rays = rays.min(self.rays);
         let Self { scene, settings, .. } = self;
         // The pixel, one of a Sobol sequence over the film.
         let seed = settings.photons.seed;
@@ -79,7 +66,7 @@ impl<'a> PilotPixels<'a> {
         // Its rays.
         let stream = [seed, (2 * pixel + set) as u64];
         // Media are integrated exactly, so that what is chosen does not depend on the step.
-        let budget = PixelBudget::fixed(self.rays, radius, 0.0);
+        let budget = PixelBudget::fixed(RAYS, radius, 0.0);
         let start = Stream::new(seed, Stage::Strategy, 0, 0);
         let mut workspace = Workspace::new(PathContext::new(start, settings.photons.needs));
         let sample = |index: u32| {
@@ -101,14 +88,14 @@ impl<'a> PilotPixels<'a> {
             let own = whole - gathered;
             RayLuminance { own, gathered: (weight > 0.0).then(|| gathered / weight) }
         };
-        ((0..rays).map(sample).collect(), workspace.ctx.work)
+        ((0..RAYS).map(sample).collect(), workspace.ctx.work)
     }
 
     /// Cost of a ray of the picture, by this work of whole pixels of the pilot. Density estimates count as
     /// often as the picture makes them, each of which meets so many photons for one of the pilot's.
     fn ray_cost(&self, work: &Work, photons: f64) -> f64 {
         // Of how many rays each gathers once, here and in the picture.
-        let rays_a_gather = self.rays() / gathers(self.rays);
+        let rays_a_gather = f64::from(RAYS) / gathers(RAYS);
         let gathering = rays_a_gather * self.picture.gathers / self.picture.rays;
         let gathered = (work.gathered as f64 * photons) as u64;
         strategy::cost(&Work { gathered, ..*work }, gathering) / work.rays.max(1) as f64
@@ -173,8 +160,7 @@ impl<S: Spectrum> Entrant<S> {
             let mut work = Work::default();
             let mut by_half = |half: usize, wider: f64| {
                 let radius = wider * maps[half].volume_radius;
-                let (rays, done) =
-                    pixels.luminances(&integrators[half], [pixel, set], pixels.rays, radius);
+                let (rays, done) = pixels.luminances(&integrators[half], [pixel, set], radius);
                 work += done;
                 rays
             };
@@ -204,7 +190,7 @@ impl<S: Spectrum> Entrant<S> {
         }
     }
 
-    /// Traces a few rays of the pixels up to number `end` with gathers shared, where that is possible: their
+    /// Traces the rays of the pixels up to number `end` with gathers shared, where that is possible: their
     /// work alone is looked at.
     pub fn trace_shared<H: PhotonDirection>(
         &mut self,
@@ -216,7 +202,7 @@ impl<S: Spectrum> Entrant<S> {
         let needs = pixels.settings.photons.needs;
         let integrator = Integrator::new(pixels.scene, maps, &self.caches[0], choice, needs);
         let radius = maps.volume_radius;
-        let trace = |pixel| pixels.luminances(&integrator, [pixel, 0], SHARED_RAYS, radius).1;
+        let trace = |pixel| pixels.luminances(&integrator, [pixel, 0], radius).1;
         let works: Vec<Work> = (self.shared_pixels..end).into_par_iter().map(trace).collect();
         works.into_iter().for_each(|done| self.shared_work += done);
         self.shared_pixels = end;

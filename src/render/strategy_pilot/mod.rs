@@ -23,13 +23,13 @@ use contender::{Contender, Contenders};
 use entrant::{Entrant, PilotPixels};
 use half::Half;
 
-/// Photon paths of the render for each path of one half of the pilot: both halves together cost a
-/// sixteenth of all photons.
-const PHOTONS_PER_PATH: u64 = 32;
+/// Photon paths of the render for each path of one half of the pilot: both halves together are a 32nd of all
+/// photons, which fill the caches of all assignments.
+const PHOTONS_PER_PATH: u64 = 64;
 
-/// Fewest paths of a half: variances by 1024 paths have a relative error of about 1 / sqrt(512), if each path
+/// Fewest paths of a half: variances by 512 paths have a relative error of about 1 / sqrt(256), if each path
 /// is seen. Of fewer photons none may be, and their variance would seem to be 0.
-const MIN_PATHS: u64 = 1024;
+const MIN_PATHS: u64 = 512;
 
 /// Levels of wider cells: the last is read by the rays whose own noise is measured.
 const LEVELS: u32 = 2;
@@ -40,9 +40,9 @@ const SEQUENCE_BITS: u32 = 48;
 /// Pixels of the picture for each of the first round.
 const PIXELS_PER_PIXEL: f64 = 64.0;
 
-/// Fewest and most pixels of the first round: variances by 32 pixels of one picture tell apart what differs
+/// Fewest and most pixels of the first round: variances by 64 pixels of one picture tell apart what differs
 /// much.
-const FIRST_PIXELS: [usize; 2] = [4, 32];
+const FIRST_PIXELS: [usize; 2] = [4, 64];
 
 /// Most pixels of the pilot: variances by so many are known to a few per cent.
 const MAX_PIXELS: usize = 1024;
@@ -148,7 +148,7 @@ impl<'a> StrategyPilot<'a, '_> {
             if weights.iter().all(|weight| *weight == 0.0) {
                 return Vec::new();
             }
-            let mut trials = strategy::trials(&observed, &weights, pixels.rays(), picture);
+            let mut trials = strategy::trials(&observed, &weights, picture);
             trials.extend(self.shared_gathers(entrants, &trials, &weights, pixels));
             strategy::leave_out_outliers(&mut weights, &trials);
             let found: Vec<Measured> =
@@ -211,10 +211,8 @@ impl<'a> StrategyPilot<'a, '_> {
         let moments = trials.iter().find(|trial| trial.strategies == strategies)?;
         let conditions = self.settings.conditions();
         let sharing = strategy::shared_footprint(self.scene, &conditions, &self.evidence)?;
-        let others = trials.iter().filter(|trial| {
-            trial.strategies != strategies && trial.variances.len() >= moments.variances.len()
-        });
-        let others: Vec<&Trial> = others.collect();
+        let others: Vec<&Trial> =
+            trials.iter().filter(|trial| trial.strategies != strategies).collect();
         let cost = entrant.shared_cost(pixels)?;
         Some(moments.shared(&others, weights, [GATHERS_PER_RAY, sharing], cost))
     }

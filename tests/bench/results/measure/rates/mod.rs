@@ -104,7 +104,6 @@ fn shot(scene: &Scene, strategy: Strategy) -> (PhotonMaps, Work) {
         photons,
         strategy: StrategyRequest::Asked(strategy),
         final_gather: FinalGather::Auto,
-        denoise: false,
         rays: 4,
         film_pixels: 1.0,
     };
