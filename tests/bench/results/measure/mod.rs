@@ -17,7 +17,6 @@ mod reconstruction;
 mod sampler;
 mod scaling;
 mod scenes;
-mod series;
 mod spent;
 mod stages;
 mod strategy;

@@ -45,17 +45,14 @@ radiance = 100.0
 pub struct NoiseScene {
     pub title: String,
     path: PathBuf,
-    /// Whether it is a volume, shown without a look.
-    is_bare: bool,
+    options: LoadOptions,
 }
 
 impl NoiseScene {
     /// With `side` pixels along the longer side and its photons divided by `part`.
     pub fn load(&self, side: u32, rays: u32, part: u64) -> Result<Scene> {
         let size = scaled(&self.path, side)?;
-        let look =
-            LookOptions { look: self.is_bare.then_some(Look::None), ..LookOptions::default() };
-        let options = LoadOptions { look, ..LoadOptions::default() }.size(size).rays(rays);
+        let options = self.options.clone().size(size).rays(rays);
         let all = Scene::load(&self.path, &options)?;
         if part == 1 {
             return Ok(all);
@@ -71,13 +68,17 @@ pub fn scenes(folder: &Path) -> Result<(Vec<NoiseScene>, Vec<String>)> {
     let of_file = |(title, name): (&str, &str)| NoiseScene {
         title: title.into(),
         path: shipped(name),
-        is_bare: false,
+        options: LoadOptions::default(),
     };
     let mut scenes: Vec<NoiseScene> = PAPER.into_iter().chain(named).map(of_file).collect();
     let mut left_out = Vec::new();
     for (title, file) in BARE {
         match shared(file) {
-            Some(path) => scenes.push(NoiseScene { title: title.into(), path, is_bare: true }),
+            Some(path) => {
+                let look = LookOptions { look: Some(Look::None), ..LookOptions::default() };
+                let options = LoadOptions { look, ..LoadOptions::default() };
+                scenes.push(NoiseScene { title: title.into(), path, options });
+            }
             None => left_out.push(format!("{file} was not there and is left out.")),
         }
     }
@@ -89,7 +90,7 @@ pub fn scenes(folder: &Path) -> Result<(Vec<NoiseScene>, Vec<String>)> {
     for (title, text) in made {
         let path = folder.join(format!("{}.toml", title.replace([' ', '.', ','], "_")));
         fs::write(&path, text)?;
-        scenes.push(NoiseScene { title, path, is_bare: false });
+        scenes.push(NoiseScene { title, path, options: LoadOptions::default() });
     }
     Ok((scenes, left_out))
 }

@@ -23,11 +23,10 @@ use fogbow::scene::{LoadOptions, RenderSettings, Scene, Strategy, StrategyReques
 
 use super::Kept;
 use super::halves::{mean, wide};
-use super::series::{Series, cost_ratio};
 use super::spent::Spent;
 use crate::pages::Result;
 use crate::pages::strategy::{Comparison, Row};
-use candidate::Candidate;
+use candidate::{Candidate, Series, regret};
 pub use scenes::side_lit_smoke;
 use scenes::{StrategyScene, fly_in, scenes};
 use truth::Truth;
@@ -197,7 +196,7 @@ fn comparison(candidates: &[Candidate], errors: &[Vec<f64>], seeds: usize) -> Co
     let cost = |index: &usize| series[*index].figures(&first).cost();
     let requested = (0..candidates.len()).filter(|&index| candidates[index].is_asked());
     let best = requested.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
-    let (regret, interval) = cost_ratio(&series[0], &series[best], seeds..2 * seeds);
+    let (regret, interval) = regret(&series[0], &series[best], seeds..2 * seeds);
     Comparison {
         best: candidates[best].request.name().into(),
         compared: [0, best].map(|index| series[index].figures(&second)),
