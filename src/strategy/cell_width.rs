@@ -178,7 +178,7 @@ fn thin_width_for_scattered(medium: &Medium, visible: &[WorldPoint]) -> f64 {
     thin_width(medium, visible) / reduced_scattering(medium)
 }
 
-/// Largest width, in metres, of the cells of fluence grids; infinite where none is in the medium.
+/// Largest width, in metres, of the cells of a medium's fluence grid; infinite where no `visible` place is in it.
 pub(super) fn max_fluence_width(medium: &Medium, visible: &[WorldPoint]) -> f64 {
     match medium.density {
         Density::Homogeneous(_) => thin_width_for_scattered(medium, visible),
@@ -189,10 +189,9 @@ pub(super) fn max_fluence_width(medium: &Medium, visible: &[WorldPoint]) -> f64 
     }
 }
 
-/// Distance from the camera, in metres, from which on cells of this width hold light toward it that `phase`
-/// scatters: across a nearer one the direction toward the camera turns through too much of a lobe. A lobe of
-/// concentration c covers a solid angle of 4 pi / c, a cone of half angle 2 / sqrt(c); across a cell at this
-/// distance the direction turns by half of that. None is too near where light scatters evenly.
+/// Least distance from the camera, in metres, of cells of this width that hold light which `phase` scatters toward
+/// it; 0 where scattering is isotropic. Across a cell the direction toward the camera may turn by a quarter of a
+/// lobe: one of concentration c covers a solid angle of about 4 pi / c, a cone of half angle 2 / sqrt(c).
 pub(super) fn nearest_toward_eye(width: f64, phase: &Phase) -> f64 {
     if phase.is_isotropic() { 0.0 } else { width * phase.concentration().sqrt() }
 }

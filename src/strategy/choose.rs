@@ -88,8 +88,9 @@ pub fn choose(
     // Peaks are followed only by rays that gather photons, and orders are not counted along rays.
     let follows_peaks = media.iter().all(is_beams) && conditions.max_scatter.is_none();
     let near = |medium: &Medium| !is_camera_outside(scene, medium);
+    let decided = media.iter().zip(scene.media.iter());
     let beams_within: Vec<f64> =
-        media.iter().zip(scene.media.iter()).map(|pair| chooser.beams_within(pair)).collect();
+        decided.map(|(decided, medium)| chooser.beams_within(decided, medium)).collect();
     let has_eye_cells = media.iter().any(|medium| medium.strategy == Strategy::FluenceTowardEye);
     let stores_photons = beams_within.iter().any(|distance| *distance > 0.0)
         || has_eye_cells && possible::needs_beams(scene);
@@ -205,9 +206,10 @@ impl Chooser<'_> {
             _ if !volume_photons => return None,
             Strategy::Traced => (),
             _ if self.conditions.photons == 0 => return None,
-            Strategy::FluenceTowardEye if !outside && !self.splits_rays(medium) => return None,
             Strategy::FluenceTowardEye => {
-                fluence = Some(covering(self.width(medium, &self.blurred[index])?, 1)?);
+                let width = self.width(medium, &self.blurred[index]);
+                let width = width.filter(|_| outside || self.splits_rays(medium));
+                fluence = Some(covering(width?, 1)?);
             }
             Strategy::Moments => {
                 fluence = Some(covering(self.width_of_moments(medium)?, FIRST_DEGREE_VALUES)?);
@@ -232,8 +234,9 @@ impl Chooser<'_> {
         is_even || !(self.records_sky() || phase_blur::is_peaked(&medium.phase))
     }
 
-    /// Distance from the camera within which rays gather photons in a medium of this strategy.
-    fn beams_within(&self, (decided, medium): (&MediumStrategy, &Medium)) -> f64 {
+    /// Distance from the camera, in metres, within which rays gather photons in `medium`, for which so much is
+    /// decided.
+    fn beams_within(&self, decided: &MediumStrategy, medium: &Medium) -> f64 {
         match (decided.strategy, decided.cell_width) {
             (Strategy::Beams, _) => f64::INFINITY,
             (Strategy::FluenceTowardEye, Some(width)) if !is_camera_outside(self.scene, medium) => {

@@ -102,6 +102,11 @@ impl Trial {
         self.strategies.iter().map(|strategy| unshared(*strategy)).collect()
     }
 
+    /// Whether it has final gathers in any medium.
+    fn makes_gathers(&self) -> bool {
+        self.strategies.iter().any(|strategy| makes_gathers(*strategy))
+    }
+
     /// What gathers that `sharing` rays share would bring, by what was measured of gathers that none shares. As
     /// much variance stays as the least noisy of `others` without gathers has in the same pixels: that of all
     /// other light. The rest, all where there are no such others, is divided by the number of `gathers` that a
@@ -117,13 +122,12 @@ impl Trial {
             let pixels = &trial.variances[..pixels];
             weighted_mean(pixels, weights, |variance| variance.smooth_ray_variance).mean.max(0.0)
         };
-        let part_by = |other: &&Self| {
+        let part_by = |other: &Self| {
             let pixels = other.variances.len().min(self.variances.len());
             noise(other, pixels) / noise(self, pixels)
         };
-        let makes_any = |other: &&&Self| other.strategies.iter().any(|s| makes_gathers(*s));
-        let without = others.iter().filter(|other| !makes_any(other));
-        let least = without.map(part_by).reduce(f64::min);
+        let without = others.iter().filter(|other| !other.makes_gathers());
+        let least = without.map(|other| part_by(other)).reduce(f64::min);
         let part = least.map_or(0.0, |part| part.min(1.0));
         let left = part + (1.0 - part) / (gathers * sharing);
         let of_pixel = |own: &Variance| Variance {
