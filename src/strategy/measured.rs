@@ -125,6 +125,12 @@ impl PixelSamples {
         self.of_block[1]
     }
 
+    /// A pixel of which only the variances of blocks are known, for tests.
+    #[cfg(test)]
+    pub fn of_blocks(stratified: f64, independent: f64) -> Self {
+        Self { of_block: [stratified, independent], ..Self::default() }
+    }
+
     /// Variance of this pixel in the picture; any part may be negative. Stratification leaves the share `left` of the
     /// variance of independent rays.
     pub fn variance(&self, left: f64, scale: &VarianceScale) -> Variance {

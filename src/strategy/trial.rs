@@ -41,19 +41,15 @@ impl Observed<'_> {
 /// The trials of all that were observed.
 ///
 /// The variance of stratified rays falls as a power of their number (Mitchell 1996, "Consequences of Stratified
-/// Sampling in Graphics"). Each assignment has an exponent of its own, which its blocks of rays tell.
+/// Sampling in Graphics"). Each assignment has an exponent of its own, which its blocks of rays tell. As far as they may
+/// tell it by chance, rays count as independent.
 pub fn trials(observed: &[Observed<'_>], weights: &[f64], picture: PictureSize) -> Vec<Trial> {
     let block = BLOCK as f64;
     // Independent rays have the exponent 1.
     let powers = picture.rays.ln() / block.ln();
     let trial = |of: &Observed<'_>| {
-        let sum = |part: fn(&PixelSamples) -> f64| {
-            let pixels = of.samples.iter().zip(weights);
-            pixels.map(|(pixel, weight)| weight * part(pixel)).sum::<f64>()
-        };
         // The most that stratification can do is to leave the variance of one ray in as many.
-        let left = sum(PixelSamples::stratified_block) / sum(PixelSamples::independent_block);
-        let left = if left.is_nan() { 1.0 } else { left.clamp(1.0 / block, 1.0).powf(powers) };
+        let left = stratified_share(of.samples, weights).max(1.0 / block).powf(powers);
         Trial {
             strategies: of.strategies.clone(),
             variances: of.samples.iter().map(|own| own.variance(left, &of.scale)).collect(),
@@ -61,6 +57,25 @@ pub fn trials(observed: &[Observed<'_>], weights: &[f64], picture: PictureSize) 
         }
     };
     observed.iter().map(trial).collect()
+}
+
+/// Variance of blocks of stratified rays over that of independent ones: the ratio of their means over pixels, at most 1,
+/// and drawn to that by its standard error (shrinkage by James and Stein 1961, "Estimation with Quadratic Loss").
+fn stratified_share(samples: &[PixelSamples], weights: &[f64]) -> f64 {
+    let sum = |part: &dyn Fn(&PixelSamples) -> f64| {
+        let pixels = samples.iter().zip(weights);
+        pixels.map(|(pixel, weight)| weight * part(pixel)).sum::<f64>()
+    };
+    let independent = sum(&PixelSamples::independent_block);
+    let ratio = sum(&PixelSamples::stratified_block) / independent;
+    let squares = samples.iter().zip(weights).map(|(pixel, weight)| {
+        (weight * (pixel.stratified_block() - ratio * pixel.independent_block())).powi(2)
+    });
+    let squared_error = squares.sum::<f64>() / independent.powi(2);
+    let less = 1.0 - ratio;
+    let sure = (1.0 - squared_error / less.powi(2)).max(0.0);
+    // Without any variance it is not a number.
+    if sure > 0.0 { 1.0 - sure * less.max(0.0) } else { 1.0 }
 }
 
 /// What a pilot found of one assignment so far.
@@ -190,6 +205,24 @@ mod tests {
         };
         let variances = variances.iter().map(of_pixel).collect();
         Trial { strategies: vec![strategy], variances, cost }
+    }
+
+    /// The share of stratified blocks is the ratio of their means where pixels agree on it, and 1 where they do not.
+    #[test]
+    fn chance_is_not_taken_for_stratification() {
+        let pixels = |products: &[f64]| -> Vec<PixelSamples> {
+            products.iter().map(|product| PixelSamples::of_blocks(*product, 2.0)).collect()
+        };
+        let share =
+            |products: &[f64]| stratified_share(&pixels(products), &vec![1.0; products.len()]);
+        assert_eq!(share(&[1.0; 64]), 0.5);
+        assert!((share(&[0.8, 1.2].repeat(32)) - 0.5).abs() < 0.01);
+        // Most products are small and few are large, as those of noise are.
+        let mut skewed = vec![0.2; 64];
+        (skewed[7], skewed[40]) = (30.0, 40.0);
+        assert_eq!(share(&skewed), 1.0);
+        assert_eq!(share(&[3.0; 64]), 1.0);
+        assert_eq!(share(&[]), 1.0);
     }
 
     #[test]

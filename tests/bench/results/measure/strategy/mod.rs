@@ -42,7 +42,7 @@ const TRUTH_SHARE: f64 = 0.1;
 const MAX_TRUTH_ERROR: f64 = 0.003;
 
 /// Processor seconds that the references of a scene may take.
-const TRUTH_SECONDS: f64 = 16.0;
+const TRUTH_SECONDS: f64 = 48.0;
 
 /// Frames of the flight into a cloud.
 const FRAMES: u32 = 12;
