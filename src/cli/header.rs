@@ -62,7 +62,7 @@ pub(super) fn settings(
         settings.insert("crop".into(), json!(crop.to_string()));
     }
     if render.director != Director::Fixed && !reference {
-        let directing = &render.directing;
+        let directing = render.effective_directing();
         settings.insert(
             "directing".into(),
             json!({

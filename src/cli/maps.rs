@@ -161,6 +161,9 @@ fn shown<'a>(maps: &'a DirectorMaps, distances: &'a [f32]) -> Vec<Shown<'a>> {
         all.push(Shown { name: "pilot", title: "pilot", content: Content::Light(pilot) });
     }
     all.push(unit("x_scattering", "X: uncertainty of visible light", &maps.scattering_x));
+    if !maps.error_x.is_empty() {
+        all.push(unit("x_error", "X: measured error", &maps.error_x));
+    }
     all.push(unit("xs", "XS", &maps.xs));
     all
 }

@@ -210,7 +210,7 @@ impl PictureJob<'_> {
     /// Time by which rays must end, so that the files are written within `--time`.
     fn deadline(&self, scene: &Scene) -> Option<Deadline<'_>> {
         let time = self.limits.time?;
-        let is_filtered = scene.render.denoise || scene.render.reconstruct;
+        let is_filtered = scene.render.denoise || scene.render.reconstructs();
         let filtering = if is_filtered { FILTERING } else { 0.0 };
         let after = writing(scene) + seconds_of(scene, filtering);
         let at = self.start.checked_add(time - after.min(time / 4))?;

@@ -148,9 +148,9 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, threads: usize) -> 
     lines.join("\n")
 }
 
-/// Whether rays are told at most: the director gives them by a variance that is not known yet.
+/// Whether rays are told at most: the director gives them by a variance or an error that is not known yet.
 fn is_bound(scene: &Scene) -> bool {
-    scene.render.director == Director::Variance
+    scene.render.director == Director::Variance || scene.render.measures_error()
 }
 
 /// Seconds a stage, and what they hold for.

@@ -8,7 +8,9 @@ use crate::scene::Directing;
 pub struct PixelBudget {
     /// Camera rays.
     pub rays: u32,
-    /// Rays that gather indirect light, weighted for the others; spread evenly among all.
+    /// The first of them, which measured the error before there was a budget. Each gathers indirect light.
+    pub pilot: u32,
+    /// Those of the others that gather indirect light, weighted for the rest; spread evenly among those.
     pub gathers: u32,
     /// Gather radius of volume photons, in metres.
     pub radius: f64,
@@ -35,7 +37,7 @@ impl PixelBudget {
     /// The budget that every pixel of the gold standard has: `radius` and `step` in metres are its finest.
     pub const fn fixed(rays: u32, radius: f64, step: f64) -> Self {
         let (saliency, xs) = (1.0, 1.0);
-        Self { rays, gathers: GATHERS, radius, step, saliency, xs }
+        Self { rays, pilot: 0, gathers: GATHERS, radius, step, saliency, xs }
     }
 
     /// The budget of a pixel of the importance `xs`, 0 to 1, where `self` is the gold standard's. Rays
@@ -47,9 +49,9 @@ impl PixelBudget {
         let mut budget = Self { xs: importance, ..self };
         if directing.directed.rays {
             let rays = (f64::from(self.rays) * importance).round() as u32;
-            budget.rays = rays.clamp(directing.floor.min(self.rays), self.rays);
+            budget.rays = rays.clamp(directing.floor.max(self.pilot).min(self.rays), self.rays);
             // As many gathers a ray as the gold standard has.
-            budget.gathers = (self.gathers * budget.rays).div_ceil(self.rays).max(1);
+            budget.gathers = (self.gathers * budget.shared_rays()).div_ceil(self.rays).max(1);
         }
         if directing.directed.radius {
             budget.radius *= f64::from(1_u32 << radius_level(directing, xs));
@@ -66,12 +68,29 @@ impl PixelBudget {
         budget
     }
 
+    /// The budget of pixels of which nothing is known yet, where `self` is the gold standard's: `rays` that all gather.
+    #[must_use]
+    pub const fn of_pilot(self, rays: u32) -> Self {
+        Self { rays, pilot: rays, ..self }
+    }
+
+    /// Rays after the pilot's, some of which gather for others.
+    pub const fn shared_rays(&self) -> u32 {
+        self.rays.saturating_sub(self.pilot)
+    }
+
+    /// Whether each ray gathers for itself.
+    pub const fn gathers_alone(&self) -> bool {
+        self.shared_rays() <= self.gathers
+    }
+
     /// How many of the first `rays` rays gather for others; 0 where every ray gathers for itself.
     pub fn gathers_within(&self, rays: u32) -> u64 {
-        if rays == 0 || self.rays <= self.gathers {
+        let shared = rays.saturating_sub(self.pilot);
+        if shared == 0 || self.gathers_alone() {
             return 0;
         }
-        u64::from(rays - 1) * u64::from(self.gathers) / u64::from(self.rays) + 1
+        u64::from(shared - 1) * u64::from(self.gathers) / u64::from(self.shared_rays()) + 1
     }
 }
 

@@ -64,7 +64,7 @@ pub fn x_map(scene: &Scene, snapshot: &Snapshot, needs: Needs) -> (Vec<f32>, Wor
 /// snapshot's white (Anson et al. 2006, section 3.2).
 pub fn false_medium(snapshot: &Image, x: &[f32]) -> Image {
     let light = |pixel: &[f32; 3]| luminance(Rgb::from(pixel.map(f64::from)));
-    let white = quantile(snapshot.pixels().iter().map(light), WHITE).map_or(1.0, |w| w as f32);
+    let white = self::white(snapshot.pixels().iter().map(light)).map_or(1.0, |w| w as f32);
     let over = |(pixel, x): (&[f32; 3], &f32)| pixel.map(|v| v / white * x + (1.0 - x));
     let pixels = snapshot.pixels().iter().zip(x).map(over).collect();
     Image::new(snapshot.width(), snapshot.height(), pixels)
@@ -82,7 +82,7 @@ pub fn scattering_x_map(pilot: &Film) -> Vec<f32> {
     let light = |pixel: &[f32; 3]| luminance(Rgb::from(pixel.map(f64::from)));
     let lights: Vec<f64> = image.pixels().iter().map(light).collect();
     let layer = |name: &str| pilot.layer(name).unwrap_or_default().iter().map(|v| f64::from(*v));
-    let Some(white) = quantile(lights.iter().copied(), WHITE) else {
+    let Some(white) = self::white(lights.iter().copied()) else {
         return vec![0.0; lights.len()];
     };
     // The layer holds the variance of the mean of a pixel's rays.
@@ -112,7 +112,7 @@ pub fn scattering_x_map(pilot: &Film) -> Vec<f32> {
 }
 
 /// The XS-map, 0 to 1: w_x X + w_s S, or X^w_x S^w_s (Anson et al. 2006, section 3.3, whose own
-/// weights are (0.5, 0.5) with the sum). The two maps have one value a pixel each, 0 to 1; a map
+/// weights are (0.5, 0.5) with the sum), or X^w_x / (1 + w_s (1 - S)), where S is what error it lets pass. The two maps have one value a pixel each, 0 to 1; a map
 /// whose weight is 0 is not read and may be empty.
 pub fn xs_map(x: &[f32], s: &[f32], weights: [f64; 2], operator: Operator) -> Vec<f32> {
     let value = |map: &[f32], weight: f64, index: usize| {
@@ -124,10 +124,20 @@ pub fn xs_map(x: &[f32], s: &[f32], weights: [f64; 2], operator: Operator) -> Ve
         let xs: f64 = match operator {
             Operator::Sum => parts.map(|(v, w)| v * w).sum(),
             Operator::Product => parts.map(|(v, w)| v.powf(w)).product(),
+            Operator::Tolerance => {
+                let x = value(x, weights[0], index).map_or(1.0, |x| x.powf(weights[0]));
+                let s = value(s, weights[1], index).unwrap_or(1.0);
+                x / (1.0 + weights[1] * (1.0 - s))
+            }
         };
         xs.clamp(0.0, 1.0) as f32
     };
     (0..x.len().max(s.len())).map(one).collect()
+}
+
+/// The luminance of a picture that counts as its white, of these `luminances`; `None` where all is black.
+pub(super) fn white(luminances: impl Iterator<Item = f64>) -> Option<f64> {
+    quantile(luminances, WHITE)
 }
 
 /// The `share` quantile, 0 to 1, of the n `values` above 0: that of the rank floor((n - 1) `share`),

@@ -11,6 +11,7 @@ mod importance;
 mod resample;
 mod saliency;
 mod snapshot;
+mod tolerance;
 mod variance;
 
 pub use budget::{PixelBudget, radius_level};
@@ -19,4 +20,5 @@ pub use importance::{false_medium, scattering_x_map, x_map, xs_map};
 pub use resample::resampled;
 pub use saliency::Saliency;
 pub use snapshot::Snapshot;
+pub use tolerance::{error_x_map, visible_differences};
 pub use variance::variance_budgets;

@@ -13,6 +13,8 @@ pub use accumulator::Accumulator;
 pub use components::{ComponentFilm, PixelComponents};
 pub use feature_mean::FeatureMean;
 pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
-pub use reconstruct::{Antialiased, RECONSTRUCTION_BYTES, Reconstruction, VisibilityRay};
+pub use reconstruct::{
+    Antialiased, FilmNoise, RECONSTRUCTION_BYTES, Reconstruction, VisibilityRay,
+};
 pub use sample::{Components, Sample, Seen, VisibleSurface};
-pub use tiled::{FilmContents, FilmState, Pixel, Tile, TiledFilm};
+pub use tiled::{FilmContents, FilmState, Importance, Pixel, Tile, TiledFilm};

@@ -32,6 +32,17 @@ pub struct FilmState {
     pub features: Vec<FeatureMean>,
     /// Components; empty where none are gathered.
     pub components: Vec<PixelComponents>,
+    /// As [`TiledFilm::importance`].
+    pub importance: Vec<Importance>,
+}
+
+/// How important a pixel is by a director that measures it while the film is exposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Importance {
+    /// The XS-map, 0 to 1.
+    pub xs: f32,
+    /// Saliency, 0 to 1.
+    pub saliency: f32,
 }
 
 /// A square of pixels, cut where the window ends.
@@ -94,6 +105,8 @@ pub struct TiledFilm {
     pub window: Window,
     /// The tiles in the order in which they are worked on.
     pub tiles: Vec<Tile>,
+    /// Importance of each pixel of the whole film, row by row from the top; empty where it has not been measured.
+    pub importance: Vec<Importance>,
 }
 
 impl TiledFilm {
@@ -115,7 +128,7 @@ impl TiledFilm {
                 vec![PixelComponents::default(); if contents.components { pixels } else { 0 }];
             Tile { place, samples, features, components }
         };
-        Self { window, tiles: (0..count).map(tile).collect() }
+        Self { window, tiles: (0..count).map(tile).collect(), importance: Vec::new() }
     }
 
     /// Samples of each pixel, tile by tile.
@@ -135,7 +148,8 @@ impl TiledFilm {
 
     /// Replaces all that pixels have gathered.
     pub fn restore(&mut self, state: FilmState) {
-        let FilmState { samples, features, components } = state;
+        let FilmState { samples, features, components, importance } = state;
+        self.importance = importance;
         let (mut samples, mut features) = (samples.into_iter(), features.into_iter());
         let mut components = components.into_iter();
         for tile in &mut self.tiles {
@@ -144,6 +158,19 @@ impl TiledFilm {
             let pixels = tile.components.iter_mut().zip(&mut components);
             pixels.for_each(|(pixel, known)| *pixel = known);
         }
+    }
+
+    /// The components of all pixels, row by row from the top, where they are gathered.
+    pub fn component_film(&self) -> ComponentFilm {
+        let Window { left, top, width, .. } = self.window;
+        let mut pixels = vec![PixelComponents::default(); self.window.pixels() as usize];
+        for Tile { place, components, .. } in &self.tiles {
+            for (index, of_pixel) in (0..).zip(components) {
+                let [x, y] = [place.left + index % place.width, place.top + index / place.width];
+                pixels[((y - top) * width + x - left) as usize] = *of_pixel;
+            }
+        }
+        ComponentFilm { width: width as usize, pixels }
     }
 
     /// Resolves the samples into layers of a film that is a part of one of the size `full` (width, height):

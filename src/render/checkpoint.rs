@@ -15,7 +15,7 @@ use crate::work::Work;
 
 use super::checkpoint_file::{self, CacheState, CheckpointState};
 use super::progress::Progress;
-use crate::film::TiledFilm;
+use crate::film::{Importance, TiledFilm};
 
 /// Least ratio of the time between checkpoints to the time that one takes: writing them takes at most 5 %.
 const MIN_INTERVAL_RATIO: u32 = 20;
@@ -105,6 +105,11 @@ impl Checkpoints {
             known.iter().for_each(|(cell, value)| cache.restore(*cell as usize, *value));
         }
         Ok(())
+    }
+
+    /// Importance of the pixels that a director of the earlier run has measured; empty where it has not.
+    pub(super) fn importance(&self) -> Vec<Importance> {
+        self.lock().as_ref().map_or_else(Vec::new, |state| state.film.importance.clone())
     }
 
     /// Takes the state of the earlier run, for the render to start from.

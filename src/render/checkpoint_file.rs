@@ -4,8 +4,9 @@
 //! 2. length of the head in bytes, u64; all numbers are little-endian
 //! 3. head in JSON: key, work, and how much follows
 //! 4. samples of each pixel, then features and components where they are gathered, as the bits of their numbers
-//! 5. for each cache a bit a cell, set where it is filled, in words of 64; then the filled cells' values
-//! 6. BLAKE3 hash of all before it
+//! 5. XS and saliency of each pixel of the whole film, where a director has measured them
+//! 6. for each cache a bit a cell, set where it is filled, in words of 64; then the filled cells' values
+//! 7. BLAKE3 hash of all before it
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Write};
@@ -17,7 +18,7 @@ use serde_json::{Map, Value};
 use crate::cache::LazyCells;
 use crate::error::{Error, Result};
 use crate::file;
-use crate::film::{Accumulator, FeatureMean, FilmState, PixelComponents, TiledFilm};
+use crate::film::{Accumulator, FeatureMean, FilmState, Importance, PixelComponents, TiledFilm};
 use crate::math::Spectrum;
 use crate::work::Work;
 
@@ -42,7 +43,7 @@ pub(super) struct CheckpointState {
 }
 
 /// Name and version of the format.
-const MAGIC: [u8; 12] = *b"fogbow cp 5\n";
+const MAGIC: [u8; 12] = *b"fogbow cp 6\n";
 
 /// Bytes of the hash.
 const HASH: u64 = blake3::OUT_LEN as u64;
@@ -63,6 +64,8 @@ struct Head {
     features: bool,
     /// Whether components follow those.
     components: bool,
+    /// Number of pixels whose importance follows those.
+    importance: u64,
     /// For each cache, the number of its cells and of those that are filled.
     #[serde(rename = "lattices")]
     caches: Vec<[u64; 2]>,
@@ -75,6 +78,7 @@ impl Head {
         let components = if self.components { PixelComponents::WORDS } else { 0 };
         let words = Accumulator::WORDS + features + components;
         let pixels = self.pixels.checked_mul(8 * words as u64)?;
+        let pixels = pixels.checked_add(self.importance.checked_mul(8)?)?;
         self.caches.iter().try_fold(pixels, |sum, [cells, known]| {
             let bits = cells.div_ceil(64).checked_mul(8)?;
             sum.checked_add(bits)?.checked_add(known.checked_mul(12)?)
@@ -100,6 +104,7 @@ pub(super) fn write<S: Spectrum>(
         pixels: film.samples().count() as u64,
         features: film.features().next().is_some(),
         components: film.components().next().is_some(),
+        importance: film.importance.len() as u64,
         caches: caches.iter().map(counts).collect(),
     };
     let head = serde_json::to_vec(&head)
@@ -119,6 +124,9 @@ pub(super) fn write<S: Spectrum>(
         }
         for components in film.components() {
             out.put(components.to_bits().map(u64::to_le_bytes).as_flattened())?;
+        }
+        for Importance { xs, saliency } in &film.importance {
+            out.put([*xs, *saliency].map(f32::to_le_bytes).as_flattened())?;
         }
         for cache in caches {
             let known = |cell: &usize| cache.stored(*cell);
@@ -228,6 +236,11 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
     for _ in 0..count {
         components.push(PixelComponents::from_bits(&input.words()?));
     }
+    let mut importance = Vec::with_capacity(head.importance as usize);
+    for _ in 0..head.importance {
+        let [xs, saliency] = [input.take()?, input.take()?].map(f32::from_le_bytes);
+        importance.push(Importance { xs, saliency });
+    }
     let mut caches = Vec::with_capacity(head.caches.len());
     for [cells, count] in &head.caches {
         let mut indices = Vec::with_capacity(*count as usize);
@@ -247,7 +260,7 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
         }
         caches.push(CacheState { cells: *cells as usize, known });
     }
-    let film = FilmState { samples, features, components };
+    let film = FilmState { samples, features, components, importance };
     Ok(Some(CheckpointState { work: head.work, film, caches }))
 }
 

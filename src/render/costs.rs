@@ -60,7 +60,7 @@ pub struct StageSeconds {
     pub director: f64,
     /// Photons, with building their maps.
     pub photons: f64,
-    /// Rays; an upper bound where a director gives rays by variance.
+    /// Rays; an upper bound where a director gives rays by variance or measured error.
     pub march: f64,
 }
 
@@ -106,7 +106,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     };
     let measuring = match settings.director {
         Director::Variance => FIRST_RAYS.min(settings.rays),
-        Director::Fixed | Director::X | Director::S | Director::Xs => 0,
+        Director::Fixed | Director::X | Director::S | Director::Xs | Director::XsPaper => 0,
     };
     let rays = u64::from(settings.rays) + u64::from(measuring);
     work.rays = Window::whole(scene.film.size).pixels() * rays;
@@ -250,7 +250,7 @@ fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
     pilot_bytes: u64,
 ) -> PhotonMemory {
     let [mut fluence, mut lazy] = photons.caches.memory_bytes();
-    if settings.reconstruct {
+    if settings.in_halves() {
         let gathers = photons.caches.own_lazy().map(LazyCells::memory_bytes).sum::<usize>();
         fluence *= 2;
         lazy += gathers as u64;

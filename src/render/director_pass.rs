@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::error_pilot::{ErrorMaps, error_maps};
 use super::pass_settings::PassSettings;
 use super::photon_pass::strategies;
 use super::pilot::director_pilot;
@@ -41,11 +42,13 @@ pub struct DirectorMaps {
     pub pilot_work: Work,
     /// X of scattered light, measured in the pilot; see [`scattering_x_map`].
     pub scattering_x: Vec<f32>,
-    /// The X that enters XS: one of the two above.
+    /// X of measured error; see [`error_x_map`](crate::director::error_x_map).
+    pub error_x: Vec<f32>,
+    /// The X that enters XS: one of the three above.
     pub x: Vec<f32>,
     /// The snapshot seen through the medium that X describes.
     pub false_medium: Option<Image>,
-    /// S, the saliency of that picture.
+    /// S, the saliency of that picture, or where X is measured error of the pilot's.
     pub saliency: Option<Saliency>,
     /// XS, the importance of each pixel.
     pub xs: Vec<f32>,
@@ -83,25 +86,37 @@ pub fn maps(
     extent: Extent,
     stages: &mut Stages,
 ) -> Result<DirectorMaps> {
-    let directing = &settings.directing;
-    let weights = match settings.director {
-        Director::X => [1.0, 0.0],
-        Director::S => [0.0, 1.0],
-        Director::Fixed | Director::Xs | Director::Variance => directing.weights,
-    };
+    let directing = &settings.effective_directing();
+    let weights = directing.weights;
     let all = extent == Extent::All;
     let needs_saliency = all || weights[1] > 0.0;
-    let needs_pilot = all || (weights[0] > 0.0 && directing.x == Importance::Scattering);
+    let needs_x = |x| weights[0] > 0.0 && directing.x == x;
+    let needs_pilot = all || needs_x(Importance::Scattering);
+    let needs_error = needs_x(Importance::Error);
     let size = directing.map_size(scene.film.size);
     let mut maps = DirectorMaps { size, ..DirectorMaps::default() };
-    if needs_saliency || !needs_pilot {
+    if all || (needs_saliency && !needs_error) || needs_x(Importance::Transmittance) {
         maps.make_transmittance(scene, settings, earlier.snapshot, stages);
     }
     if needs_saliency {
         maps.make_saliency(stages);
     }
-    if needs_pilot {
-        maps.make_pilot(scene, settings, earlier.strategies, stages)?;
+    if needs_pilot || needs_error {
+        let own;
+        let assignment = match earlier.strategies {
+            Some(assignment) => assignment,
+            None => {
+                let pass = pass_settings(scene, settings);
+                own = specialised!(Needs::new(scene, settings), strategies(scene, &pass))?;
+                &own
+            }
+        };
+        if needs_pilot {
+            maps.make_pilot(scene, settings, assignment, stages)?;
+        }
+        if needs_error {
+            maps.measure_error(scene, settings, assignment, stages)?;
+        }
     }
     let saliency = maps.saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
     maps.xs = xs_map(&maps.x, saliency, weights, directing.operator);
@@ -121,7 +136,7 @@ impl DirectorMaps {
         earlier: Earlier<'_>,
         stages: &mut Stages,
     ) -> Result<Self> {
-        if !Needs::new(scene, settings).maps {
+        if !Needs::new(scene, settings).maps || settings.measures_error() {
             return Ok(Self::default());
         }
         let mut made = maps(scene, settings, earlier, Extent::Needed, stages)?;
@@ -173,28 +188,52 @@ impl DirectorMaps {
         &mut self,
         scene: &Scene,
         settings: &RenderSettings,
-        of_render: Option<&Assignment>,
+        assignment: &Assignment,
         stages: &mut Stages,
     ) -> Result<()> {
         let start = Instant::now();
         let needs = Needs::new(scene, settings);
-        let own;
-        let assignment = match of_render {
-            Some(assignment) => assignment,
-            None => {
-                let pass = pass_settings(scene, settings);
-                own = specialised!(needs, strategies(scene, &pass))?;
-                &own
-            }
-        };
         let (pilot, work) = specialised!(needs, director_pilot(scene, settings, assignment))?;
-        self.pilot_work = work;
+        self.pilot_work += work;
         let coarse = [pilot.width(), pilot.height()].map(|side| side as u32);
         self.scattering_x = resampled(&scattering_x_map(&pilot), coarse, self.size);
-        if settings.directing.x == Importance::Scattering {
+        if settings.effective_directing().x == Importance::Scattering {
             self.x.clone_from(&self.scattering_x);
         }
         self.pilot = Some(pilot.image());
+        stages.done("pilot", start);
+        Ok(())
+    }
+
+    /// Renders the pilot of measured error and takes its maps: X, and S of its picture.
+    fn measure_error(
+        &mut self,
+        scene: &Scene,
+        settings: &RenderSettings,
+        assignment: &Assignment,
+        stages: &mut Stages,
+    ) -> Result<()> {
+        let start = Instant::now();
+        let needs = Needs::new(scene, settings);
+        let (maps, work) = specialised!(needs, error_maps(scene, settings, assignment))?;
+        let ErrorMaps { pilot, x, saliency, .. } = maps;
+        self.pilot_work += work;
+        let in_size = |map: &[f32]| resampled(map, scene.film.size, self.size);
+        self.error_x = in_size(&x);
+        self.x.clone_from(&self.error_x);
+        if let Some(saliency) = saliency {
+            let [width, height] = self.size.map(|side| side as usize);
+            let of = |map: fn(&Saliency) -> &Vec<f32>| in_size(map(&saliency));
+            self.saliency = Some(Saliency {
+                width,
+                height,
+                intensity: of(|s| &s.intensity),
+                color: of(|s| &s.color),
+                orientation: of(|s| &s.orientation),
+                map: of(|s| &s.map),
+            });
+        }
+        self.pilot = Some(pilot);
         stages.done("pilot", start);
         Ok(())
     }
@@ -207,10 +246,12 @@ impl DirectorMaps {
 
     /// Settings of the photon pass, with the thinned photon maps that the widest gathers need.
     pub(super) fn pass_settings(&self, scene: &Scene, settings: &RenderSettings) -> PassSettings {
-        let directing = &settings.directing;
+        let directing = &settings.effective_directing();
         let level =
             |xs: &f32| if directing.directed.radius { radius_level(directing, *xs) } else { 0 };
-        let levels = self.xs.iter().map(level).max().unwrap_or(0);
+        // Error is measured by photons, so that importance is not known yet.
+        let unknown = settings.measures_error().then_some(0.0);
+        let levels = self.xs.iter().chain(&unknown).map(level).max().unwrap_or(0);
         let whole = pass_settings(scene, settings);
         PassSettings { photons: PhotonSettings { levels, ..whole.photons }, ..whole }
     }
@@ -231,7 +272,7 @@ impl DirectorMaps {
         let saliency = self.saliency.as_ref().map(|saliency| on_film(&saliency.map));
         let budget = |(index, xs): (usize, &f32)| PixelBudget {
             saliency: saliency.as_ref().map_or(1.0, |map| f64::from(map[index])),
-            ..gold.for_importance(*xs, &settings.directing, voxel)
+            ..gold.for_importance(*xs, &settings.effective_directing(), voxel)
         };
         on_film(&self.xs).iter().enumerate().map(budget).collect()
     }

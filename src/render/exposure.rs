@@ -50,6 +50,31 @@ pub struct RenderRegion {
     pub contents: FilmContents,
 }
 
+/// Samples of the pixels of a film, and the work for them.
+#[derive(Debug)]
+pub struct Sampled {
+    /// The samples.
+    pub film: TiledFilm,
+    /// Work done for them, that before a checkpoint included.
+    pub work: Work,
+    /// Why no more were taken.
+    pub ended: Ended,
+    /// Why no checkpoint could be written.
+    pub checkpoint_error: Option<String>,
+}
+
+impl Sampled {
+    /// None yet, of the film of `region`.
+    pub fn none(region: &RenderRegion) -> Self {
+        Self {
+            film: TiledFilm::new(region.window, region.contents),
+            work: Work::default(),
+            ended: Ended::Complete,
+            checkpoint_error: None,
+        }
+    }
+}
+
 /// The result of an exposure.
 #[derive(Debug)]
 pub struct Exposure {
@@ -80,8 +105,65 @@ pub fn expose<S: Spectrum>(
     caches: &[&LazyCells<S>],
     control: &Control<'_>,
 ) -> Exposure {
+    let begun = Sampled::none(&region);
+    let sampled = sample(region, camera, &budget, estimate, begun, caches, control);
+    resolve(&region, &budget, sampled)
+}
+
+/// As [`expose`], from samples that were taken before, and without making a film of them.
+pub fn sample<S: Spectrum>(
+    region: RenderRegion,
+    camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
+    budget: impl Fn(u32, u32) -> PixelBudget + Sync,
+    estimate: impl Fn(&CameraRay<'_>, &mut Workspace<S>) -> Sample + Sync,
+    begun: Sampled,
+    caches: &[&LazyCells<S>],
+    control: &Control<'_>,
+) -> Sampled {
     let exposer = Exposer { region, camera, budget, estimate, control, spectrum: PhantomData };
-    exposer.expose(caches)
+    exposer.sample(begun, caches)
+}
+
+/// Makes the film of `region` of its samples, where `budget` is what the pixel (x, y) might have spent. Pixels without
+/// rays of an exposure that was cut short are filled from their neighbours.
+pub fn resolve(
+    region: &RenderRegion,
+    budget: impl Fn(u32, u32) -> PixelBudget + Sync,
+    sampled: Sampled,
+) -> Exposure {
+    let Sampled { mut film, work, ended, checkpoint_error } = sampled;
+    let is_cut = ended != Ended::Complete;
+    let rays_left = if is_cut { Remaining::count(&mut film, &budget).rays } else { 0 };
+    let known = is_cut.then(|| has_rays(&mut film, &budget));
+    let (mut film, components) = film.resolve(region.size, |x, y, samples: &Accumulator| {
+        let budget = budget(x, y);
+        let PixelBudget { radius, step, saliency, xs, .. } = budget;
+        let pixel = FilmPixel::from(samples);
+        let correction = indirect_correction(samples, &budget, region.numbering([x, y]));
+        // Noise of moments makes rays negative, and cutting each of them off would brighten the pixel.
+        let radiance = (pixel.radiance + correction).not_negative();
+        FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
+    });
+    known.iter().for_each(|known| film.fill(known));
+    Exposure { film, components, work, ended, rays_left, checkpoint_error }
+}
+
+/// Whether each pixel has a ray or needs none, row by row from the top.
+fn has_rays(film: &mut TiledFilm, budget: impl Fn(u32, u32) -> PixelBudget) -> Vec<bool> {
+    let Window { left, top, width, .. } = film.window;
+    let mut known = vec![false; film.window.pixels() as usize];
+    for (x, y, samples) in film.tiles.iter_mut().flat_map(Tile::pixels) {
+        let index = (y - top) as usize * width as usize + (x - left) as usize;
+        known[index] = samples.given() > 0 || budget(x, y).rays == 0;
+    }
+    known
+}
+
+impl RenderRegion {
+    /// How the samples of the pixel (x, y) are numbered.
+    fn numbering(&self, pixel: [u32; 2]) -> Numbering {
+        if self.contents.components { Numbering::halves(pixel) } else { Numbering::Whole }
+    }
 }
 
 /// An exposure's functions of pixels, and who controls it.
@@ -114,11 +196,11 @@ where
     B: Fn(u32, u32) -> PixelBudget + Sync,
     E: Fn(&CameraRay<'_>, &mut Workspace<S>) -> Sample + Sync,
 {
-    /// All passes, and the film that they leave.
-    fn expose(&self, caches: &[&LazyCells<S>]) -> Exposure {
+    /// All passes from samples that were taken before.
+    fn sample(&self, begun: Sampled, caches: &[&LazyCells<S>]) -> Sampled {
         let control = self.control;
-        let mut film = TiledFilm::new(self.region.window, self.region.contents);
-        let mut work = self.restore(&mut film);
+        let Sampled { mut film, mut work, .. } = begun;
+        self.restore(&mut film, &mut work);
         let left = Remaining::count(&mut film, &self.budget);
         let (mut costs, mut timing) = (CostModel::default(), Timing::default());
         control.progress.stage("rays", costs.count(left.rays, left.gathers));
@@ -150,17 +232,16 @@ where
             }
         }
         control.progress.finish();
-        self.resolve(film, work, ended, writer.problem())
+        Sampled { film, work, ended, checkpoint_error: writer.problem() }
     }
 
-    /// Takes the samples of a checkpoint, if there is one, into `film`; the work done for them.
-    fn restore(&self, film: &mut TiledFilm) -> Work {
+    /// Takes the samples of a checkpoint, if there is one, into `film`, and the work done for them into `work`.
+    fn restore(&self, film: &mut TiledFilm, work: &mut Work) {
         let checkpoint = self.control.checkpoints.and_then(Checkpoints::take);
-        let Some(CheckpointState { work, film: state, .. }) = checkpoint else {
-            return Work::default();
-        };
-        film.restore(state);
-        work
+        if let Some(CheckpointState { work: done, film: state, .. }) = checkpoint {
+            film.restore(state);
+            *work = done;
+        }
     }
 
     /// Counts progress anew by what rays have been found to cost.
@@ -212,7 +293,7 @@ where
                 return;
             }
             let cells = of.workspace.ctx.amortized.cells;
-            let (sample, half) = self.sample([x, y], index, &budget, of);
+            let (sample, half) = self.trace([x, y], index, &budget, of);
             let dropped = samples.dropped();
             samples.add(sample);
             if let (Some(mean), Some(seen)) = (features.as_deref_mut(), sample.features) {
@@ -231,7 +312,7 @@ where
     }
 
     /// Traces the camera ray of one sample of the pixel (x, y). Returns its half as well.
-    fn sample(
+    fn trace(
         &self,
         [x, y]: [u32; 2],
         index: u32,
@@ -241,7 +322,7 @@ where
         let RenderRegion { size, seed, stage, rays, .. } = self.region;
         let pixel = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let ctx = &mut of.workspace.ctx;
-        let numbering = self.numbering([x, y]);
+        let numbering = self.region.numbering([x, y]);
         let numbered = numbering.number(index, budget);
         let [u, v, a, b] = begin_sample(ctx, [seed, pixel], stage, &numbered);
         ctx.work.colored_paths += u64::from(S::CHANNELS > 1);
@@ -251,48 +332,6 @@ where
         let pass = numbering.pass(sample_pass(index, rays));
         let camera_ray = CameraRay { ray, budget, indirect_weight, pass, half };
         ((self.estimate)(&camera_ray, &mut of.workspace), half)
-    }
-
-    /// How the samples of the pixel (x, y) are numbered.
-    fn numbering(&self, pixel: [u32; 2]) -> Numbering {
-        if self.region.contents.components { Numbering::halves(pixel) } else { Numbering::Whole }
-    }
-
-    /// Makes the film of its samples. Pixels without rays of an exposure that was cut short are filled
-    /// from their neighbours.
-    fn resolve(
-        &self,
-        mut film: TiledFilm,
-        work: Work,
-        ended: Ended,
-        checkpoint_error: Option<String>,
-    ) -> Exposure {
-        let is_cut = ended != Ended::Complete;
-        let rays_left = if is_cut { Remaining::count(&mut film, &self.budget).rays } else { 0 };
-        let known = is_cut.then(|| self.has_rays(&mut film));
-        let (mut film, components) =
-            film.resolve(self.region.size, |x, y, samples: &Accumulator| {
-                let budget = (self.budget)(x, y);
-                let PixelBudget { radius, step, saliency, xs, .. } = budget;
-                let pixel = FilmPixel::from(samples);
-                let correction = indirect_correction(samples, &budget, self.numbering([x, y]));
-                // Noise of moments makes rays negative, and cutting each of them off would brighten the pixel.
-                let radiance = (pixel.radiance + correction).not_negative();
-                FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
-            });
-        known.iter().for_each(|known| film.fill(known));
-        Exposure { film, components, work, ended, rays_left, checkpoint_error }
-    }
-
-    /// Whether each pixel has a ray or needs none, row by row from the top.
-    fn has_rays(&self, film: &mut TiledFilm) -> Vec<bool> {
-        let Window { left, top, width, .. } = film.window;
-        let mut known = vec![false; film.window.pixels() as usize];
-        for (x, y, samples) in film.tiles.iter_mut().flat_map(Tile::pixels) {
-            let index = (y - top) as usize * width as usize + (x - left) as usize;
-            known[index] = samples.given() > 0 || (self.budget)(x, y).rays == 0;
-        }
-        known
     }
 }
 

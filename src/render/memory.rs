@@ -104,7 +104,7 @@ pub(super) fn memory_with(
     let surfaces = scene.surfaces.memory_bytes() as u64;
     let features = if settings.denoise { FEATURES } else { 0 };
     let film = pixels
-        * if settings.reconstruct {
+        * if settings.in_halves() {
             RECONSTRUCTING.max(FILM + features + size_of::<PixelComponents>() as u64)
         } else {
             FILM + features

@@ -24,6 +24,7 @@ mod control;
 mod cost_model;
 mod costs;
 mod director_pass;
+mod error_pilot;
 mod exposure;
 mod features;
 mod integrator;

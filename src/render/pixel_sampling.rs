@@ -73,9 +73,10 @@ impl Numbering {
         if self == Self::Whole {
             return *budget;
         }
-        let rays = self.count(half, budget.rays);
-        let gathers = if budget.rays <= budget.gathers { rays } else { budget.gathers / 2 };
-        PixelBudget { rays, gathers: gathers.clamp(1, rays.max(1)), ..*budget }
+        let [rays, pilot] = [budget.rays, budget.pilot].map(|rays| self.count(half, rays));
+        let shared = rays.saturating_sub(pilot);
+        let gathers = if budget.gathers_alone() { shared } else { budget.gathers / 2 };
+        PixelBudget { rays, pilot, gathers: gathers.clamp(1, shared.max(1)), ..*budget }
     }
 
     /// How many of the first `samples` belong to `half`.
@@ -150,10 +151,10 @@ pub(super) fn begin_sample(
 /// are evenly spread over those of the pixel.
 pub(super) fn indirect_weight(sample: &NumberedSample) -> f64 {
     let NumberedSample { number: sample, budget, .. } = *sample;
-    if budget.rays <= budget.gathers {
+    if sample < budget.pilot || budget.gathers_alone() {
         1.0
     } else if budget.gathers_within(sample + 1) != budget.gathers_within(sample) {
-        f64::from(budget.rays) / f64::from(budget.gathers)
+        f64::from(budget.shared_rays()) / f64::from(budget.gathers)
     } else {
         0.0
     }
@@ -167,14 +168,17 @@ pub(super) fn indirect_correction(
     numbering: Numbering,
 ) -> Rgb {
     let given = samples.given() as u32;
-    if given == 0 || given >= budget.rays || budget.rays <= budget.gathers {
+    if given == 0 || given >= budget.rays || budget.gathers_alone() {
         return Rgb::ZERO;
     }
     let counted = |half: u32| {
         let (given, part) = (numbering.count(half, given), numbering.budget_of(half, budget));
         match part.gathers_within(given) {
             0 => f64::from(given),
-            groups => groups as f64 * f64::from(part.rays) / f64::from(part.gathers),
+            groups => {
+                let weight = f64::from(part.shared_rays()) / f64::from(part.gathers);
+                f64::from(part.pilot) + groups as f64 * weight
+            }
         }
     };
     samples.indirect() * (f64::from(given) / (counted(0) + counted(1)) - 1.0)
@@ -188,14 +192,16 @@ mod tests {
     #[test]
     fn an_unfinished_pixel_has_as_much_light_as_a_finished_one() {
         let budgets = [(16, 4), (10, 4), (64, 3), (3, 4), (7, 7), (5, 2), (1, 1)];
+        let budgets = pairs(&budgets, &[0, 1, 2, 5]);
         let numberings = [Numbering::Whole, Numbering::halves([0, 0]), Numbering::halves([1, 0])];
-        for ((rays, gathers), numbering) in pairs(&budgets, &numberings) {
-            let budget = PixelBudget { gathers, ..PixelBudget::fixed(rays, 0.0, 0.0) };
+        for (((rays, gathers), pilot), numbering) in pairs(&budgets, &numberings) {
+            let pilot = pilot.min(rays);
+            let budget = PixelBudget { gathers, pilot, ..PixelBudget::fixed(rays, 0.0, 0.0) };
             let mut samples = Accumulator::default();
             for sample in 0..rays {
                 let weight = indirect_weight(&numbering.number(sample, &budget));
                 let indirect = Rgb::splat(2.0 * weight);
-                let is_shared = budget.rays > budget.gathers;
+                let is_shared = !budget.gathers_alone();
                 samples.add(Sample {
                     radiance: Rgb::ONE + indirect,
                     indirect: if is_shared { indirect } else { Rgb::ZERO },

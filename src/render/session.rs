@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use super::control::{Control, Stop};
 use super::director_pass::{DirectorMaps, Earlier};
-use super::exposure::{Exposure, RenderRegion, expose};
+use super::error_pilot::{after_pilot, budgets, measure_importance};
+use super::exposure::{Exposure, RenderRegion, Sampled, expose, resolve, sample};
 use super::features::FeatureTracer;
 use super::integrator::PathTracer;
 use super::photon_pass::{PhotonPass, aim, strategies, strategies_by};
@@ -112,45 +113,67 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
     work += shot;
     stages.done("photons", start);
 
-    // Budgets of pixels.
-    let start = Instant::now();
     let radius = photons.iter().map(|pass| pass.radius).fold(f64::INFINITY, f64::min);
     let gold = PixelBudget::fixed(settings.rays, radius, finest_step(scene, settings));
+    let region = render_region(scene, settings, Stage::March);
+    let exposed = expose_directed(job, &photons, &region, gold, control, &mut stages)?;
+    let rendered = finished::<S>(job, &region, exposed, work, stages, radius);
+    Ok(Rendered { strategy: Some(photons[0].choice.summary()), ..rendered })
+}
+
+/// Exposes the film of `region` by `photons`, with what the director gives each pixel: by its maps, or by what it measures
+/// in the first rays.
+fn expose_directed<S: Spectrum, H: PhotonDirection>(
+    job: &Directed<'_>,
+    photons: &[PhotonPass<S, H>],
+    region: &RenderRegion,
+    gold: PixelBudget,
+    control: &Control<'_>,
+    stages: &mut Stages,
+) -> Result<Exposure> {
+    let Directed { scene, settings, maps, .. } = *job;
     let needs = Needs::new(scene, settings);
     let integrators: Vec<_> = photons.iter().map(|pass| pass.integrator(scene, needs)).collect();
-    let budgets = if settings.director == Director::Variance {
+    // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
+    let caches = lazy_cells(photons, control)?;
+    let tracer = FeatureTracer::new(scene, settings.denoise);
+    let camera = |x, y, lens| scene.camera.ray(x, y, lens);
+    let estimate = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
+        let CameraRay { ray, budget, half, .. } = camera_ray;
+        let half = half.unwrap_or(0) % integrators.len();
+        let sample = integrators[half].radiance(camera_ray, workspace);
+        Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
+    };
+
+    // Budgets of pixels.
+    let mut begun = Sampled::none(region);
+    let gold = if settings.measures_error() { after_pilot(gold, settings) } else { gold };
+    let budgets = if settings.measures_error() {
+        let pilot = |region: RenderRegion, budget: PixelBudget, control: &Control<'_>| {
+            let none = Sampled::none(&region);
+            sample(region, camera, |_, _| budget, estimate, none, &caches, control)
+        };
+        measure_importance(settings, region, pilot, gold, control, &mut begun, stages);
+        budgets(&begun.film.importance, scene, settings, gold)
+    } else if settings.director == Director::Variance {
+        let start = Instant::now();
         let (budgets, measuring) = budgets_by_variance(scene, settings, &integrators[0], gold);
-        work += measuring;
+        begun.work += measuring;
         stages.done("pilot", start);
         budgets
     } else {
         maps.budgets(scene, settings, gold)
     };
 
-    // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
-    let start = Instant::now();
-    let caches = lazy_cells(&photons, control)?;
-
     // Rays.
+    let start = Instant::now();
     let width = scene.film.size[0] as usize;
-    let tracer = FeatureTracer::new(scene, settings.denoise);
-    let region = render_region(scene, settings, Stage::March);
-    let exposed = expose(
-        region,
-        |x, y, lens| scene.camera.ray(x, y, lens),
-        |x, y| budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold),
-        |camera_ray, workspace| {
-            let CameraRay { ray, budget, half, .. } = camera_ray;
-            let sample =
-                integrators[half.unwrap_or(0) % integrators.len()].radiance(camera_ray, workspace);
-            Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
-        },
-        &caches,
-        control,
-    );
+    let budget =
+        |x: u32, y: u32| budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold);
+    let sampled = sample(*region, camera, budget, estimate, begun, &caches, control);
+    let exposed = resolve(region, budget, sampled);
     stages.done("march", start);
-    let rendered = finished::<S>(job, &region, exposed, work, stages, radius);
-    Ok(Rendered { strategy: Some(photons[0].choice.summary()), ..rendered })
+    Ok(exposed)
 }
 
 /// The picture of `region`, reconstructed where its components are known; `work` was done before it was `exposed`.
@@ -163,7 +186,9 @@ fn finished<S: Spectrum>(
     radius: f64,
 ) -> Rendered {
     let is_stopped = exposed.ended == Ended::Stopped;
-    if let Some(components) = exposed.components.take().filter(|_| !is_stopped) {
+    if let Some(components) =
+        exposed.components.take().filter(|_| job.settings.reconstructs() && !is_stopped)
+    {
         let start = Instant::now();
         let step = finest_step(job.scene, job.settings);
         work += reconstruct::<S>(job.scene, region, step, &mut exposed.film, &components);
@@ -195,7 +220,7 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
 ) -> (Vec<PhotonPass<S, H>>, Work) {
     let Directed { scene, settings, maps, strategies } = *job;
     let progress = control.progress;
-    let in_halves = settings.reconstruct;
+    let in_halves = settings.in_halves();
     let settings = maps.pass_settings(scene, settings);
     progress.stage("photons", settings.photons.photons);
     let paths = AtomicU64::new(0);

@@ -77,6 +77,6 @@ pub(super) fn render_region(
         stage,
         rays: settings.rays,
         needs: Needs::new(scene, settings),
-        contents: FilmContents { features: settings.denoise, components: settings.reconstruct },
+        contents: FilmContents { features: settings.denoise, components: settings.in_halves() },
     }
 }

@@ -12,17 +12,20 @@ pub enum Director {
     S,
     /// XS: both, combined as [`Directing`] says.
     Xs,
+    /// XS as Anson et al. 2006 made it for their timings: X from transmittance, equal weights, their sum, rays alone.
+    XsPaper,
     /// No map: each pixel gets the rays that bring its error to a tolerance, by the variance of a pilot's
     /// rays, which are not kept. Cycles and Arnold stop by the samples that they keep, which is biased.
     Variance,
 }
 
 /// Names in scene files and on the command line.
-const DIRECTORS: [(&str, Director); 5] = [
+const DIRECTORS: [(&str, Director); 6] = [
     ("fixed", Director::Fixed),
     ("x", Director::X),
     ("s", Director::S),
     ("xs", Director::Xs),
+    ("xs-paper", Director::XsPaper),
     ("variance", Director::Variance),
 ];
 
@@ -44,12 +47,17 @@ pub enum Importance {
     /// Deviation of the light that is seen, scattered light included, measured in a pilot with few photons.
     #[default]
     Scattering,
+    /// Error that rays leave after reconstruction, measured in the picture's first rays.
+    Error,
 }
 
 impl Importance {
     /// Each by its name.
-    pub const ALL: &[(&str, Self)] =
-        &[("transmittance", Self::Transmittance), ("scattering", Self::Scattering)];
+    pub const ALL: &[(&str, Self)] = &[
+        ("transmittance", Self::Transmittance),
+        ("scattering", Self::Scattering),
+        ("error", Self::Error),
+    ];
 
     /// Its name in scene files and on the command line.
     pub fn name(self) -> &'static str {
@@ -65,11 +73,22 @@ pub enum Operator {
     Sum,
     /// Product of powers: X^w_x S^w_s.
     Product,
+    /// A power of X over the error that passes where S is low: X^w_x / (1 + w_s (1 - S)).
+    Tolerance,
 }
 
 impl Operator {
+    /// Weights of X and S where none are given.
+    pub const fn default_weights(self) -> [f64; 2] {
+        match self {
+            Self::Sum | Self::Product => [0.5, 0.5],
+            Self::Tolerance => [1.0, 0.5],
+        }
+    }
+
     /// Each by its sign.
-    pub const ALL: &[(&str, Self)] = &[("+", Self::Sum), ("*", Self::Product)];
+    pub const ALL: &[(&str, Self)] =
+        &[("+", Self::Sum), ("*", Self::Product), ("tolerance", Self::Tolerance)];
 
     /// Its sign in scene files and on the command line.
     pub fn name(self) -> &'static str {
@@ -146,6 +165,22 @@ pub struct Directing {
 }
 
 impl Directing {
+    /// These settings as `director` takes them.
+    #[must_use]
+    pub fn of(self, director: Director) -> Self {
+        let alone = |weights| Self { weights, operator: Operator::Sum, ..self };
+        match director {
+            Director::X => alone([1.0, 0.0]),
+            Director::S => alone([0.0, 1.0]),
+            Director::XsPaper => Self {
+                x: Importance::Transmittance,
+                directed: Directed { rays: true, radius: false, step: false },
+                ..alone([0.5, 0.5])
+            },
+            Director::Fixed | Director::Xs | Director::Variance => self,
+        }
+    }
+
     /// Width and height of the maps for a film of `size`.
     pub fn map_size(&self, size: [u32; 2]) -> [u32; 2] {
         size.map(|side| ((f64::from(side) * self.resolution).round() as u32).max(1))

@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::directing::{Directing, Director, name_of};
+use super::directing::{Directing, Director, Importance, name_of};
 use crate::image::{View, ViewTransform, Window};
 
 /// Largest width and height of a film, in pixels.
@@ -156,4 +156,29 @@ pub struct RenderSettings {
     pub planning: Planning,
     /// The part of the film that is rendered; `None` for all of it.
     pub crop: Option<Window>,
+}
+
+impl RenderSettings {
+    /// The director's settings as its kind takes them.
+    pub fn effective_directing(&self) -> Directing {
+        self.directing.of(self.director)
+    }
+
+    /// Whether the director measures the error of the picture's first rays.
+    pub fn measures_error(&self) -> bool {
+        let Directing { x, weights, .. } = self.effective_directing();
+        let has_x = matches!(self.director, Director::X | Director::Xs);
+        has_x && x == Importance::Error && weights[0] > 0.0
+    }
+
+    /// Whether rays and photons are in two independent halves.
+    pub fn in_halves(&self) -> bool {
+        self.reconstruct || self.measures_error()
+    }
+
+    /// Whether the finished picture is reconstructed: where it is asked for, and where rays are given by the error that
+    /// is left after it, unless the picture is denoised.
+    pub fn reconstructs(&self) -> bool {
+        self.reconstruct || (self.measures_error() && !self.denoise)
+    }
 }

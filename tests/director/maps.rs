@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use assert_cmd::Command;
 use fogbow::director::{Snapshot, x_map};
-use fogbow::image::{Film, read_exr, read_layers};
+use fogbow::image::{Film, Window, read_exr, read_layers};
 use fogbow::math::{Ray, Rgb, Span, World, luminance};
 use fogbow::medium::{Density, Medium};
 use fogbow::render::{Progress, Silent, render};
 use fogbow::scene::plan::Needs;
 use fogbow::scene::{
-    Directed, Directing, Director, Importance, LoadOptions, RenderSettings, Scene, Strategy,
-    StrategyRequest,
+    Directed, Directing, Director, Importance, LoadOptions, Operator, RenderSettings, Scene,
+    Strategy, StrategyRequest,
 };
 
 use crate::skip;
@@ -213,14 +213,120 @@ fn handing_out_rays_does_not_bias() {
 #[test]
 fn the_same_on_any_number_of_threads() {
     let scene = load(&shipped("smoke.toml"), [40, 40], 8, 20_000);
-    for director in [Director::Xs, Director::Variance] {
-        let settings = RenderSettings { director, ..scene.render };
+    let directed = |director| RenderSettings { director, ..scene.render };
+    for settings in [directed(Director::Xs), directed(Director::Variance), by_error(&scene)] {
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| render(&scene, &settings, &Silent).unwrap().film)
         };
-        assert_eq!(on(1), on(2), "{director:?}");
+        assert_eq!(on(1), on(2), "{settings:?}");
     }
+}
+
+/// Settings that direct rays by measured error, whatever is salient.
+fn by_error(scene: &Scene) -> RenderSettings {
+    let directing = Directing {
+        x: Importance::Error,
+        operator: Operator::Tolerance,
+        weights: [1.0, 0.0],
+        directed: RAYS_ONLY,
+        ..Directing::default()
+    };
+    RenderSettings { director: Director::Xs, directing, ..scene.render }
+}
+
+/// Rays that measured error hands out have less error than as many spread evenly, both reconstructed, against eight times
+/// as many. Seeds are fixed.
+#[test]
+fn rays_by_measured_error_beat_even_ones() {
+    let scene = load(&shipped("balls_b.toml"), [64, 64], 16, 50_000);
+    // No pilot of strategies for each of so many pictures.
+    let strategy = StrategyRequest::Asked(Strategy::FluenceTowardEye);
+    let [mut directed, mut even] = [0.0; 2];
+    for seed in 0..2 {
+        let of = |settings: RenderSettings| {
+            render(&scene, &RenderSettings { strategy, ..settings }, &Silent).unwrap().film
+        };
+        let own = of(RenderSettings { seed, ..by_error(&scene) });
+        let rays = layer(&own, "rays");
+        let mean = rays.iter().sum::<f64>() / rays.len() as f64;
+        assert!(mean < 8.0 && rays.contains(&16.0) && rays.contains(&2.0), "{mean} rays");
+        let truth = of(RenderSettings { rays: 128, seed: seed + 100, ..scene.render });
+        let rays = mean.ceil() as u32;
+        let uniform = of(RenderSettings { rays, reconstruct: true, seed, ..scene.render });
+        directed += error(&own, &truth);
+        even += error(&uniform, &truth);
+    }
+    assert!(directed < 0.9 * even, "{directed} to {even}");
+}
+
+/// Mean over pixels of the squared error of luminance, relative to the squared luminance and half its mean, without the
+/// largest hundredth.
+fn error(film: &Film, truth: &Film) -> f64 {
+    let lights = |film: &Film| {
+        let image = film.image();
+        let light = |p: &[f32; 3]| luminance(Rgb::from(p.map(f64::from)));
+        image.pixels().iter().map(light).collect::<Vec<f64>>()
+    };
+    let [found, right] = [film, truth].map(lights);
+    let half_mean = 0.5 * right.iter().sum::<f64>() / right.len() as f64;
+    let pixels = found.iter().zip(&right);
+    let relative = |(x, t): (&f64, &f64)| (x - t).powi(2) / (t * t + half_mean * half_mean);
+    let mut errors: Vec<f64> = pixels.map(relative).collect();
+    errors.sort_by(f64::total_cmp);
+    let kept = errors.len() * 99 / 100;
+    errors[..kept].iter().sum::<f64>() / kept as f64
+}
+
+/// The importance of a pixel is that of the whole frame, in any crop of it.
+#[test]
+fn crops_have_the_importance_of_the_whole() {
+    let scene = load(&shipped("smoke.toml"), [40, 40], 16, 20_000);
+    let settings = by_error(&scene);
+    let whole = render(&scene, &settings, &Silent).unwrap().film;
+    let window = Window { left: 9, top: 13, width: 20, height: 11 };
+    let crop = RenderSettings { crop: Some(window), ..settings };
+    let part = render(&scene, &crop, &Silent).unwrap().film;
+    for name in ["xs", "rays", "saliency"] {
+        let (all, part) = (layer(&whole, name), layer(&part, name));
+        for (index, found) in part.iter().enumerate() {
+            let (x, y) = (9 + index % 20, 13 + index / 20);
+            assert_eq!(*found, all[y * 40 + x], "{name} at {x}, {y}");
+        }
+    }
+}
+
+/// Saliency lets error pass where nobody looks: it takes rays from pixels, and adds none.
+#[test]
+fn tolerance_spares_rays_where_nothing_is_salient() {
+    let scene = load(&shipped("smoke.toml"), [48, 48], 16, 20_000);
+    let plain = by_error(&scene);
+    let directing = Directing { weights: [1.0, 1.0], ..plain.directing };
+    let tolerant = RenderSettings { directing, ..plain };
+    let [plain, tolerant] = [plain, tolerant].map(|s| render(&scene, &s, &Silent).unwrap().film);
+    let [x, xs, s] = [(&plain, "xs"), (&tolerant, "xs"), (&tolerant, "saliency")]
+        .map(|(film, name)| layer(film, name));
+    for pixel in 0..x.len() {
+        let right = x[pixel] / (2.0 - s[pixel]);
+        assert!((xs[pixel] - right).abs() < 1e-5, "{} for {right}", xs[pixel]);
+    }
+}
+
+#[test]
+fn the_papers_director_is_made_of_its_parts() {
+    let scene = load(&shipped("smoke.toml"), [32, 32], 8, 20_000);
+    let paper = RenderSettings { director: Director::XsPaper, ..scene.render };
+    let directing = Directing {
+        x: Importance::Transmittance,
+        weights: [0.5, 0.5],
+        operator: Operator::Sum,
+        directed: RAYS_ONLY,
+        ..Directing::default()
+    };
+    let parts = RenderSettings { director: Director::Xs, directing, ..scene.render };
+    let [paper, parts] = [paper, parts].map(|s| render(&scene, &s, &Silent).unwrap().film);
+    assert_eq!(paper, parts);
+    assert!(layer(&paper, "rays").iter().any(|rays| *rays < 8.0));
 }
 
 #[test]

@@ -19,12 +19,14 @@ mod antialias;
 mod edges;
 mod levels;
 mod media;
+mod noise;
 mod scale;
 mod surfaces;
 
 use glam::{Vec3A, Vec4};
 
 pub use antialias::{Antialiased, VisibilityRay};
+pub use noise::FilmNoise;
 
 use super::components::{ComponentFilm, PixelComponents};
 use crate::image::Image;

@@ -8,10 +8,11 @@ use crate::scene::reader::Section;
 /// Reads the table `[director]`.
 pub(super) fn read(section: &Section<'_>) -> Result<Directing> {
     section.only(&keys::DIRECTOR)?;
+    let operator = section.word(&keys::OP, Operator::ALL)?;
     Ok(Directing {
         x: section.word(&keys::X, Importance::ALL)?,
-        weights: section.pair(&keys::WEIGHTS)?,
-        operator: section.word(&keys::OP, Operator::ALL)?,
+        weights: section.maybe_pair(&keys::WEIGHTS)?.unwrap_or(operator.default_weights()),
+        operator,
         directed: section.read(&keys::DIRECTS, |v| {
             Directed::parse(v.string("words")?).map_err(|right| v.wrong(&right))
         })?,

@@ -1,6 +1,6 @@
 //! Keys of `[director]`.
 
-use super::Without::Default;
+use super::Without::{Default, Other};
 use super::{Key, Kind, Table};
 use crate::scene::directing::{Importance, MAX_COARSENING, Operator, RESOLUTIONS, names};
 use crate::scene::reader::Range;
@@ -15,15 +15,15 @@ pub(in crate::scene) const X: Key = Key::new(
     Kind::Word(|| names(Importance::ALL)),
     "",
     Default("\"scattering\""),
-    "What the X-map says: how uncertain scattered light is, or the transmittance of Anson et al. 2006.",
+    "What the X-map says: how uncertain scattered light is, the transmittance of Anson et al. 2006, or the error that the picture's first rays leave after reconstruction.",
 )
 .flag("x");
 pub(in crate::scene) const WEIGHTS: Key = Key::new(
     "weights",
     Kind::Pair(Range::NOT_NEGATIVE),
     "",
-    Default("[0.5, 0.5]"),
-    "Weights of X and S in the XS-map.",
+    Other("[0.5, 0.5], with the operator \"tolerance\" [1, 0.5]"),
+    "Weights of X and S in the XS-map; with \"tolerance\" the power of X, and how much more error passes where S is 0.",
 )
 .flag("weights");
 pub(in crate::scene) const OP: Key = Key::new(
@@ -31,7 +31,7 @@ pub(in crate::scene) const OP: Key = Key::new(
     Kind::Word(|| names(Operator::ALL)),
     "",
     Default("\"+\""),
-    "How X and S become one: the weighted sum, or the product of powers.",
+    "How X and S become one: the weighted sum, the product of powers, or X over the error that passes where S is low.",
 )
 .flag("op");
 pub(in crate::scene) const DIRECTS: Key = Key::new(

@@ -78,7 +78,7 @@ impl Needs {
         let scattering = lit && orders > 0 && media().any(scatters);
         let reflects = scene.surfaces.has_specular() || materials().any(receives);
         Self {
-            maps: matches!(settings.director, Director::X | Director::S | Director::Xs),
+            maps: !matches!(settings.director, Director::Fixed | Director::Variance),
             surfaces: !scene.surfaces.is_empty(),
             media: media().any(|m| attenuates(m) || emits(m)),
             scattering,

@@ -166,6 +166,11 @@ impl<'t> Section<'t> {
         self.read(key, |v| v.pair_of(&key.kind))
     }
 
+    /// The two numbers of `key`, if it is there.
+    pub(in crate::scene) fn maybe_pair(&self, key: &Key) -> Result<Option<[f64; 2]>> {
+        self.maybe(key, |v| v.pair_of(&key.kind))
+    }
+
     /// Width and height of `key`.
     pub(in crate::scene) fn size(&self, key: &Key) -> Result<[u32; 2]> {
         self.read(key, |v| v.size_of(&key.kind))

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::pages::PAGES;
 
 /// Units that constants have.
-const UNITS: [&str; 6] = ["none", "count", "m", "rad", "pixels", "bytes"];
+const UNITS: [&str; 7] = ["none", "count", "m", "rad", "cd/m²", "pixels", "bytes"];
 
 /// Where values come from, as the table says it.
 pub(super) const KINDS: [(&str, &str); 5] = [

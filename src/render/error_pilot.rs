@@ -1,0 +1,168 @@
+//! The pilot of directors that measure error: the first rays of each pixel, which the picture keeps.
+
+use std::time::Instant;
+
+use super::checkpoint::Checkpoints;
+use super::control::Control;
+use super::exposure::{RenderRegion, Sampled, sample};
+use super::photon_pass::{PhotonPass, aim};
+use super::progress::Stages;
+use super::rendered::Ended;
+use super::stage_settings::{finest_step, pass_settings, render_region};
+use crate::director::{PixelBudget, Saliency, error_x_map, visible_differences, xs_map};
+use crate::error::Result;
+use crate::film::{ComponentFilm, FilmContents, Importance, PixelComponents, Reconstruction};
+use crate::image::{Image, Window};
+use crate::math::{Spectrum, Stage};
+use crate::photon::PhotonDirection;
+use crate::scene::{Directing, RenderSettings, Scene};
+use crate::strategy::Assignment;
+use crate::work::Work;
+
+/// Rays of a pixel in the pilot: one in each half, between which error is told.
+const PILOT_RAYS: u32 = 2;
+
+/// Maps of a director that measures error, of the size of the film, row by row from the top.
+#[derive(Debug)]
+pub(super) struct ErrorMaps {
+    /// The pilot's picture, reconstructed.
+    pub pilot: Image,
+    /// Rays that the error asks for over those of the gold standard, 0 to 1.
+    pub x: Vec<f32>,
+    /// Saliency of the pilot's picture, where it has a weight.
+    pub saliency: Option<Saliency>,
+    /// Importance of each pixel.
+    pub xs: Vec<f32>,
+}
+
+impl ErrorMaps {
+    /// Those of a picture of which the pilot has these `components`.
+    pub(super) fn new(components: &ComponentFilm, settings: &RenderSettings) -> Self {
+        let reconstruction = Reconstruction::new(components);
+        let [width, height] = components.size();
+        let radiance = |pixel: &PixelComponents| {
+            let [a, b] = &pixel.halves;
+            ((a.radiance + b.radiance) / pixel.rays().max(1.0)).to_array()
+        };
+        let rendered = components.pixels.iter().map(radiance).collect();
+        let pilot = reconstruction.image(&Image::new(width, height, rendered), &[]);
+        let noise = reconstruction.noise();
+        let noise = [&noise.reconstructed[..], &noise.rendered];
+        let visible = visible_differences(&pilot, noise[0]);
+        let x = error_x_map(width, noise, &visible, [pilot_rays(settings), settings.rays]);
+        let Directing { weights, operator, .. } = settings.effective_directing();
+        let saliency = (weights[1] > 0.0).then(|| Saliency::from_image(&pilot));
+        let s = saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
+        let xs = xs_map(&x, s, weights, operator);
+        Self { pilot, x, saliency, xs }
+    }
+
+    /// Importance of each pixel.
+    fn importance(&self) -> Vec<Importance> {
+        let saliency = |pixel| self.saliency.as_ref().map_or(1.0, |s: &Saliency| s.map[pixel]);
+        let pixels = self.xs.iter().enumerate();
+        pixels.map(|(pixel, &xs)| Importance { xs, saliency: saliency(pixel) }).collect()
+    }
+}
+
+/// The maps of `scene`, of a pilot that is rendered for them alone, by the strategies of `assignment`. Returns its work as
+/// well.
+///
+/// # Errors
+/// Where an emitter cannot be sampled.
+pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    assignment: &Assignment,
+) -> Result<(ErrorMaps, Work)> {
+    let pass = pass_settings(scene, settings);
+    let aimed = aim::<S, H>(scene, &pass)?;
+    let (photons, mut work) =
+        PhotonPass::<S, H>::shoot(scene, &pass, assignment, aimed, true, &|_| ());
+    let integrators: Vec<_> =
+        photons.iter().map(|half| half.integrator(scene, pass.photons.needs)).collect();
+    let radius = photons.iter().map(|half| half.radius).fold(f64::INFINITY, f64::min);
+    let gold = PixelBudget::fixed(settings.rays, radius, finest_step(scene, settings));
+    let region = RenderRegion {
+        window: Window::whole(scene.film.size),
+        contents: FilmContents { features: false, components: true },
+        ..render_region(scene, settings, Stage::March)
+    };
+    let sampled = sample(
+        region,
+        |x, y, lens| scene.camera.ray(x, y, lens),
+        |_, _| gold.of_pilot(pilot_rays(settings)),
+        |camera_ray, workspace| {
+            let half = camera_ray.half.unwrap_or(0) % integrators.len();
+            integrators[half].radiance(camera_ray, workspace)
+        },
+        Sampled::none(&region),
+        &[],
+        &Control::silent(),
+    );
+    work += sampled.work;
+    Ok((ErrorMaps::new(&sampled.film.component_film(), settings), work))
+}
+
+/// Importance of each pixel of the film of `region`, measured in the pilot, of which `sample` takes the samples. `begun`
+/// gets those where `region` is the whole film; elsewhere its pixels are sampled again, so that all crops of a film have
+/// the same importance. Nothing is measured where a checkpoint knows it, nor where the pilot is cut short.
+pub(super) fn measure_importance(
+    settings: &RenderSettings,
+    region: &RenderRegion,
+    sample: impl Fn(RenderRegion, PixelBudget, &Control<'_>) -> Sampled,
+    gold: PixelBudget,
+    control: &Control<'_>,
+    begun: &mut Sampled,
+    stages: &mut Stages,
+) {
+    begun.film.importance = control.checkpoints.map_or_else(Vec::new, Checkpoints::importance);
+    if !begun.film.importance.is_empty() {
+        return;
+    }
+    let start = Instant::now();
+    let window = Window::whole(region.size);
+    let is_whole = window == region.window;
+    let control = if is_whole { *control } else { Control { checkpoints: None, ..*control } };
+    let budget = gold.of_pilot(pilot_rays(settings));
+    let sampled = sample(RenderRegion { window, ..*region }, budget, &control);
+    stages.done("pilot", start);
+    let start = Instant::now();
+    let components = sampled.film.component_film();
+    let is_complete = sampled.ended == Ended::Complete;
+    if is_whole {
+        *begun = sampled;
+    } else {
+        begun.work += sampled.work;
+    }
+    if is_complete {
+        begun.film.importance = ErrorMaps::new(&components, settings).importance();
+        begun.work.map_pixels += begun.film.importance.len() as u64;
+    }
+    stages.done("director", start);
+}
+
+/// The budget of each pixel of this `importance`, where `gold` is the gold standard's, [with a pilot](after_pilot).
+pub(super) fn budgets(
+    importance: &[Importance],
+    scene: &Scene,
+    settings: &RenderSettings,
+    gold: PixelBudget,
+) -> Vec<PixelBudget> {
+    let (directing, voxel) = (settings.effective_directing(), scene.media.detail());
+    let budget = |Importance { xs, saliency }: &Importance| PixelBudget {
+        saliency: f64::from(*saliency),
+        ..gold.for_importance(*xs, &directing, voxel)
+    };
+    importance.iter().map(budget).collect()
+}
+
+/// The budget of gold in a picture of which the first rays of each pixel are a pilot's.
+pub(super) fn after_pilot(gold: PixelBudget, settings: &RenderSettings) -> PixelBudget {
+    PixelBudget { pilot: pilot_rays(settings), ..gold }
+}
+
+/// Rays of a pixel in the pilot of a picture under `settings`.
+fn pilot_rays(settings: &RenderSettings) -> u32 {
+    PILOT_RAYS.min(settings.rays)
+}
