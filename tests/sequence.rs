@@ -10,7 +10,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use fogbow::image::{read_exr, read_layers};
-use fogbow::math::{Rgb, Stage, Stream, luminance};
+use fogbow::math::{Stage, Stream};
 use fogbow::render::{Silent, render};
 use fogbow::scene::{LoadOptions, RenderSettings, Sequence};
 use fogbow::vdb;
@@ -450,8 +450,7 @@ fn flicker_of_seeds() {
             .map(|(t, scene)| {
                 let settings = RenderSettings { rays, photons, seed: seed(t), ..scene.render };
                 let film = render(scene, &settings, &Silent).unwrap().film;
-                let light = |p: &[f32; 3]| luminance(Rgb::from(p.map(f64::from)));
-                film.image().pixels().iter().map(light).collect()
+                film.image().luminances().collect()
             })
             .collect();
         let bend = |a: &[f64], b: &[f64], c: &[f64]| -> f64 {

@@ -68,10 +68,10 @@ impl PixelBudget {
         budget
     }
 
-    /// The budget of pixels of which nothing is known yet, where `self` is the gold standard's: `rays` that all gather.
+    /// The part of it that the pilot spends.
     #[must_use]
-    pub const fn of_pilot(self, rays: u32) -> Self {
-        Self { rays, pilot: rays, ..self }
+    pub const fn of_pilot(self) -> Self {
+        Self { rays: self.pilot, ..self }
     }
 
     /// Rays after the pilot's, some of which gather for others.

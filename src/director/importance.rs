@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::map::averages;
 use super::snapshot::{Snapshot, middle};
 use crate::image::{Film, Image, srgb_encode};
 use crate::math::{Ray, Rgb, Span, World, luminance, nth_smallest};
@@ -63,8 +64,7 @@ pub fn x_map(scene: &Scene, snapshot: &Snapshot, needs: Needs) -> (Vec<f32>, Wor
 /// The false medium: the snapshot seen through `x` with the inverted `x` over it, 1 being the
 /// snapshot's white (Anson et al. 2006, section 3.2).
 pub fn false_medium(snapshot: &Image, x: &[f32]) -> Image {
-    let light = |pixel: &[f32; 3]| luminance(Rgb::from(pixel.map(f64::from)));
-    let white = self::white(snapshot.pixels().iter().map(light)).map_or(1.0, |w| w as f32);
+    let white = self::white(snapshot.luminances()).map_or(1.0, |w| w as f32);
     let over = |(pixel, x): (&[f32; 3], &f32)| pixel.map(|v| v / white * x + (1.0 - x));
     let pixels = snapshot.pixels().iter().zip(x).map(over).collect();
     Image::new(snapshot.width(), snapshot.height(), pixels)
@@ -77,10 +77,7 @@ pub fn false_medium(snapshot: &Image, x: &[f32]) -> Image {
 /// Rays in proportion to it minimise the sum of squared errors for their number (Neyman 1934,
 /// "On the Two Different Aspects of the Representative Method", optimum allocation).
 pub fn scattering_x_map(pilot: &Film) -> Vec<f32> {
-    let (width, height) = (pilot.width(), pilot.height());
-    let image = pilot.image();
-    let light = |pixel: &[f32; 3]| luminance(Rgb::from(pixel.map(f64::from)));
-    let lights: Vec<f64> = image.pixels().iter().map(light).collect();
+    let lights: Vec<f64> = pilot.image().luminances().collect();
     let layer = |name: &str| pilot.layer(name).unwrap_or_default().iter().map(|v| f64::from(*v));
     let Some(white) = self::white(lights.iter().copied()) else {
         return vec![0.0; lights.len()];
@@ -95,14 +92,7 @@ pub fn scattering_x_map(pilot: &Film) -> Vec<f32> {
             0.5 * (shown(light + deviation) - shown(light - deviation))
         })
         .collect();
-    let around = |x: usize, side: usize| x.saturating_sub(1)..(x + 2).min(side);
-    let smooth = |x: usize, y: usize| {
-        let rows = around(y, height).flat_map(|row| &deviations[row * width..][around(x, width)]);
-        let (sum, count) = rows.fold((0.0, 0.0), |(sum, count), d| (sum + d, count + 1.0));
-        sum / count
-    };
-    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let map: Vec<f64> = places.map(|(x, y)| smooth(x, y)).collect();
+    let map = averages([pilot.width(), pilot.height()], &deviations, 1);
     let full = quantile(map.iter().copied(), FULL);
     let importance = |(deviation, light): (&f64, &f64)| {
         let least = if *light > 0.0 { MIN_LIT } else { 0.0 };
@@ -112,8 +102,8 @@ pub fn scattering_x_map(pilot: &Film) -> Vec<f32> {
 }
 
 /// The XS-map, 0 to 1: w_x X + w_s S, or X^w_x S^w_s (Anson et al. 2006, section 3.3, whose own
-/// weights are (0.5, 0.5) with the sum), or X^w_x / (1 + w_s (1 - S)), where S is what error it lets pass. The two maps have one value a pixel each, 0 to 1; a map
-/// whose weight is 0 is not read and may be empty.
+/// weights are (0.5, 0.5) with the sum), or X^w_x / (1 + w_s (1 - S)): where S is 0 as much more error passes. The two
+/// maps have one value a pixel each, 0 to 1; a map whose weight is 0 is not read and may be empty.
 pub fn xs_map(x: &[f32], s: &[f32], weights: [f64; 2], operator: Operator) -> Vec<f32> {
     let value = |map: &[f32], weight: f64, index: usize| {
         if weight == 0.0 { None } else { map.get(index).map(|v| f64::from(v.clamp(0.0, 1.0))) }

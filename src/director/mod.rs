@@ -8,7 +8,7 @@
 mod budget;
 mod cached_snapshot;
 mod importance;
-mod resample;
+mod map;
 mod saliency;
 mod snapshot;
 mod tolerance;
@@ -17,7 +17,7 @@ mod variance;
 pub use budget::{PixelBudget, radius_level};
 pub use cached_snapshot::CachedSnapshot;
 pub use importance::{false_medium, scattering_x_map, x_map, xs_map};
-pub use resample::resampled;
+pub use map::resampled;
 pub use saliency::Saliency;
 pub use snapshot::Snapshot;
 pub use tolerance::{error_x_map, visible_differences};

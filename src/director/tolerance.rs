@@ -10,8 +10,9 @@ use std::f64::consts::LN_10;
 use rayon::prelude::*;
 
 use super::importance::white;
+use super::map::{averages, within};
 use crate::image::Image;
-use crate::math::{Rgb, luminance, nth_smallest};
+use crate::math::nth_smallest;
 
 /// Luminance of the display's white, and what its black reflects.
 ///
@@ -20,7 +21,7 @@ const DISPLAY: [f64; 2] = [80.0, 0.2];
 
 /// Power by which the threshold of a contrast rises with that of what masks it.
 ///
-/// Unit: none. Source: Legge and Foley 1980, "Contrast Masking in Human Vision": .62, over gratings of all frequencies.
+/// Unit: none. Source: Legge and Foley 1980, "Contrast Masking in Human Vision".
 const MASKING_POWER: f64 = 0.62;
 
 /// Pixels on each side over which the contrast is least that masks: an edge has a side that masks nothing.
@@ -36,8 +37,7 @@ const HALVINGS: u32 = 24;
 /// The least visible difference of the luminance of each pixel of `picture`, W/(m² sr), of which noise has
 /// these variances.
 pub fn visible_differences(picture: &Image, noise: &[f32]) -> Vec<f32> {
-    let lights: Vec<f64> =
-        picture.pixels().iter().map(|p| luminance(Rgb::from(p.map(f64::from)))).collect();
+    let lights: Vec<f64> = picture.luminances().collect();
     let Some(white) = white(lights.iter().copied()) else { return vec![0.0; lights.len()] };
     let size = [picture.width(), picture.height()];
     let contrasts = contrasts(size, &lights, noise);
@@ -69,16 +69,6 @@ fn contrasts(size: [usize; 2], lights: &[f64], noise: &[f32]) -> Vec<f64> {
         if variance > 0.0 && mean > 0.0 { variance.sqrt() / mean } else { 0.0 }
     };
     (0..lights.len()).into_par_iter().map(contrast).collect()
-}
-
-/// The pixels at most `reach` columns and rows from one of a picture, itself among them.
-fn within([width, height]: [usize; 2], pixel: usize, reach: usize) -> impl Iterator<Item = usize> {
-    let (x, y) = (pixel % width, pixel / width);
-    let rows = y.saturating_sub(reach)..height.min(y + reach + 1);
-    rows.flat_map(move |row| {
-        let columns = x.saturating_sub(reach)..width.min(x + reach + 1);
-        columns.map(move |column| row * width + column)
-    })
 }
 
 /// Logarithms of luminance at which one part of the threshold's curve ends and the next begins.
@@ -149,7 +139,8 @@ pub fn error_x_map(
     [rays, gold]: [u32; 2],
 ) -> Vec<f32> {
     let size = [width, visible.len() / width];
-    let [reconstructed, rendered] = noise.map(|noise| averages(size, &in_visible(noise, visible)));
+    let [reconstructed, rendered] =
+        noise.map(|noise| averages(size, &in_visible(noise, visible), VARIANCE_RADIUS));
     // Where lights are seen in mirrors a few pixels hold most of the noise, also gold's.
     let kept = rendered.len() - rendered.len() / PIXELS_PER_OUTLIER;
     let most = kept.checked_sub(1).and_then(|rank| nth_smallest(rendered.clone(), rank));
@@ -193,16 +184,6 @@ fn in_visible(variances: &[f32], visible: &[f32]) -> Vec<f64> {
         if relative.is_finite() { relative } else { 0.0 }
     };
     variances.iter().zip(visible).map(relative).collect()
-}
-
-/// Averages over the pixels around each.
-fn averages(size: [usize; 2], values: &[f64]) -> Vec<f64> {
-    let average = |pixel: usize| {
-        let near = within(size, pixel, VARIANCE_RADIUS).map(|near| values[near]);
-        let (sum, count) = near.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
-        sum / count
-    };
-    (0..values.len()).into_par_iter().map(average).collect()
 }
 
 #[cfg(test)]

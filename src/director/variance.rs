@@ -1,8 +1,9 @@
 //! Rays by the variance of pixels, as a pilot measured it.
 
 use super::budget::PixelBudget;
+use super::map::within;
 use crate::image::Film;
-use crate::math::{Rgb, luminance};
+
 use crate::scene::Directing;
 
 /// Pixels from a pixel to the edge of the square over which variance and mean of the pilot are averaged: by
@@ -10,7 +11,7 @@ use crate::scene::Directing;
 ///
 /// Unit: pixels. Derivation: nine pixels of four rays have 27 degrees of freedom, which tell the variance of
 /// normal samples to its quarter.
-const REACH: u32 = 1;
+const REACH: usize = 1;
 
 /// The budget of each pixel of the `pilot`'s window, row by row from the top: as many rays as make the
 /// standard error of the mean luminance the tolerance of `directing` times that mean, at least the floor and at most as
@@ -27,21 +28,15 @@ pub fn variance_budgets(
     gold: PixelBudget,
     directing: &Directing,
 ) -> Vec<PixelBudget> {
-    let (width, height) = (pilot.width() as u32, pilot.height() as u32);
-    let image = pilot.image();
-    let means: Vec<f64> =
-        image.pixels().iter().map(|p| luminance(Rgb::from(p.map(f64::from)))).collect();
+    let size = [pilot.width(), pilot.height()];
+    let means: Vec<f64> = pilot.image().luminances().collect();
     let variances = pilot.layer("variance").unwrap_or_default();
     let floor = directing.floor.min(gold.rays);
-    let budget = |index: u32| {
-        let (x, y) = (index % width, index / width);
-        let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width);
-        let rows = y.saturating_sub(REACH)..(y + REACH + 1).min(height);
-        let near = rows.flat_map(|row| columns.clone().map(move |column| row * width + column));
+    let budget = |pixel: usize| {
         let (mut mean, mut variance, mut count) = (0.0, 0.0, 0.0);
-        for near in near {
-            mean += means[near as usize];
-            variance += f64::from(variances[near as usize]);
+        for near in within(size, pixel, REACH) {
+            mean += means[near];
+            variance += f64::from(variances[near]);
             count += 1.0;
         }
         let (mean, of_ray) = (mean / count, f64::from(rays) * variance / count);
@@ -51,13 +46,14 @@ pub fn variance_budgets(
         // The variance is that of rays that all gather.
         PixelBudget { rays: needed, gathers: needed, ..gold }
     };
-    (0..width * height).map(budget).collect()
+    (0..means.len()).map(budget).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::image::FilmPixel;
+    use crate::math::Rgb;
 
     const GOLD: PixelBudget = PixelBudget::fixed(64, 0.1, 0.02);
 

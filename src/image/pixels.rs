@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec2;
 
 use crate::error::{Error, Result};
-use crate::math::Rgb;
+use crate::math::{Rgb, luminance};
 
 /// The most pixels that a picture may have: 2^27, as many as a 16384 x 8192 environment map. A file
 /// that claims more is refused before memory is taken for it.
@@ -43,6 +43,11 @@ impl Image {
     /// All pixels, row by row from the top.
     pub fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
+    }
+
+    /// The luminance of each pixel, row by row from the top.
+    pub fn luminances(&self) -> impl Iterator<Item = f64> + '_ {
+        self.pixels.iter().map(|pixel| luminance(Rgb::from(pixel.map(f64::from))))
     }
 
     /// Red, green and blue by themselves, row by row from the top.

@@ -81,8 +81,9 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
         PhotonPass::<S, H>::shoot(scene, &pass, assignment, aimed, true, &|_| ());
     let integrators: Vec<_> =
         photons.iter().map(|half| half.integrator(scene, pass.photons.needs)).collect();
-    let radius = photons.iter().map(|half| half.radius).fold(f64::INFINITY, f64::min);
+    let radius = PhotonPass::finest_radius(&photons);
     let gold = PixelBudget::fixed(settings.rays, radius, finest_step(scene, settings));
+    let budget = after_pilot(gold, settings).of_pilot();
     let region = RenderRegion {
         window: Window::whole(scene.film.size),
         contents: FilmContents { features: false, components: true },
@@ -91,7 +92,7 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
     let sampled = sample(
         region,
         |x, y, lens| scene.camera.ray(x, y, lens),
-        |_, _| gold.of_pilot(pilot_rays(settings)),
+        |_, _| budget,
         |camera_ray, workspace| {
             let half = camera_ray.half.unwrap_or(0) % integrators.len();
             integrators[half].radiance(camera_ray, workspace)
@@ -106,7 +107,7 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
 
 /// Importance of each pixel of the film of `region`, measured in the pilot, of which `sample` takes the samples. `begun`
 /// gets those where `region` is the whole film; elsewhere its pixels are sampled again, so that all crops of a film have
-/// the same importance. Nothing is measured where a checkpoint knows it, nor where the pilot is cut short.
+/// the same importance. `gold` is the gold standard's budget, [with a pilot](after_pilot). Nothing is measured where a checkpoint knows it, nor where the pilot is cut short.
 pub(super) fn measure_importance(
     settings: &RenderSettings,
     region: &RenderRegion,
@@ -124,8 +125,7 @@ pub(super) fn measure_importance(
     let window = Window::whole(region.size);
     let is_whole = window == region.window;
     let control = if is_whole { *control } else { Control { checkpoints: None, ..*control } };
-    let budget = gold.of_pilot(pilot_rays(settings));
-    let sampled = sample(RenderRegion { window, ..*region }, budget, &control);
+    let sampled = sample(RenderRegion { window, ..*region }, gold.of_pilot(), &control);
     stages.done("pilot", start);
     let start = Instant::now();
     let components = sampled.film.component_film();

@@ -46,6 +46,11 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         Self { maps: PhotonMaps::empty(radius), caches: Caches::default(), choice, radius }
     }
 
+    /// The smallest gather radius of full quality of `passes`, in metres.
+    pub(super) fn finest_radius(passes: &[Self]) -> f64 {
+        passes.iter().map(|pass| pass.radius).fold(f64::INFINITY, f64::min)
+    }
+
     /// The integrator of `scene` by what this holds, as far as `needs` say that it is needed.
     pub(super) fn integrator<'a>(&'a self, scene: &'a Scene, needs: Needs) -> Integrator<'a, S, H> {
         Integrator::new(scene, &self.maps, &self.caches, &self.choice, needs)

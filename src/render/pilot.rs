@@ -12,7 +12,7 @@ use crate::director::PixelBudget;
 use crate::error::Result;
 use crate::film::FilmContents;
 use crate::image::{Film, Window, meter};
-use crate::math::{Rgb, Spectrum, Stage, luminance};
+use crate::math::{Spectrum, Stage};
 use crate::photon::{PhotonDirection, PhotonSettings};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
@@ -120,8 +120,7 @@ pub(super) fn director_pilot<S: Spectrum, H: PhotonDirection>(
 pub fn exposure(scene: &Scene) -> Result<f64> {
     let film = metered_pilot(scene)?;
     let image = film.image();
-    let luminances: Vec<f32> =
-        image.pixels().iter().map(|p| luminance(Rgb::from(p.map(f64::from))) as f32).collect();
+    let luminances: Vec<f32> = image.luminances().map(|luminance| luminance as f32).collect();
     let transmittance = film.layer("transmittance").unwrap_or_default();
     let alpha: Vec<f32> = transmittance.iter().map(|t| 1.0 - t).collect();
     let glows = scene.media.iter().any(|medium| medium.emission.is_some());

@@ -113,7 +113,7 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
     work += shot;
     stages.done("photons", start);
 
-    let radius = photons.iter().map(|pass| pass.radius).fold(f64::INFINITY, f64::min);
+    let radius = PhotonPass::finest_radius(&photons);
     let gold = PixelBudget::fixed(settings.rays, radius, finest_step(scene, settings));
     let region = render_region(scene, settings, Stage::March);
     let exposed = expose_directed(job, &photons, &region, gold, control, &mut stages)?;

@@ -15,6 +15,8 @@ use fogbow::scene::{
     Strategy, StrategyRequest,
 };
 
+use fogbow::study::metric::{default_epsilon, relative_map};
+
 use crate::skip;
 
 const RAYS_ONLY: Directed = Directed { rays: true, radius: false, step: false };
@@ -260,22 +262,11 @@ fn rays_by_measured_error_beat_even_ones() {
     assert!(directed < 0.9 * even, "{directed} to {even}");
 }
 
-/// Mean over pixels of the squared error of luminance, relative to the squared luminance and half its mean, without the
-/// largest hundredth.
+/// Mean of the relative squared errors of pixels without the largest hundredth.
 fn error(film: &Film, truth: &Film) -> f64 {
-    let lights = |film: &Film| {
-        let image = film.image();
-        let light = |p: &[f32; 3]| luminance(Rgb::from(p.map(f64::from)));
-        image.pixels().iter().map(light).collect::<Vec<f64>>()
-    };
-    let [found, right] = [film, truth].map(lights);
-    let half_mean = 0.5 * right.iter().sum::<f64>() / right.len() as f64;
-    let pixels = found.iter().zip(&right);
-    let relative = |(x, t): (&f64, &f64)| (x - t).powi(2) / (t * t + half_mean * half_mean);
-    let mut errors: Vec<f64> = pixels.map(relative).collect();
-    errors.sort_by(f64::total_cmp);
-    let kept = errors.len() * 99 / 100;
-    errors[..kept].iter().sum::<f64>() / kept as f64
+    let [film, truth] = [film, truth].map(Film::image);
+    let epsilon = default_epsilon(&truth).unwrap();
+    relative_map(&truth, &film, epsilon).trimmed_mean(0.01)
 }
 
 /// The importance of a pixel is that of the whole frame, in any crop of it.
