@@ -1,6 +1,7 @@
 //! The budget of a pixel: camera rays, gathers, gather radius and march step.
 
 use crate::scene::Directing;
+use crate::strategy::places_at;
 
 /// What rendering a pixel may spend. It is fixed before the pixel's first sample, so that sampling stays
 /// unbiased.
@@ -14,6 +15,8 @@ pub struct PixelBudget {
     pub gathers: u32,
     /// Gather radius of volume photons, in metres.
     pub radius: f64,
+    /// Places along a ray at which caches are looked up.
+    pub places: u32,
     /// March step, in metres; grids are integrated exactly where it is at most a voxel.
     pub step: f64,
     /// Value of the S-map, 0 to 1; 1 where nothing is directed.
@@ -37,7 +40,8 @@ impl PixelBudget {
     /// The budget that every pixel of the gold standard has: `radius` and `step` in metres are its finest.
     pub const fn fixed(rays: u32, radius: f64, step: f64) -> Self {
         let (saliency, xs) = (1.0, 1.0);
-        Self { rays, pilot: 0, gathers: GATHERS, radius, step, saliency, xs }
+        let places = places_at(0);
+        Self { rays, pilot: 0, gathers: GATHERS, radius, places, step, saliency, xs }
     }
 
     /// The budget of a pixel of the importance `xs`, 0 to 1, where `self` is the gold standard's. Rays
@@ -54,7 +58,9 @@ impl PixelBudget {
             budget.gathers = (self.gathers * budget.shared_rays()).div_ceil(self.rays).max(1);
         }
         if directing.directed.radius {
-            budget.radius *= f64::from(1_u32 << radius_level(directing, xs));
+            let level = radius_level(directing, xs);
+            budget.radius *= f64::from(1_u32 << level);
+            budget.places = places_at(level);
         }
         if let Some(voxel) = voxel.filter(|_| directing.directed.step) {
             let coarsest = (directing.coarsest_step * voxel).max(self.step);
@@ -116,6 +122,8 @@ mod tests {
         let least = GOLD.for_importance(0.0, &directing, Some(0.02));
         assert_eq!((least.rays, least.radius), (directing.floor, 0.1 * directing.coarsest_radius));
         assert!((least.step - 0.02 * directing.coarsest_step).abs() < 1e-12);
+        assert_eq!(least.places, places_at(radius_level(&directing, 0.0)));
+        assert!(least.places < GOLD.places);
     }
 
     #[test]

@@ -138,8 +138,9 @@ const GATHER_EXPONENT: f64 = -1.0 / 3.0;
 const TENT_WIDTH: f64 = 1.5;
 
 /// Number of places along a ray at which caches of this level are sampled: fewer where cells are wider.
-pub fn places_at(level: usize) -> u32 {
-    (PLACES >> level).max(MIN_PLACES)
+pub const fn places_at(level: u32) -> u32 {
+    let places = PLACES >> level;
+    if places < MIN_PLACES { MIN_PLACES } else { places }
 }
 
 /// Width of the cells, in metres, that suits a medium of `scene` in which all flights together are

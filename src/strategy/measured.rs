@@ -206,19 +206,21 @@ fn covariance(
 /// Weights of the pixels' squared errors: one over the squared radiance plus that of an epsilon, as in the
 /// relative error of studies. `assignments` are the samples by each, of all pixels or of the first. A
 /// pixel's radiance is the median of what they show: one that sparks does not make its own error small.
-pub fn weights(assignments: &[&[PixelSamples]]) -> Vec<f64> {
-    let pixels = assignments.iter().map(|samples| samples.len()).max().unwrap_or(0);
+///
+/// Each pixel stands for its part of the picture by `shares`, of mean 1.
+pub fn weights(assignments: &[&[PixelSamples]], shares: &[f64]) -> Vec<f64> {
     let radiance = |pixel: usize| {
         let all = assignments.iter().filter_map(|samples| samples.get(pixel));
         quantile(all.map(PixelSamples::luminance).collect(), 0.5).unwrap_or(0.0)
     };
-    let radiances: Vec<f64> = (0..pixels).map(radiance).collect();
-    let epsilon = EPSILON * radiances.iter().sum::<f64>() / pixels.max(1) as f64;
-    let weight = |radiance: f64| {
+    let radiances: Vec<f64> = (0..shares.len()).map(radiance).collect();
+    let shared = radiances.iter().zip(shares).map(|(radiance, share)| radiance * share);
+    let epsilon = EPSILON * shared.sum::<f64>() / shares.len().max(1) as f64;
+    let weight = |(radiance, share): (f64, &f64)| {
         let squared = radiance.powi(2) + epsilon.powi(2);
-        if squared > 0.0 { 1.0 / squared } else { 0.0 }
+        if squared > 0.0 { share / squared } else { 0.0 }
     };
-    radiances.into_iter().map(weight).collect()
+    radiances.into_iter().zip(shares).map(weight).collect()
 }
 
 /// The picture that is to be rendered.
@@ -342,11 +344,11 @@ mod tests {
         };
         // The last one was given up after two pixels.
         let (a, b, c) = (of(&[1.0, 2.0, 3.0]), of(&[1.0, 2.0, 3.0]), of(&[40.0, 2.0]));
-        let found = weights(&[&a, &b, &c]);
+        let found = weights(&[&a, &b, &c], &[1.0; 3]);
         for (weight, radiance) in found.iter().zip([1.0_f64, 2.0, 3.0]) {
             let right = 1.0 / (radiance.powi(2) + 1.0);
             assert!((weight - right).abs() < 1e-12, "{weight} for {right}");
         }
-        assert_eq!(weights(&[&of(&[0.0; 4])]), [0.0; 4]);
+        assert_eq!(weights(&[&of(&[0.0; 4])], &[1.0; 4]), [0.0; 4]);
     }
 }

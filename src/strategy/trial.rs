@@ -38,18 +38,13 @@ impl Observed<'_> {
     }
 }
 
-/// The trials of all that were observed.
+/// The trials of all that were observed, for pixels of these `weights`.
 ///
-/// The variance of stratified rays falls as a power of their number (Mitchell 1996, "Consequences of Stratified
-/// Sampling in Graphics"). Each assignment has an exponent of its own, which its blocks of rays tell. As far as they may
-/// tell it by chance, rays count as independent.
+/// Each assignment has a stratification of its own, which its blocks of rays tell. As far as they may tell it by chance,
+/// rays count as independent.
 pub fn trials(observed: &[Observed<'_>], weights: &[f64], picture: PictureSize) -> Vec<Trial> {
-    let block = BLOCK as f64;
-    // Independent rays have the exponent 1.
-    let powers = picture.rays.ln() / block.ln();
     let trial = |of: &Observed<'_>| {
-        // The most that stratification can do is to leave the variance of one ray in as many.
-        let left = stratified_share(of.samples, weights).max(1.0 / block).powf(powers);
+        let left = stratified_variance(stratified_share(of.samples, weights), picture.rays);
         Trial {
             strategies: of.strategies.clone(),
             variances: of.samples.iter().map(|own| own.variance(left, &of.scale)).collect(),
@@ -57,6 +52,17 @@ pub fn trials(observed: &[Observed<'_>], weights: &[f64], picture: PictureSize) 
         }
     };
     observed.iter().map(trial).collect()
+}
+
+/// Variance of so many stratified rays over that of independent ones, where blocks have this `share` of theirs.
+///
+/// What is smooth over a pixel has a variance as rays^-3 by scrambled nets (Owen 1997, "Scrambled Net Variance for
+/// Integrals of Smooth Functions"), noise one as 1 / rays: the share of blocks tells how much there is of each.
+fn stratified_variance(share: f64, rays: f64) -> f64 {
+    let smooth = |rays: f64| rays.powi(-2);
+    let of_block = smooth(BLOCK as f64);
+    let noise = ((share - of_block) / (1.0 - of_block)).clamp(0.0, 1.0);
+    noise + (1.0 - noise) * smooth(rays)
 }
 
 /// Variance of blocks of stratified rays over that of independent ones: the ratio of their means over pixels, at most 1,
@@ -223,6 +229,18 @@ mod tests {
         assert_eq!(share(&skewed), 1.0);
         assert_eq!(share(&[3.0; 64]), 1.0);
         assert_eq!(share(&[]), 1.0);
+    }
+
+    /// Noise falls as one over the rays, smooth light as one over their cube.
+    #[test]
+    fn blocks_tell_noise_from_smooth_light() {
+        assert_eq!(stratified_variance(1.0, 16.0), 1.0);
+        assert_eq!(stratified_variance(1.0 / 16.0, 16.0), 1.0 / 256.0);
+        assert_eq!(stratified_variance(0.0, 16.0), 1.0 / 256.0);
+        assert_eq!(stratified_variance(0.3, BLOCK as f64), 0.3);
+        assert_eq!(stratified_variance(0.3, 1.0), 1.0);
+        let half = stratified_variance(0.5 + 0.5 / 16.0, 64.0);
+        assert!((half - (0.5 + 0.5 / 4096.0)).abs() < 1e-12, "{half}");
     }
 
     #[test]

@@ -63,7 +63,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         camera_ray: &CameraRay<'_>,
         ctx: &mut PathContext,
     ) -> Estimate<S> {
-        let (ray, radius) = (&segment.ray, camera_ray.budget.radius);
+        let ray = &segment.ray;
         let by = if segment.from_camera { &self.from_camera } else { &self.elsewhere };
         let mut light = Estimate::ZERO;
         for group in &by.direct {
@@ -76,8 +76,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             light.indirect += gathered.indirect;
         }
         if by.any(|medium| by.reads_caches(medium)) {
-            light.radiance +=
-                self.cached_in_scattering(ray, by, profile, radius, camera_ray.pass, ctx);
+            light.radiance += self.cached_in_scattering(ray, by, profile, camera_ray, ctx);
         }
         if by.beams_end() > 0.0 && camera_ray.indirect_weight > 0.0 {
             let photons = self.volume_photons_along(ray, by, hit, profile, camera_ray, ctx);

@@ -4,7 +4,8 @@ use crate::cache::{GatherOrigins, SamplePass};
 use crate::math::{Ray, Spectrum, World, WorldPoint};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
-use crate::strategy::{Strategy, places_at};
+use crate::render::pixel_sampling::CameraRay;
+use crate::strategy::Strategy;
 use crate::transport::{Decision, PathContext, PathState, SobolPoint};
 
 use super::final_gather::GatherPath;
@@ -19,12 +20,12 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ray: &Ray<World>,
         by: &RayEstimators,
         profile: &Profile<S>,
-        radius: f64,
-        pass: SamplePass,
+        camera_ray: &CameraRay<'_>,
         ctx: &mut PathContext,
     ) -> S {
-        let level = self.maps.level(radius);
-        let count = places_at(level);
+        let CameraRay { budget, pass, .. } = *camera_ray;
+        let level = self.maps.level(budget.radius);
+        let count = budget.places;
         let mut sum = S::ZERO;
         let draws = ctx.stratified.draws(Decision::CachedPlaces, count);
         for index in 0..count {

@@ -1,27 +1,16 @@
-//! The pixels of a strategy pilot, and how far a contender got in them.
+//! How far a contender got in the pixels of a strategy pilot.
 
 use rayon::prelude::*;
 
 use crate::cache::Caches;
-use crate::director::PixelBudget;
-use crate::film::sample_pass;
-use crate::math::{Rgb, Spectrum, Stage, Stream, luminance};
+use crate::math::Spectrum;
 use crate::photon::{PhotonDirection, PhotonMaps};
 use crate::render::integrator::Integrator;
-use crate::render::pass_settings::PassSettings;
-use crate::render::pixel_sampling::{
-    CameraRay, Numbering, Workspace, begin_sample, indirect_weight,
-};
-use crate::scene::Scene;
-use crate::strategy::{self, BLOCK, Observed, PictureSize, PixelSamples, RayLuminance};
-use crate::transport::{PathContext, SobolPoint};
+use crate::strategy::{self, Observed, PixelSamples, RayLuminance};
 use crate::work::Work;
 
 use super::contender::Contender;
-
-/// Rays of a pixel of the pilot, each with the Sobol points of the picture's: a block of which stratification
-/// is measured. Variances differ more from pixel to pixel than by the rays of one, so that more pixels tell more.
-const RAYS: u32 = BLOCK as u32;
+use super::pixels::PilotPixels;
 
 /// Width of the cells by which the noise of rays is measured over those of the picture: the pilot's photons have
 /// about as much noise in them as the picture's have in its own.
@@ -29,83 +18,6 @@ const SMOOTHING: f64 = 4.0;
 
 /// Pixels that are traced before costs are looked at.
 const CHUNK: usize = 4;
-
-/// Pixels that are spread over the film, each as it is in the picture but for the number of rays.
-pub struct PilotPixels<'a> {
-    scene: &'a Scene,
-    settings: &'a PassSettings,
-    /// The picture.
-    pub picture: PictureSize,
-    /// Pixels along each side of the picture.
-    size: [f64; 2],
-}
-
-impl<'a> PilotPixels<'a> {
-    /// Pixels of the picture by `settings`.
-    pub fn new(scene: &'a Scene, settings: &'a PassSettings) -> Self {
-        let size = scene.film.size.map(|side| (f64::from(side) / settings.film_pixels).ceil());
-        let rays = settings.rays.max(1);
-        let pixels = size[0] * size[1];
-        let picture = PictureSize { pixels, rays: rays.into(), gathers: gathers(rays) };
-        Self { scene, settings, picture, size }
-    }
-
-    /// Luminance along each ray of a pixel, with one set of random numbers.
-    fn luminances<S: Spectrum, H: PhotonDirection>(
-        &self,
-        integrator: &Integrator<'_, S, H>,
-        [pixel, set]: [usize; 2],
-        radius: f64,
-    ) -> (Vec<RayLuminance>, Work) {
-        let Self { scene, settings, .. } = self;
-        // The pixel, one of a Sobol sequence over the film.
-        let seed = settings.photons.seed;
-        let scramble = Stream::new(seed, Stage::Strategy, u64::MAX, 0).scramble();
-        let [u, v, ..] = SobolPoint { index: pixel as u32, scramble }.film_and_lens();
-        let corner = [u * self.size[0], v * self.size[1]].map(f64::floor);
-        // Its rays.
-        let stream = [seed, (2 * pixel + set) as u64];
-        // Media are integrated exactly, so that what is chosen does not depend on the step.
-        let budget = PixelBudget::fixed(RAYS, radius, 0.0);
-        let start = Stream::new(seed, Stage::Strategy, 0, 0);
-        let mut workspace = Workspace::new(PathContext::new(start, settings.photons.needs));
-        let sample = |index: u32| {
-            let sample = Numbering::Whole.number(index, &budget);
-            let point = begin_sample(&mut workspace.ctx, stream, Stage::Strategy, &sample);
-            let [x, y] = [0, 1].map(|axis| (corner[axis] + point[axis]) * settings.film_pixels);
-            let weight = indirect_weight(&sample);
-            let camera_ray = CameraRay {
-                ray: scene.camera.ray(x, y, [point[2], point[3]]),
-                budget: &budget,
-                indirect_weight: weight,
-                pass: sample_pass(index, settings.rays),
-                half: None,
-            };
-            let sample = integrator.radiance(&camera_ray, &mut workspace);
-            let [whole, gathered] = [sample.radiance, sample.indirect].map(|radiance| {
-                if radiance.is_finite() { luminance(Rgb::from(radiance)) } else { 0.0 }
-            });
-            let own = whole - gathered;
-            RayLuminance { own, gathered: (weight > 0.0).then(|| gathered / weight) }
-        };
-        ((0..RAYS).map(sample).collect(), workspace.ctx.work)
-    }
-
-    /// Cost of a ray of the picture, by this work of whole pixels of the pilot. Density estimates count as
-    /// often as the picture makes them, each of which meets so many photons for one of the pilot's.
-    fn ray_cost(&self, work: &Work, photons: f64) -> f64 {
-        // Of how many rays each gathers once, here and in the picture.
-        let rays_a_gather = f64::from(RAYS) / gathers(RAYS);
-        let gathering = rays_a_gather * self.picture.gathers / self.picture.rays;
-        let gathered = (work.gathered as f64 * photons) as u64;
-        strategy::cost(&Work { gathered, ..*work }, gathering) / work.rays.max(1) as f64
-    }
-}
-
-/// Rays that gather, of so many of a pixel.
-fn gathers(rays: u32) -> f64 {
-    PixelBudget::fixed(rays, 0.0, 0.0).gathers.min(rays).into()
-}
 
 /// A contender with its photons, and what was traced so far.
 pub struct Entrant<S: Spectrum> {

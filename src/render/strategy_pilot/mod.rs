@@ -9,6 +9,7 @@
 mod contender;
 mod entrant;
 mod half;
+mod pixels;
 
 use std::sync::Arc;
 
@@ -20,8 +21,9 @@ use crate::strategy::{self, Assignment, Evidence, Measured, Observed, Trial};
 
 use super::pass_settings::PassSettings;
 use contender::{Contender, Contenders};
-use entrant::{Entrant, PilotPixels};
+use entrant::Entrant;
 use half::Half;
+use pixels::PilotPixels;
 
 /// Photon paths of the render for each path of one half of the pilot: both halves together are a 32nd of all
 /// photons, which fill the caches of all assignments.
@@ -36,16 +38,6 @@ const LEVELS: u32 = 2;
 
 /// Bits of the indices of a half's paths. A Sobol sequence has fewer, so that each half has its own.
 const SEQUENCE_BITS: u32 = 48;
-
-/// Pixels of the picture for each of the first round.
-const PIXELS_PER_PIXEL: f64 = 64.0;
-
-/// Fewest and most pixels of the first round: variances by 64 pixels of one picture tell apart what differs
-/// much.
-const FIRST_PIXELS: [usize; 2] = [4, 64];
-
-/// Most pixels of the pilot: variances by so many are known to a few per cent.
-const MAX_PIXELS: usize = 1024;
 
 /// Share of the cost of a picture by the best assignment so far that all rays of the pilot may cost, but for
 /// the first round; and of the cheapest picture so far that those of one assignment may.
@@ -135,8 +127,7 @@ impl<'a> StrategyPilot<'a, '_> {
         pixels: &PilotPixels<'_>,
     ) -> Vec<Measured> {
         let picture = pixels.picture;
-        let [fewest, most] = FIRST_PIXELS;
-        let mut count = ((picture.pixels / PIXELS_PER_PIXEL) as usize).clamp(fewest, most);
+        let mut count = pixels.first_count().min(pixels.max_count());
         loop {
             Self::trace(entrants, maps, pixels, count);
             // Compare.
@@ -144,7 +135,7 @@ impl<'a> StrategyPilot<'a, '_> {
             let observed: Vec<Observed<'_>> =
                 seen.map(|entrant| entrant.observed(pixels)).collect();
             let samples: Vec<_> = observed.iter().map(|of| of.samples).collect();
-            let mut weights = strategy::weights(&samples);
+            let mut weights = strategy::weights(&samples, &pixels.shares(count));
             if weights.iter().all(|weight| *weight == 0.0) {
                 return Vec::new();
             }
@@ -166,7 +157,7 @@ impl<'a> StrategyPilot<'a, '_> {
             let racing: Vec<f64> =
                 entrants.iter().filter(|e| e.is_racing).map(Entrant::spent).collect();
             let cost = entrants.iter().map(Entrant::spent).chain(racing.iter().copied());
-            let next = (2 * count).min(MAX_PIXELS).min(picture.pixels as usize);
+            let next = (2 * count).min(pixels.max_count());
             if racing.len() < 2
                 || next <= count
                 || cost.sum::<f64>() > MAX_SHARE * found[leader].cost
