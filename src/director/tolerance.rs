@@ -123,39 +123,56 @@ const PIXELS_PER_OUTLIER: usize = 32;
 /// Unit: none. Derivation: the sum of v r^-p for a given sum of r is least where r is in proportion to v^(1/(1 + p)); p is 3/2.
 const SHARE_POWER: f64 = 0.4;
 
-/// The X-map of measured error: rays that each pixel needs over those of the gold standard, 0 to 1.
+/// Error of a picture that is to be directed, row by row from the top; variances in radiance squared.
+#[derive(Debug, Clone, Copy)]
+pub struct MeasuredError<'a> {
+    /// Pixels of a row.
+    pub width: usize,
+    /// Variance of rays after reconstruction.
+    pub reconstructed: &'a [f32],
+    /// Variance of rays before it.
+    pub rendered: &'a [f32],
+    /// Squared bias of the reconstruction, which pixels tell together.
+    pub squared_bias: &'a [f32],
+    /// Least visible differences, radiance.
+    pub visible: &'a [f32],
+    /// Rays of each pixel.
+    pub rays: u32,
+}
+
+/// The X-map of measured `error`: rays that each pixel needs over those of the gold standard, 0 to 1.
 ///
 /// The variance of r stratified rays is taken to fall as r^-3/2, as it does where an edge crosses the pixel (Mitchell 1996,
-/// "Consequences of Stratified Sampling in Graphics"; as r^-1 where light is noise and as r^-2 where it is smooth). The sum
-/// of squared errors, in visible differences, falls most for the number of rays where each pixel gets rays in proportion to
-/// the power 2/5 of its variance (Neyman 1934, optimum allocation, by the method of Lagrange). There are as many as bring
-/// that sum to the gold standard's, which has `gold` rays in each pixel and is not reconstructed. `noise` is that of a
-/// picture with `rays` rays in each pixel, row by row of `width` pixels, after reconstruction and before it, and `visible`
-/// its visible differences.
-pub fn error_x_map(
-    width: usize,
-    noise: [&[f32]; 2],
-    visible: &[f32],
-    [rays, gold]: [u32; 2],
-) -> Vec<f32> {
+/// "Consequences of Stratified Sampling in Graphics"; as r^-1 where light is noise and as r^-2 where it is smooth), and the
+/// squared bias of the reconstruction with it, which chooses its scales by the noise. The sum of squared errors, in visible
+/// differences, falls most for the number of rays where each pixel gets rays in proportion to the power 2/5 of its variance
+/// (Neyman 1934, optimum allocation, by the method of Lagrange). There are as many as bring that sum to the share `allowed`
+/// of the gold standard's, which has `gold` rays in each pixel and is not reconstructed.
+pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f32> {
+    let MeasuredError { width, visible, .. } = *error;
     let size = [width, visible.len() / width];
-    let [reconstructed, rendered] =
-        noise.map(|noise| averages(size, &in_visible(noise, visible), VARIANCE_RADIUS));
+    let [reconstructed, rendered] = [error.reconstructed, error.rendered]
+        .map(|variances| averages(size, &in_visible(variances, visible), VARIANCE_RADIUS));
     // Where lights are seen in mirrors a few pixels hold most of the noise, also gold's.
     let kept = rendered.len() - rendered.len() / PIXELS_PER_OUTLIER;
     let most = kept.checked_sub(1).and_then(|rank| nth_smallest(rendered.clone(), rank));
-    let pixels = reconstructed.iter().zip(&rendered).filter(|(_, own)| Some(**own) <= most);
-    let (counted, of_gold): (Vec<f64>, Vec<f64>) = pixels.unzip();
-    let [rays, gold] = [rays.min(gold), gold].map(f64::from);
-    let of_gold = of_gold.iter().sum::<f64>() * left(gold / rays);
+    let counted = || rendered.iter().map(|own| Some(*own) <= most);
+    let sum = |errors: &[f64]| -> f64 {
+        errors.iter().zip(counted()).filter(|(_, counts)| *counts).map(|(error, _)| error).sum()
+    };
+    let [rays, gold] = [error.rays.min(gold), gold].map(f64::from);
+    let bias = sum(&in_visible(error.squared_bias, visible)).max(0.0);
+    let of_gold = allowed * sum(&rendered) * left(gold / rays);
     let share = |variance: &f64| variance.powf(SHARE_POWER);
     let shares: Vec<f64> = reconstructed.iter().map(share).collect();
-    let counted: Vec<[f64; 2]> = counted.iter().map(|v| [*v, share(v)]).collect();
-    let error = |factor: f64| -> f64 {
-        let of_pixel = |[variance, share]: &[f64; 2]| {
-            variance * left((factor * share).clamp(rays, gold) / rays)
+    // Bias is where noise is.
+    let biased = 1.0 + bias / sum(&reconstructed).max(f64::MIN_POSITIVE);
+    let directed = |factor: f64| -> f64 {
+        let of_pixel = |(variance, share): (&f64, &f64)| {
+            biased * variance * left((factor * share).clamp(rays, gold) / rays)
         };
-        counted.iter().map(of_pixel).sum()
+        let errors: Vec<f64> = reconstructed.iter().zip(&shares).map(of_pixel).collect();
+        sum(&errors)
     };
     // The error falls as the factor rises, from all pixels at the floor to all at the ceiling.
     let noisy = || shares.iter().copied().filter(|share| *share > 0.0);
@@ -166,7 +183,7 @@ pub fn error_x_map(
     let (mut low, mut high) = (rays / most, gold / least);
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
-        if error(middle) > of_gold { low = middle } else { high = middle }
+        if directed(middle) > of_gold { low = middle } else { high = middle }
     }
     shares.iter().map(|share| (high * share / gold).min(1.0) as f32).collect()
 }
@@ -201,8 +218,39 @@ mod tests {
 
     const QUIET: [f32; 1200] = [0.0; 1200];
 
+    /// Where variances of 1 before reconstruction leave these, by two rays, and differences of 1 are visible.
+    fn measured(reconstructed: &[f32]) -> MeasuredError<'_> {
+        MeasuredError {
+            width: SIZE[0],
+            reconstructed,
+            rendered: &[1.0; 1200],
+            squared_bias: &QUIET,
+            visible: &[1.0; 1200],
+            rays: 2,
+        }
+    }
+
     fn x_map(reconstructed: &[f32], gold: u32) -> Vec<f32> {
-        error_x_map(SIZE[0], [reconstructed, &[1.0; 1200]], &[1.0; 1200], [2, gold])
+        error_x_map(&measured(reconstructed), gold, 1.0)
+    }
+
+    /// Bias that is three times the variance asks for as many rays as a fourfold variance, and so does a quarter of the
+    /// error.
+    #[test]
+    fn bias_and_a_smaller_error_ask_for_rays() {
+        let variances = [1.0 / 64.0; 1200];
+        let unbiased = measured(&variances);
+        let fourfold = x_map(&[4.0 / 64.0; 1200], 32);
+        let biased = MeasuredError { squared_bias: &[3.0 / 64.0; 1200], ..unbiased };
+        for (found, right) in error_x_map(&biased, 32, 1.0).iter().zip(&fourfold) {
+            assert!((found / right - 1.0).abs() < 0.01, "{found} for {right}");
+        }
+        for (found, right) in error_x_map(&unbiased, 32, 0.25).iter().zip(&fourfold) {
+            assert!((found / right - 1.0).abs() < 0.01, "{found} for {right}");
+        }
+        // What is below nothing by chance is no bias.
+        let chance = MeasuredError { squared_bias: &[-3.0 / 64.0; 1200], ..unbiased };
+        assert_eq!(error_x_map(&chance, 32, 1.0), x_map(&variances, 32));
     }
 
     /// The table's own values: Weber's law in the light, a floor in the dark, and no jump between its five parts.
@@ -237,7 +285,8 @@ mod tests {
     #[test]
     fn darkness_has_no_visible_difference() {
         assert_eq!(visible_differences(&picture(|_, _| 0.0), &QUIET), [0.0; 1200]);
-        let x = error_x_map(SIZE[0], [&QUIET, &QUIET], &[0.0; 1200], [2, 16]);
+        let dark = MeasuredError { rendered: &QUIET, visible: &[0.0; 1200], ..measured(&QUIET) };
+        let x = error_x_map(&dark, 16, 1.0);
         assert_eq!(x, [0.0; 1200]);
     }
 

@@ -95,14 +95,14 @@ impl<'a> AimedPhotons<'a> {
         PathSample { seed, paths, represents: 1.0, levels }
     }
 
-    /// As [`all`](Self::all), in two halves, each of which stands for all.
-    pub fn halves(&self, settings: &PhotonSettings) -> [PathSample; 2] {
-        let PathSample { paths, .. } = self.all(settings);
-        let middle = paths.end / 2;
-        [0..middle, middle..paths.end].map(|half| PathSample {
-            represents: paths.end as f64 / (half.end - half.start).max(1) as f64,
+    /// As [`all`](Self::all), the first `count` of them in two halves, each of which stands for all.
+    pub fn halves(&self, settings: &PhotonSettings, count: u64) -> [PathSample; 2] {
+        let all = self.all(settings);
+        let (whole, end) = (all.paths.end, all.paths.end.min(count));
+        [0..end / 2, end / 2..end].map(|half| PathSample {
+            represents: whole as f64 / (half.end - half.start).max(1) as f64,
             paths: half,
-            ..self.all(settings)
+            ..all.clone()
         })
     }
 

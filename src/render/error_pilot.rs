@@ -9,7 +9,9 @@ use super::photon_pass::{PhotonPass, aim};
 use super::progress::Stages;
 use super::rendered::Ended;
 use super::stage_settings::{finest_step, pass_settings, render_region};
-use crate::director::{PixelBudget, Saliency, error_x_map, visible_differences, xs_map};
+use crate::director::{
+    MeasuredError, PhotonDemand, PixelBudget, Saliency, error_x_map, visible_differences, xs_map,
+};
 use crate::error::Result;
 use crate::film::{ComponentFilm, FilmContents, Importance, PixelComponents, Reconstruction};
 use crate::image::{Image, Window};
@@ -36,8 +38,9 @@ pub(super) struct ErrorMaps {
 }
 
 impl ErrorMaps {
-    /// Those of a picture of which the pilot has these `components`.
-    pub(super) fn new(components: &ComponentFilm, settings: &RenderSettings) -> Self {
+    /// Those of a picture of which the pilot has these `components`, and which may have the share `allowed` of the variance
+    /// of the gold standard's rays.
+    pub(super) fn new(components: &ComponentFilm, settings: &RenderSettings, allowed: f64) -> Self {
         let reconstruction = Reconstruction::new(components);
         let [width, height] = components.size();
         let radiance = |pixel: &PixelComponents| {
@@ -47,9 +50,16 @@ impl ErrorMaps {
         let rendered = components.pixels.iter().map(radiance).collect();
         let pilot = reconstruction.image(&Image::new(width, height, rendered), &[]);
         let noise = reconstruction.noise();
-        let noise = [&noise.reconstructed[..], &noise.rendered];
-        let visible = visible_differences(&pilot, noise[0]);
-        let x = error_x_map(width, noise, &visible, [pilot_rays(settings), settings.rays]);
+        let visible = visible_differences(&pilot, &noise.reconstructed);
+        let error = MeasuredError {
+            width,
+            reconstructed: &noise.reconstructed,
+            rendered: &noise.rendered,
+            squared_bias: &noise.squared_bias,
+            visible: &visible,
+            rays: pilot_rays(settings),
+        };
+        let x = error_x_map(&error, settings.rays, allowed);
         let Directing { weights, operator, .. } = settings.effective_directing();
         let saliency = (weights[1] > 0.0).then(|| Saliency::from_image(&pilot));
         let s = saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
@@ -58,11 +68,21 @@ impl ErrorMaps {
     }
 
     /// Importance of each pixel.
-    fn importance(&self) -> Vec<Importance> {
+    pub(super) fn importance(&self) -> Vec<Importance> {
         let saliency = |pixel| self.saliency.as_ref().map_or(1.0, |s: &Saliency| s.map[pixel]);
         let pixels = self.xs.iter().enumerate();
         pixels.map(|(pixel, &xs)| Importance { xs, saliency: saliency(pixel) }).collect()
     }
+}
+
+/// The photons of a picture under `settings`, and what they leave to its rays, by what the pilot of strategies measured of
+/// the `assignment`. All photons where it measured nothing, or where error is not what directs.
+pub(super) fn photon_demand(settings: &RenderSettings, assignment: &Assignment) -> PhotonDemand {
+    let Assignment { strategies, measured, .. } = assignment;
+    let chosen = measured.iter().find(|measured| measured.strategies == *strategies);
+    let all = PhotonDemand::all(settings.photons);
+    let chosen = chosen.filter(|_| settings.measures_error());
+    chosen.map_or(all, |measured| PhotonDemand::new(measured, settings.photons))
 }
 
 /// The maps of `scene`, of a pilot that is rendered for them alone, by the strategies of `assignment`. Returns its work as
@@ -77,8 +97,9 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
 ) -> Result<(ErrorMaps, Work)> {
     let pass = pass_settings(scene, settings);
     let aimed = aim::<S, H>(scene, &pass)?;
+    let demand = photon_demand(settings, assignment);
     let (photons, mut work) =
-        PhotonPass::<S, H>::shoot(scene, &pass, assignment, aimed, true, &|_| ());
+        PhotonPass::<S, H>::shoot(scene, &pass, assignment, aimed, Some(demand.paths), &|_| ());
     let integrators: Vec<_> =
         photons.iter().map(|half| half.integrator(scene, pass.photons.needs)).collect();
     let radius = PhotonPass::finest_radius(&photons);
@@ -102,16 +123,16 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
         &Control::silent(),
     );
     work += sampled.work;
-    Ok((ErrorMaps::new(&sampled.film.component_film(), settings), work))
+    Ok((ErrorMaps::new(&sampled.film.component_film(), settings, demand.ray_share), work))
 }
 
-/// Importance of each pixel of the film of `region`, measured in the pilot, of which `sample` takes the samples. `begun`
-/// gets those where `region` is the whole film; elsewhere its pixels are sampled again, so that all crops of a film have
+/// Importance of each pixel of the film of `region`, measured in the pilot, of which `sample` takes the samples and
+/// `importance` tells it. `begun` gets those samples where `region` is the whole film; elsewhere its pixels are sampled again, so that all crops of a film have
 /// the same importance. `gold` is the gold standard's budget, [with a pilot](after_pilot). Nothing is measured where a checkpoint knows it, nor where the pilot is cut short.
 pub(super) fn measure_importance(
-    settings: &RenderSettings,
     region: &RenderRegion,
     sample: impl Fn(RenderRegion, PixelBudget, &Control<'_>) -> Sampled,
+    importance: impl Fn(&ComponentFilm) -> Vec<Importance>,
     gold: PixelBudget,
     control: &Control<'_>,
     begun: &mut Sampled,
@@ -136,7 +157,7 @@ pub(super) fn measure_importance(
         begun.work += sampled.work;
     }
     if is_complete {
-        begun.film.importance = ErrorMaps::new(&components, settings).importance();
+        begun.film.importance = importance(&components);
         begun.work.map_pixels += begun.film.importance.len() as u64;
     }
     stages.done("director", start);

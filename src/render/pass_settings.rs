@@ -15,6 +15,8 @@ pub struct PassSettings {
     pub photons: PhotonSettings,
     /// Who decides on the strategies of media.
     pub strategy: StrategyRequest,
+    /// Whether the pilot of strategies measures also where one strategy alone is possible.
+    pub measures_one: bool,
     /// Whether final gathers may be chosen.
     pub final_gather: FinalGather,
     /// Rays of each pixel of the picture, at most.

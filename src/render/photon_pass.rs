@@ -69,18 +69,18 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<(Self, Work)> {
         let aimed = aim::<S, H>(scene, settings)?;
-        let (mut passes, work) = Self::shoot(scene, settings, assignment, aimed, false, advance);
+        let (mut passes, work) = Self::shoot(scene, settings, assignment, aimed, None, advance);
         Ok((passes.swap_remove(0), work))
     }
 
-    /// As [`new`](Self::new), by photons that were [aimed](aim) with these settings, of any seed. Where
-    /// `in_halves`, one pass for each half of the photons, which share caches of direct light.
+    /// As [`new`](Self::new), by photons that were [aimed](aim) with these settings, of any seed. With `in_halves`, one
+    /// pass for each half of so many of the photons, which stand for all and share caches of direct light.
     pub(super) fn shoot(
         scene: &Scene,
         settings: &PassSettings,
         assignment: &Assignment,
         aimed: Option<AimedPhotons<'_>>,
-        in_halves: bool,
+        in_halves: Option<u64>,
         advance: &(dyn Fn(u64) + Sync),
     ) -> (Vec<Self>, Work) {
         let Some(mut aimed) = aimed else {
@@ -88,10 +88,9 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
             return (vec![Self::empty(radius)], Work::default());
         };
         let planned = PlannedPass::new(scene, settings, assignment, &aimed);
-        let parts = if in_halves {
-            aimed.halves(&settings.photons).to_vec()
-        } else {
-            vec![aimed.all(&settings.photons)]
+        let parts = match in_halves {
+            Some(count) => aimed.halves(&settings.photons, count).to_vec(),
+            None => vec![aimed.all(&settings.photons)],
         };
         let mut work = aimed.importance().work;
         let passes = parts.iter().map(|part| {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::control::{Control, Stop};
 use super::director_pass::{DirectorMaps, Earlier};
-use super::error_pilot::{after_pilot, budgets, measure_importance};
+use super::error_pilot::{ErrorMaps, after_pilot, budgets, measure_importance, photon_demand};
 use super::exposure::{Exposure, RenderRegion, Sampled, expose, resolve, sample};
 use super::features::FeatureTracer;
 use super::integrator::PathTracer;
@@ -17,9 +17,9 @@ use super::rendered::{Ended, Rendered};
 use super::stage_settings::{finest_step, pass_settings, render_region, specialised};
 use super::variance_pilot::budgets_by_variance;
 use crate::cache::LazyCells;
-use crate::director::PixelBudget;
+use crate::director::{PhotonDemand, PixelBudget};
 use crate::error::Result;
-use crate::film::{FilmContents, Sample};
+use crate::film::{ComponentFilm, FilmContents, Sample};
 use crate::math::{Rgb, Spectrum, Stage};
 use crate::photon::{AimedPhotons, PhotonDirection};
 use crate::scene::plan::Needs;
@@ -82,7 +82,8 @@ pub fn render_next<'a>(
     let mut maps = DirectorMaps::for_render(scene, settings, earlier, &mut stages)?;
     let (director, snapshot) = (maps.director_work(), maps.snapshot.take());
     // Photons, caches, rays and film.
-    let job = Directed { scene, settings, maps: &maps, strategies };
+    let demand = photon_demand(settings, strategies);
+    let job = Directed { scene, settings, maps: &maps, strategies, demand };
     let rendered = specialised!(needs, render_directed(&job, aimed, &control, stages))?;
     Ok(Rendered { director, snapshot, ..rendered })
 }
@@ -93,6 +94,7 @@ struct Directed<'a> {
     settings: &'a RenderSettings,
     maps: &'a DirectorMaps,
     strategies: &'a Assignment,
+    demand: PhotonDemand,
 }
 
 /// Renders the picture that maps direct. `stages` are those that ran before.
@@ -131,7 +133,7 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
     control: &Control<'_>,
     stages: &mut Stages,
 ) -> Result<Exposure> {
-    let Directed { scene, settings, maps, .. } = *job;
+    let Directed { scene, settings, maps, demand, .. } = *job;
     let needs = Needs::new(scene, settings);
     let integrators: Vec<_> = photons.iter().map(|pass| pass.integrator(scene, needs)).collect();
     // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
@@ -153,7 +155,10 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
             let none = Sampled::none(&region);
             sample(region, camera, |_, _| budget, estimate, none, &caches, control)
         };
-        measure_importance(settings, region, pilot, gold, control, &mut begun, stages);
+        let importance = |components: &ComponentFilm| {
+            ErrorMaps::new(components, settings, demand.ray_share).importance()
+        };
+        measure_importance(region, pilot, importance, gold, control, &mut begun, stages);
         budgets(&begun.film.importance, scene, settings, gold)
     } else if settings.director == Director::Variance {
         let start = Instant::now();
@@ -218,17 +223,17 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
     aimed: Option<AimedPhotons<'_>>,
     control: &Control<'_>,
 ) -> (Vec<PhotonPass<S, H>>, Work) {
-    let Directed { scene, settings, maps, strategies } = *job;
+    let Directed { scene, settings, maps, strategies, demand } = *job;
     let progress = control.progress;
-    let in_halves = settings.in_halves();
+    let in_halves = settings.in_halves().then_some(demand.paths);
     let settings = maps.pass_settings(scene, settings);
-    progress.stage("photons", settings.photons.photons);
+    progress.stage("photons", demand.paths);
     let paths = AtomicU64::new(0);
     let advance = |count: u64| {
         control.stop.into_iter().for_each(Stop::wait);
         progress.advance(count);
         // Building the maps has no units of its own, and can take longer than all paths.
-        if paths.fetch_add(count, Ordering::Relaxed) + count == settings.photons.photons {
+        if paths.fetch_add(count, Ordering::Relaxed) + count == demand.paths {
             progress.stage("photon map", 0);
         }
     };

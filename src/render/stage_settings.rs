@@ -42,6 +42,7 @@ pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSet
             needs: Needs::new(scene, settings),
         },
         strategy: settings.strategy,
+        measures_one: settings.measures_error(),
         final_gather: settings.final_gather,
         rays: settings.rays,
         film_pixels: 1.0,

@@ -244,6 +244,8 @@ pub struct Measured {
     pub variance: Variance,
     /// Cost of the picture, in nanoseconds of a typical core.
     pub cost: f64,
+    /// Cost of its photons, in the same unit.
+    pub photon_cost: f64,
 }
 
 impl Measured {

@@ -49,6 +49,7 @@ pub fn trials(observed: &[Observed<'_>], weights: &[f64], picture: PictureSize) 
             strategies: of.strategies.clone(),
             variances: of.samples.iter().map(|own| own.variance(left, &of.scale)).collect(),
             cost: of.cost(picture),
+            photon_cost: of.photon_cost,
         }
     };
     observed.iter().map(trial).collect()
@@ -93,6 +94,8 @@ pub struct Trial {
     pub variances: Vec<Variance>,
     /// Cost of the picture, in nanoseconds of a typical core.
     pub cost: f64,
+    /// Cost of its photons, in the same unit.
+    pub photon_cost: f64,
 }
 
 impl Trial {
@@ -104,7 +107,13 @@ impl Trial {
             smooth_ray_variance: mean(|variance| variance.smooth_ray_variance),
             photon_variance: mean(|variance| variance.photon_variance),
         };
-        Measured { strategies: self.strategies.clone(), variance, cost: self.cost }
+        let Self { strategies, cost, photon_cost, .. } = self;
+        Measured {
+            strategies: strategies.clone(),
+            variance,
+            cost: *cost,
+            photon_cost: *photon_cost,
+        }
     }
 
     /// Whether its variance times cost is surely larger than that of `leader`: by pairs of pixels that both
@@ -160,6 +169,7 @@ impl Trial {
             strategies: self.strategies.iter().map(|strategy| shared(*strategy)).collect(),
             variances: self.variances.iter().map(of_pixel).collect(),
             cost,
+            photon_cost: self.photon_cost,
         }
     }
 }
@@ -210,7 +220,7 @@ mod tests {
             photon_variance: 0.0,
         };
         let variances = variances.iter().map(of_pixel).collect();
-        Trial { strategies: vec![strategy], variances, cost }
+        Trial { strategies: vec![strategy], variances, cost, photon_cost: 0.0 }
     }
 
     /// The share of stratified blocks is the ratio of their means where pixels agree on it, and 1 where they do not.

@@ -69,6 +69,7 @@ impl<'a> StrategyPilot<'a, '_> {
         let (contenders, cells): (Vec<_>, Vec<_>) = contenders.into_iter().unzip();
         if let [only] = &contenders[..]
             && !only.has_moments()
+            && !settings.measures_one
         {
             let (strategies, reason) = (only.strategies(), "no other is possible".into());
             return Some(Assignment { strategies, reason, ..Assignment::default() });

@@ -1,0 +1,109 @@
+//! The photons that a directed picture needs for the gold standard's error.
+
+use crate::strategy::Measured;
+
+/// Fewest photons of a directed picture, as a share of the gold standard's.
+///
+/// Unit: none. Derivation: twice as many as a pilot shoots, which knows the variance of no fewer.
+const MIN_SHARE: f64 = 1.0 / 16.0;
+
+/// What a directed picture spends on photons, and leaves to rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhotonDemand {
+    /// Photon paths.
+    pub paths: u64,
+    /// Variance that is left to the rays, over that of the gold standard's rays, 0 to 1.
+    pub ray_share: f64,
+}
+
+impl PhotonDemand {
+    /// All `photons` of the gold standard, and as much noise of rays as it has.
+    pub const fn all(photons: u64) -> Self {
+        Self { paths: photons, ray_share: 1.0 }
+    }
+
+    /// Photons and rays that have the error of the gold standard together and cost least, where a pilot `measured` that
+    /// of its `photons` and rays: with variances V and costs c as one over the number of each, the error is shared in
+    /// proportion to √(V c) (by the method of Lagrange). Never more than the gold standard has.
+    pub fn new(measured: &Measured, photons: u64) -> Self {
+        let variance = measured.variance;
+        let of_photons = variance.photon_variance.max(0.0);
+        let of_rays = variance.ray_variance.max(0.0);
+        let photon_part = (of_photons * measured.photon_cost).sqrt();
+        let ray_part = (of_rays * (measured.cost - measured.photon_cost).max(0.0)).sqrt();
+        let error = of_photons + of_rays;
+        let allowed = error * photon_part / (photon_part + ray_part);
+        // Without photons, or without any noise, it is not a number.
+        let share = if allowed > 0.0 { of_photons / allowed } else { 1.0 };
+        let share = share.clamp(MIN_SHARE, 1.0);
+        let paths = (photons as f64 * share).ceil() as u64;
+        let left = (error - of_photons / share) / of_rays;
+        let ray_share = if left > 0.0 { left.min(1.0) } else { 1.0 };
+        Self { paths, ray_share }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::strategy::Variance;
+    use proptest::prelude::*;
+
+    fn measured(variances: [f64; 2], costs: [f64; 2]) -> Measured {
+        let [ray_variance, photon_variance] = variances;
+        let variance =
+            Variance { ray_variance, smooth_ray_variance: ray_variance, photon_variance };
+        Measured {
+            strategies: Vec::new(),
+            variance,
+            cost: costs[0] + costs[1],
+            photon_cost: costs[1],
+        }
+    }
+
+    #[test]
+    fn photons_are_spared_where_rays_have_the_noise() {
+        // Photons may have half of the error, of which they have an eighth.
+        let found = PhotonDemand::new(&measured([7.0, 1.0], [1.0, 7.0]), 1000);
+        assert_eq!(found.paths, 250);
+        assert!((found.ray_share - 4.0 / 7.0).abs() < 1e-12, "{found:?}");
+        // They have more than what is best: rays alone are to have their noise.
+        assert_eq!(
+            PhotonDemand::new(&measured([1.0, 7.0], [1.0, 1.0]), 1000),
+            PhotonDemand::all(1000)
+        );
+        for none in [[0.0, 0.0], [0.0, 1.0]] {
+            assert_eq!(
+                PhotonDemand::new(&measured(none, [1.0, 1.0]), 1000),
+                PhotonDemand::all(1000)
+            );
+        }
+    }
+
+    proptest! {
+        /// Photons and rays together have the gold standard's error, and no split of it costs less.
+        #[test]
+        fn the_error_stays_and_the_cost_is_least(
+            rays in 1e-6..1e-2_f64,
+            photons in 1e-6..1e-2_f64,
+            ray_cost in 0.1..10.0_f64,
+            photon_cost in 0.1..10.0_f64,
+            other in 0.0..1.0_f64,
+        ) {
+            let measured = measured([rays, photons], [ray_cost, photon_cost]);
+            let found = PhotonDemand::new(&measured, 1_000_000);
+            let share = found.paths as f64 / 1e6;
+            let error = photons / share + rays * found.ray_share;
+            prop_assert!(error <= (rays + photons) * 1.0001, "{found:?}");
+            // A split of the same error, with no more photons than there are and no fewer than the floor.
+            let cost = |share: f64| {
+                let left = rays + photons - photons / share;
+                (left > 0.0).then(|| share * photon_cost + ray_cost * rays / left)
+            };
+            let split = MIN_SHARE + (1.0 - MIN_SHARE) * other;
+            if let (Some(least), Some(other)) = (cost(share), cost(split)) {
+                prop_assert!(least <= other * 1.0001, "{found:?} costs {least}, {split} {other}");
+            }
+        }
+    }
+}
