@@ -51,6 +51,9 @@ pub(super) fn settings(
     if render.photons != requested {
         settings.insert("photons_asked".into(), json!(requested));
     }
+    if let Some(radius) = render.radius {
+        settings.insert("radius_asked".into(), json!(radius));
+    }
     if let Some(denoiser) = rendered.and_then(|r| r.film.denoiser()) {
         settings.insert("denoised".into(), json!(true));
         settings.insert("denoiser".into(), json!(denoiser));

@@ -78,6 +78,11 @@ impl Interrupt {
         Ok(interrupt)
     }
 
+    /// Leaves the first signal from now on to work that watches [`stop`](Self::stop), as it is with rays.
+    pub(super) fn defer(&self) {
+        self.stop.begin_picture();
+    }
+
     /// The stop request that the render watches.
     pub(super) fn stop(&self) -> &Stop {
         &self.stop

@@ -19,6 +19,7 @@ mod man;
 mod maps;
 mod memory;
 mod memory_limit;
+mod merge;
 mod output;
 mod pace;
 mod partial;
@@ -74,6 +75,8 @@ enum Command {
     Plan(plan::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
     Info(info::Args),
+    /// Merge crops and passes that were rendered apart into one picture.
+    Merge(merge::Args),
     /// Make procedural smoke, a cloud, fog or fire as a VDB file, or a statue as a mesh.
     Make(make::Args),
     /// Hold fogbow's figures against closed forms, published values and extremes.
@@ -99,6 +102,7 @@ pub fn main() -> ExitCode {
         Command::Trial(args) => trial::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Info(args) => info::run(args),
+        Command::Merge(args) => merge::run(args),
         Command::Make(args) => make::run(args),
         Command::Verify(args) => verify::run(args),
         Command::Completions(args) => {

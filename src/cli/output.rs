@@ -56,10 +56,17 @@ impl Output {
             || png_bytes(&self.png, &rendered.film.image(), &view),
             || exr_bytes(&self.exr, &rendered.film, &attributes),
         );
-        let (png, exr) = (png?, exr?);
-        let exr = file::pending(&self.exr, |out| out.write_all(&exr))?;
-        let png = file::pending(&self.png, |out| out.write_all(&png))?;
-        png.finish()?;
+        self.write_bytes(&exr?, Some(&png?))
+    }
+
+    /// Writes the content of both files, or of the EXR alone, and then gives them their names, the EXR last.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub(super) fn write_bytes(&self, exr: &[u8], png: Option<&[u8]>) -> Result<()> {
+        let exr = file::pending(&self.exr, |out| out.write_all(exr))?;
+        let png = png.map(|png| file::pending(&self.png, |out| out.write_all(png))).transpose()?;
+        png.map_or(Ok(()), PendingFile::finish)?;
         exr.finish()
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
-use std::io::{BufReader, Cursor};
+use std::io::{BufRead as _, BufReader, Cursor};
 use std::path::Path;
 
 use exr::meta::MetaData;
@@ -35,6 +35,42 @@ pub struct Layers {
     pub channels: BTreeMap<String, Vec<f32>>,
     /// The header's attributes that are strings.
     pub attributes: BTreeMap<String, String>,
+}
+
+/// The header of an EXR file's first part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayersHeader {
+    /// Width and height of the data window.
+    pub size: [usize; 2],
+    /// Column and row of the upper left pixel on the display window's.
+    pub corner: [i32; 2],
+    /// Width and height of the display window.
+    pub display: [usize; 2],
+    /// The names of the channels, sorted.
+    pub channels: Vec<String>,
+    /// The attributes that are strings.
+    pub attributes: BTreeMap<String, String>,
+}
+
+impl LayersHeader {
+    fn new(header: &Header) -> Self {
+        let display = header.shared_attributes.display_window;
+        let origin = header.own_attributes.layer_position;
+        let corner = [0, 1].map(|axis| {
+            let at = |v: Vec2<i32>| [v.x(), v.y()][axis];
+            at(origin).saturating_sub(at(display.position))
+        });
+        let mut channels: Vec<String> =
+            header.channels.list.iter().map(|channel| string(&channel.name)).collect();
+        channels.sort();
+        Self {
+            size: [header.layer_size.width(), header.layer_size.height()],
+            corner,
+            display: [display.size.width(), display.size.height()],
+            channels,
+            attributes: strings(header),
+        }
+    }
 }
 
 impl Layers {
@@ -77,19 +113,36 @@ pub fn read_layers(path: &Path) -> Result<Layers> {
 /// Reads the strings of the header of an EXR file's first part, and nothing else of it.
 ///
 /// # Errors
-/// Where the file cannot be read or its header is damaged.
+/// As [`read_header`].
 pub fn read_attributes(path: &Path) -> Result<BTreeMap<String, String>> {
-    let file = BufReader::new(file::open(path)?);
+    Ok(read_header(path)?.attributes)
+}
+
+/// Reads the header of an EXR file's first part, and no pixels.
+///
+/// # Errors
+/// Where the file cannot be read, is no EXR or its header is damaged.
+pub fn read_header(path: &Path) -> Result<LayersHeader> {
+    let mut file = BufReader::new(file::open(path)?);
+    let begin = file.fill_buf().map_err(|e| Error::file(path, format!("cannot be read: {e}")))?;
+    if !is_exr(begin) {
+        return Err(not_exr(path));
+    }
     let damaged = |e: &dyn Display| Error::file(path, format!("has a damaged header: {e}"));
     on_decoder(path, &damaged, || {
         let meta = MetaData::read_from_buffered(file, false).map_err(|e| damaged(&e))?;
-        Ok(meta.headers.first().map(strings).unwrap_or_default())
+        let first = meta.headers.first().map(LayersHeader::new);
+        first.ok_or_else(|| damaged(&"it has no part"))
     })
 }
 
 /// Whether the bytes begin as those of an EXR file.
 pub(super) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
+}
+
+fn not_exr(path: &Path) -> Error {
+    Error::file(path, "is not an EXR file: its first bytes are others")
 }
 
 /// [`read_exr`] on the bytes of a file.
@@ -107,7 +160,7 @@ pub(super) fn decode_exr(bytes: &[u8], path: &Path) -> Result<Image> {
 /// parallel then, as a panic in its thread pool ends the process.
 fn decode_parts(bytes: &[u8], path: &Path) -> Result<Vec<Layers>> {
     if !is_exr(bytes) {
-        return Err(Error::file(path, "is not an EXR file: its first bytes are others"));
+        return Err(not_exr(path));
     }
     let damaged = |e: &dyn Display| {
         Error::file(path, format!("is damaged or of a kind of EXR that cannot be read: {e}"))
@@ -136,24 +189,19 @@ fn decode_here(
 }
 
 fn layers(part: Layer<AnyChannels<FlatSamples>>, header: &Header) -> Layers {
-    let display = header.shared_attributes.display_window;
-    let origin = header.own_attributes.layer_position;
-    let corner = [0, 1].map(|axis| {
-        let at = |v: Vec2<i32>| [v.x(), v.y()][axis];
-        at(origin).saturating_sub(at(display.position))
-    });
+    let LayersHeader { corner, display, attributes, .. } = LayersHeader::new(header);
     Layers {
         width: part.size.width(),
         height: part.size.height(),
         corner,
-        display: [display.size.width(), display.size.height()],
+        display,
         channels: part
             .channel_data
             .list
             .into_iter()
             .map(|channel| (string(&channel.name), floats(channel.sample_data)))
             .collect(),
-        attributes: strings(header),
+        attributes,
     }
 }
 

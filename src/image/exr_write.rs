@@ -57,9 +57,22 @@ pub fn write_exr_layers(
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
 ) -> Result<()> {
-    let sides = [width, height].map(|side| u32::try_from(side).unwrap_or(0));
-    let bytes = bytes_of(path, Window::whole(sides), sides, layers, attributes)?;
+    let bytes = exr_layers_bytes(path, [width, height], layers, attributes)?;
     file::write(path, |out| out.write_all(&bytes))
+}
+
+/// What [`write_exr_layers`] writes to `path` of a picture of `size`, width and height.
+///
+/// # Errors
+/// As [`exr_bytes`], and where a layer has the wrong number of values.
+pub fn exr_layers_bytes(
+    path: &Path,
+    size: [usize; 2],
+    layers: &[(&str, &[f32])],
+    attributes: &[(&str, String)],
+) -> Result<Vec<u8>> {
+    let sides = size.map(|side| u32::try_from(side).unwrap_or(0));
+    bytes_of(path, Window::whole(sides), sides, layers, attributes)
 }
 
 /// The file of `layers` of the data window `window` of a picture of the size `full`.

@@ -1,6 +1,7 @@
 //! A part of a film.
 
 use std::fmt::{self, Display, Formatter};
+use std::ops::Range;
 use std::str::FromStr;
 
 /// A rectangle of a film's pixels; row 0 is the top row.
@@ -40,6 +41,28 @@ impl Window {
         let [left, width] = grown(self.left, self.width, size[0]);
         let [top, height] = grown(self.top, self.height, size[1]);
         Self { left, top, width, height }
+    }
+
+    /// The pixels that lie in both; `None` where there are none.
+    pub fn intersection(&self, other: &Self) -> Option<Self> {
+        let common = |a: u32, a_length: u32, b: u32, b_length: u32| {
+            let begin = a.max(b);
+            let end = a.saturating_add(a_length).min(b.saturating_add(b_length));
+            (begin < end).then(|| [begin, end - begin])
+        };
+        let [left, width] = common(self.left, self.width, other.left, other.width)?;
+        let [top, height] = common(self.top, self.height, other.top, other.height)?;
+        Some(Self { left, top, width, height })
+    }
+
+    /// The pixels of each of its rows: their indices on a film `width` pixels wide, and among its own.
+    pub fn rows(&self, width: usize) -> impl Iterator<Item = (Range<usize>, Range<usize>)> {
+        let Self { left, top, width: length, height } = *self;
+        let (left, top, length) = (left as usize, top as usize, length as usize);
+        (0..height as usize).map(move |row| {
+            let begin = (top + row) * width + left;
+            (begin..begin + length, row * length..(row + 1) * length)
+        })
     }
 
     /// Pixels in it.
@@ -85,6 +108,22 @@ mod tests {
         for bad in ["", "1,2", "1,2,3", "1,2,0x4", "-1,2,3x4", "1,2,3x4x5", "1;2;3x4"] {
             assert!(bad.parse::<Window>().is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn two_windows_have_pixels_in_common_or_not() {
+        let window = Window { left: 3, top: 1, width: 5, height: 2 };
+        let other = Window { left: 6, top: 2, width: 9, height: 9 };
+        let common = Window { left: 6, top: 2, width: 2, height: 1 };
+        assert_eq!(window.intersection(&other), Some(common));
+        assert_eq!(window.intersection(&Window { left: 8, ..other }), None);
+    }
+
+    #[test]
+    fn rows_lie_where_the_window_does() {
+        let window = Window { left: 3, top: 1, width: 2, height: 2 };
+        let rows: Vec<_> = window.rows(8).collect();
+        assert_eq!(rows, [(11..13, 0..2), (19..21, 2..4)]);
     }
 
     #[test]

@@ -36,7 +36,7 @@ impl Stop {
     }
 
     /// Marks that rays begin.
-    pub(super) fn begin_picture(&self) {
+    pub fn begin_picture(&self) {
         self.has_picture.store(true, Ordering::Release);
     }
 

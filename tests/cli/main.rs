@@ -6,5 +6,6 @@ mod skip;
 mod bad_files;
 mod error;
 mod help;
+mod merge;
 mod messages;
 mod terminal;

@@ -1,0 +1,152 @@
+//! `fogbow merge`: one picture of crops and passes that were rendered apart.
+
+mod attributes;
+mod part;
+mod pass;
+
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use super::console;
+use super::interrupt::Interrupt;
+use super::output::Output;
+use crate::error::{Error, Result};
+use crate::image::merge::{LayerMerge, NamedLayers, pass_weights};
+use crate::image::{Image, View, exr_layers_bytes, png_bytes};
+use part::Part;
+use pass::Pass;
+
+/// Arguments of `fogbow merge`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+Parts with the same seed are crops that fill the frame. The merged picture has their pixels bit for bit \
+and the header of the whole, with the work of all crops.\n\n\
+Parts with different seeds are passes: frames, whole or in crops. The merged picture is their mean, \
+weighed by rays and photons as they were asked for, never by measured noise. The layer rays is the sum, Z \
+the nearest, variance that of the mean with the spread between passes. fogbow:passes in the header lists \
+them.\n\n\
+The order of parts changes no byte. Parts of another scene, version or settings, unfinished ones, gaps and \
+overlaps are refused.")]
+pub(super) struct Args {
+    /// Pictures of fogbow render: crops that fill the frame, or frames with different seeds.
+    #[arg(value_name = "PART.exr", required = true)]
+    parts: Vec<PathBuf>,
+    /// The EXR to write, which is none of the parts; a PNG is written beside it.
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: PathBuf,
+    /// Print size, passes with their weights, work and paths as one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Merges the parts and writes the picture.
+///
+/// # Errors
+/// Where a part cannot be read, is unfinished or does not fit the others, where parts leave gaps or overlap, the
+/// picture cannot be written, or a signal comes before that.
+pub(super) fn run(args: &Args) -> Result<()> {
+    check_output(args)?;
+    let output = Output::check(&args.output)?;
+    let interrupt = Interrupt::listen()?;
+    interrupt.defer();
+    let parts = args.parts.iter().map(|path| Part::read(path)).collect::<Result<Vec<_>>>()?;
+    let passes = pass::group(parts)?;
+    let works: Vec<_> = passes.iter().map(Pass::work).collect();
+    let weights = pass_weights(&works);
+    let attributes = attributes::merged(&passes, &weights)?;
+    let warnings = pass::warnings(&passes);
+    console::warn(&warnings);
+
+    let layers = merged_layers(&passes, &weights, &interrupt)?;
+    let first = passes[0].first();
+    let view = first.view();
+    let png = write(&output, first.size, &layers, &attributes, view)?;
+    let names = output.names();
+    let written = if png { &names[..] } else { &names[..1] };
+    if args.json {
+        let report = json!({
+            "size": first.size,
+            "parts": args.parts.len(),
+            "passes": attributes::passes(&passes, &weights),
+            "work": attributes::work(&passes)?,
+            "warnings": warnings,
+            "outputs": written,
+        });
+        console::result(&report.to_string());
+    } else {
+        written.iter().for_each(|name| console::result(name));
+    }
+    Ok(())
+}
+
+/// Refuses an output that is one of the parts.
+fn check_output(args: &Args) -> Result<()> {
+    let place = |path: &Path| path.canonicalize().ok();
+    let output = place(&args.output);
+    match args.parts.iter().find(|part| output.is_some() && place(part) == output) {
+        None => Ok(()),
+        Some(part) => Err(Error::Usage(format!(
+            "-o {}: is the part {}; name another file",
+            args.output.display(),
+            part.display()
+        ))),
+    }
+}
+
+/// The layers of all parts merged. Parts are read one at a time; a signal ends it before the next.
+fn merged_layers(passes: &[Pass], weights: &[f64], interrupt: &Interrupt) -> Result<NamedLayers> {
+    let first = passes[0].first();
+    let mut merge = LayerMerge::new(first.size, &first.layers, passes.len()).map_err(|layer| {
+        let problem = format!("layer \"{layer}\" is none that passes can be merged of");
+        Error::file(&first.path, problem)
+    })?;
+    let go_on = || {
+        if interrupt.stop().is_asked() {
+            let message = "interrupted: nothing is written, and files are as they were".into();
+            return Err(Error::Interrupted { message, code: interrupt.exit_code() });
+        }
+        Ok(())
+    };
+    for (pass, weight) in passes.iter().zip(weights) {
+        merge.begin_pass(*weight);
+        for part in &pass.parts {
+            go_on()?;
+            merge.add(part.window, &part.read_layers()?);
+        }
+    }
+    go_on()?;
+    Ok(merge.finish())
+}
+
+/// Writes the picture of `size`. Returns whether there is a PNG: only where the parts say how it is viewed.
+fn write(
+    output: &Output,
+    size: [u32; 2],
+    layers: &NamedLayers,
+    attributes: &[(String, String)],
+    view: Option<View>,
+) -> Result<bool> {
+    let size = size.map(|side| side as usize);
+    let named: Vec<(&str, &[f32])> =
+        layers.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
+    let attributes: Vec<(&str, String)> =
+        attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+    let image = view.zip(image(size, layers));
+    let (png, exr) = rayon::join(
+        || image.map(|(view, image)| png_bytes(&output.png, &image, &view)).transpose(),
+        || exr_layers_bytes(&output.exr, size, &named, &attributes),
+    );
+    let png = png?;
+    output.write_bytes(&exr?, png.as_deref())?;
+    Ok(png.is_some())
+}
+
+/// The picture of `R`, `G` and `B`, where they are there.
+fn image([width, height]: [usize; 2], layers: &NamedLayers) -> Option<Image> {
+    let layer =
+        |name: &str| layers.iter().find_map(|(known, values)| (known == name).then_some(values));
+    let (r, g, b) = (layer("R")?, layer("G")?, layer("B")?);
+    let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
+    Some(Image::new(width, height, pixels))
+}

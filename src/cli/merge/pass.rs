@@ -1,0 +1,158 @@
+//! Passes: parts with the same seed, which agree in all else and fill the frame.
+
+use super::part::{PREFIX, Part};
+use crate::error::{Error, Result};
+use crate::image::Window;
+use crate::image::merge::{CoverageError, PassWork, check_coverage};
+
+/// Attributes in which the crops of a pass may differ. Those that begin with `work:` may, too.
+const OF_CROPS: [&str; 3] = ["crop", "recipe", "photons_asked"];
+
+/// Attributes in which passes may differ as well: seeds, the work that weighs them, and what follows from that,
+/// gather radius and estimators.
+pub(super) const OF_PASSES: [&str; 5] = ["seed", "rays", "photons", "radius", "strategies"];
+
+/// The attributes that are compared first: the others follow from them.
+const FOREMOST: [&str; 4] = ["version", "scene", "size", "method"];
+
+/// Files or gaps that a message names, at most.
+const NAMED: usize = 4;
+
+/// The frame of one seed.
+#[derive(Debug)]
+pub(super) struct Pass {
+    /// Its parts, from the top and then the left; at least one.
+    pub(super) parts: Vec<Part>,
+}
+
+impl Pass {
+    /// Its first part, which has the settings of all.
+    pub(super) fn first(&self) -> &Part {
+        &self.parts[0]
+    }
+
+    /// The work that was asked for: no photons where none were shot.
+    pub(super) fn work(&self) -> PassWork {
+        let count = |name| self.first().count(name).unwrap_or(0);
+        let shot = self.parts.iter().all(|part| part.count("work:photon_paths").unwrap_or(0) > 0);
+        PassWork { rays: count("rays"), photons: if shot { count("photons") } else { 0 } }
+    }
+}
+
+/// The passes of `parts`, by seed, whatever the order of the parts.
+///
+/// # Errors
+/// Where parts differ in what they must agree in, or those of a seed overlap or leave gaps.
+pub(super) fn group(mut parts: Vec<Part>) -> Result<Vec<Pass>> {
+    parts.sort_by_key(|part| (part.seed, part.window.top, part.window.left));
+    let mut passes: Vec<Pass> = Vec::new();
+    for part in parts {
+        match passes.last_mut().filter(|pass| pass.first().seed == part.seed) {
+            Some(pass) => pass.parts.push(part),
+            None => passes.push(Pass { parts: vec![part] }),
+        }
+    }
+    for pass in &passes {
+        agree(pass.first(), passes[0].first(), &[&OF_CROPS[..], &OF_PASSES].concat())?;
+        pass.parts.iter().try_for_each(|part| agree(part, pass.first(), &OF_CROPS))?;
+    }
+    passes.iter().try_for_each(fills)?;
+    Ok(passes)
+}
+
+/// Checks that two parts agree in layers and all attributes but `free`.
+fn agree(part: &Part, other: &Part, free: &[&str]) -> Result<()> {
+    let names = || part.attributes().chain(other.attributes()).map(|(name, _)| name);
+    let is_compared = |name: &&str| !name.starts_with("work:") && !free.contains(name);
+    let mut names: Vec<&str> = FOREMOST.into_iter().chain(names().filter(is_compared)).collect();
+    names[FOREMOST.len()..].sort_unstable();
+    let told = |value: Option<&str>| value.map_or("not there".into(), |value| format!("`{value}`"));
+    for name in names {
+        let (found, known) = (part.attribute(name), other.attribute(name));
+        if found != known {
+            let problem = format!(
+                "{PREFIX}{name} is {}, and {} in {}; parts of one picture have the same scene, settings and version",
+                told(found),
+                told(known),
+                other.path.display()
+            );
+            return Err(Error::file(&part.path, problem));
+        }
+    }
+    if part.layers != other.layers {
+        let problem = format!(
+            "has the layers {}, and {} those of {}; parts of one picture have the same",
+            part.layers.join(" "),
+            other.path.display(),
+            other.layers.join(" ")
+        );
+        return Err(Error::file(&part.path, problem));
+    }
+    Ok(())
+}
+
+/// Checks that the parts of a pass fill the frame.
+fn fills(pass: &Pass) -> Result<()> {
+    let windows: Vec<Window> = pass.parts.iter().map(|part| part.window).collect();
+    match check_coverage(pass.first().size, &windows) {
+        Ok(()) => Ok(()),
+        Err(CoverageError::Overlap { windows: [a, b], place }) => {
+            Err(overlap(&pass.parts[a], &pass.parts[b], place))
+        }
+        Err(CoverageError::Gaps(gaps)) => Err(gap(pass, &gaps)),
+    }
+}
+
+fn overlap(part: &Part, other: &Part, place: Window) -> Error {
+    let (seed, other_path) = (part.seed, other.path.display());
+    let problem = if part.window == other.window {
+        format!(
+            "has the seed {seed} and the pixels {place}, as has {other_path}: one picture would count twice; \
+             give each once, and render passes with different seeds"
+        )
+    } else {
+        format!(
+            "overlaps {other_path} in the pixels {place}, both with seed {seed}; give crops side by side"
+        )
+    };
+    Error::file(&part.path, problem)
+}
+
+fn gap(pass: &Pass, gaps: &[Window]) -> Error {
+    let Part { path, seed, .. } = pass.first();
+    let parts = match &pass.parts[1..] {
+        [] => format!("is the only part with seed {seed}, and lacks"),
+        others => {
+            let files = listed(others, |part| part.path.display().to_string(), ", ");
+            format!("is with {files} all there is of seed {seed}, and none has")
+        }
+    };
+    let places = listed(gaps, Window::to_string, " and ");
+    Error::file(path, format!("{parts} the pixels {places}; render --crop {}", gaps[0]))
+}
+
+/// The first few of `things` as `text` tells them, and how many there are beside.
+fn listed<T>(things: &[T], text: impl Fn(&T) -> String, between: &str) -> String {
+    let named: Vec<String> = things.iter().take(NAMED).map(text).collect();
+    let more = match things.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    named.join(between) + &more
+}
+
+/// Warnings about the merged picture.
+pub(super) fn warnings(passes: &[Pass]) -> Vec<String> {
+    let has_crops = passes.iter().any(|pass| pass.parts.len() > 1);
+    let first = passes[0].first();
+    let filtered = ["reconstructed", "denoised"]
+        .into_iter()
+        .find(|name| first.attribute(name) == Some("true"));
+    let seams = filtered.filter(|_| has_crops).map(|filtered| {
+        format!("the crops are {filtered}, each by its own pixels: seams between them may be seen")
+    });
+    let view = first.view().is_none().then(|| {
+        "there is no PNG: the parts do not tell fogbow:exposure and fogbow:view".to_owned()
+    });
+    seams.into_iter().chain(view).collect()
+}

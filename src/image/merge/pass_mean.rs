@@ -1,0 +1,240 @@
+//! The mean of passes, summed up in f64, one pass after the other.
+//!
+//! | layers | of the merged picture |
+//! | --- | --- |
+//! | `R` `G` `B` `A` `transmittance` `noisy.*` | the weighted mean: each is a mean over rays |
+//! | `saliency` `xs` `radius` `step` | the weighted mean: what a pixel was worth, and the widths it was rendered with |
+//! | `Z` | the least, as of the rays of one picture: the nearest surface that any ray met |
+//! | `rays` | the sum |
+//! | `variance` | that of the mean, with the spread between passes: see `variance.rs` |
+//!
+//! `variance` is of the luminance before noise was taken off: of `noisy.R`, `noisy.G` and `noisy.B` where
+//! they are there.
+
+use std::collections::BTreeMap;
+
+use super::super::{Layers, Window};
+use super::variance::Spread;
+use crate::math::{Rgb, luminance};
+
+/// How a layer is merged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Rule {
+    /// Weighted mean.
+    Mean,
+    /// Least value.
+    Least,
+    /// Sum.
+    Sum,
+    /// Variance of the mean of luminance.
+    Variance,
+}
+
+impl Rule {
+    /// The rule of the layer of that name.
+    fn new(layer: &str) -> Option<Self> {
+        match layer {
+            "R" | "G" | "B" | "A" | "transmittance" => Some(Self::Mean),
+            "noisy.R" | "noisy.G" | "noisy.B" => Some(Self::Mean),
+            "saliency" | "xs" | "radius" | "step" => Some(Self::Mean),
+            "Z" => Some(Self::Least),
+            "rays" => Some(Self::Sum),
+            "variance" => Some(Self::Variance),
+            _ => None,
+        }
+    }
+}
+
+/// A layer of the sum: of weighted values, of values, their least, or of variances times squared weights.
+#[derive(Debug)]
+struct LayerSum {
+    rule: Rule,
+    values: Vec<f64>,
+}
+
+/// The weighted mean of passes.
+#[derive(Debug)]
+pub struct PassMean {
+    width: usize,
+    layers: BTreeMap<String, LayerSum>,
+    /// Luminance of the passes, where there is a layer of variance.
+    spread: Option<Spread>,
+    passes: usize,
+    /// Weight of the pass that was begun last.
+    weight: f64,
+    /// Weight of all passes that were begun.
+    total: f64,
+}
+
+impl PassMean {
+    /// A picture of `size`, width and height, with `layers` of no pass yet.
+    ///
+    /// # Errors
+    /// The name of a layer for which there is no rule.
+    pub fn new(size: [u32; 2], layers: &[String]) -> Result<Self, String> {
+        let [width, height] = size.map(|side| side as usize);
+        let layer = |name: &String| {
+            let rule = Rule::new(name).ok_or_else(|| name.clone())?;
+            Ok((name.clone(), LayerSum { rule, values: vec![0.0; width * height] }))
+        };
+        let layers = layers.iter().map(layer).collect::<Result<BTreeMap<_, _>, String>>()?;
+        let has_variance = layers.values().any(|layer| layer.rule == Rule::Variance);
+        let spread = has_variance.then(|| Spread::new(width * height));
+        Ok(Self { width, layers, spread, passes: 0, weight: 0.0, total: 0.0 })
+    }
+
+    /// Begins the next pass, of a positive `weight`. The order of passes is that of summation.
+    pub fn begin_pass(&mut self, weight: f64) {
+        self.passes += 1;
+        self.weight = weight;
+        self.total += weight;
+    }
+
+    /// Adds the part of the pass that lies in `window`. Layers that the picture lacks are left out.
+    ///
+    /// # Panics
+    /// Where the part is not as large as `window`, or that reaches beyond the picture.
+    pub fn add(&mut self, window: Window, part: &Layers) {
+        let (weight, is_first) = (self.weight, self.passes == 1);
+        for (name, values) in &part.channels {
+            let Some(LayerSum { rule, values: sums }) = self.layers.get_mut(name) else { continue };
+            let add = |sum: &mut f64, value: f64| match rule {
+                Rule::Mean => *sum += weight * value,
+                Rule::Sum => *sum += value,
+                Rule::Least => *sum = if is_first { value } else { sum.min(value) },
+                Rule::Variance => *sum += weight * weight * value,
+            };
+            for (pixels, own) in window.rows(self.width) {
+                let values = values[own].iter().copied().map(f64::from);
+                sums[pixels].iter_mut().zip(values).for_each(|(sum, value)| add(sum, value));
+            }
+        }
+        self.add_spread(window, part);
+    }
+
+    fn add_spread(&mut self, window: Window, part: &Layers) {
+        let channels = [["noisy.R", "noisy.G", "noisy.B"], ["R", "G", "B"]]
+            .map(|names| names.map(|name| part.get(name)));
+        let known = channels.into_iter().find_map(|[r, g, b]| Some([r?, g?, b?]));
+        let (Some(spread), Some(channels)) = (&mut self.spread, known) else { return };
+        for (pixels, own) in window.rows(self.width) {
+            for (pixel, own) in pixels.zip(own) {
+                let color = Rgb::from(channels.map(|channel| f64::from(channel[own])));
+                spread.add(pixel, luminance(color), self.weight, self.total);
+            }
+        }
+    }
+
+    /// The layers of the mean, sorted by name.
+    pub fn finish(self) -> Vec<(String, Vec<f32>)> {
+        let Self { width, layers, mut spread, passes, total, .. } = self;
+        let resolved = |(name, LayerSum { rule, mut values }): (String, LayerSum)| {
+            match rule {
+                Rule::Mean => values.iter_mut().for_each(|value| *value /= total),
+                Rule::Sum | Rule::Least => {}
+                Rule::Variance => {
+                    values.iter_mut().for_each(|value| *value /= total * total);
+                    if let Some(spread) = spread.take() {
+                        values = spread.variances(values, width, passes, total);
+                    }
+                }
+            }
+            (name, values.into_iter().map(|value| value as f32).collect())
+        };
+        layers.into_iter().map(resolved).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: [u32; 2] = [3, 2];
+
+    /// A part of a picture of [`SIZE`] whose layers have one value.
+    fn part(window: Window, layers: &[(&str, f32)]) -> Layers {
+        let pixels = window.pixels() as usize;
+        let channel = |&(name, value): &(&str, f32)| (name.to_owned(), vec![value; pixels]);
+        Layers {
+            width: window.width as usize,
+            height: window.height as usize,
+            corner: [window.left as i32, window.top as i32],
+            display: [3, 2],
+            channels: layers.iter().map(channel).collect(),
+            attributes: BTreeMap::new(),
+        }
+    }
+
+    /// The value of each layer of the mean of whole passes of these weights, the same in all pixels.
+    fn mean(passes: &[(f64, &[(&str, f32)])]) -> BTreeMap<String, f32> {
+        let names: Vec<String> = passes[0].1.iter().map(|(name, _)| (*name).to_owned()).collect();
+        let mut mean = PassMean::new(SIZE, &names).unwrap();
+        for (weight, layers) in passes {
+            mean.begin_pass(*weight);
+            mean.add(Window::whole(SIZE), &part(Window::whole(SIZE), layers));
+        }
+        let one = |(name, values): (String, Vec<f32>)| {
+            assert!(values.iter().all(|value| *value == values[0]), "{name}: {values:?}");
+            (name, values[0])
+        };
+        mean.finish().into_iter().map(one).collect()
+    }
+
+    #[test]
+    fn each_layer_has_its_rule() {
+        let first: &[_] = &[("R", 1.0), ("Z", 7.0), ("rays", 4.0), ("radius", 0.5)];
+        let second: &[_] = &[("R", 2.0), ("Z", 6.0), ("rays", 12.0), ("radius", 0.25)];
+        let found = mean(&[(1.0, first), (3.0, second)]);
+        let expected = [("R", 1.75), ("Z", 6.0), ("radius", 0.3125), ("rays", 16.0)];
+        assert_eq!(found, expected.map(|(name, value)| (name.to_owned(), value)).into());
+    }
+
+    #[test]
+    fn variance_is_that_of_the_mean_with_the_spread() {
+        // Two passes of grey 1 and 3: (1² + 1²) / (2 · 1) between them; 0.5 and 0.1 of rays within.
+        let grey = |value| [("R", value), ("G", value), ("B", value)];
+        let pass = |value, variance| [&grey(value)[..], &[("variance", variance)]].concat();
+        let spread = mean(&[(1.0, &pass(1.0, 0.5)), (1.0, &pass(3.0, 0.1))])["variance"];
+        assert!((spread - 1.0).abs() < 1e-6, "{spread}");
+        // Passes that agree: (0.5 + 0.1) / 4, and with weights (0.5 + 9 · 0.1) / 16.
+        for (weight, expected) in [(1.0, 0.15), (3.0, 0.0875)] {
+            let within = mean(&[(1.0, &pass(2.0, 0.5)), (weight, &pass(2.0, 0.1))])["variance"];
+            assert!((within - expected).abs() < 1e-6, "{within} for {expected}");
+        }
+    }
+
+    #[test]
+    fn variance_is_that_of_the_picture_before_noise_was_taken_off() {
+        let pass = |clean, noisy| {
+            let names = ["R", "G", "B", "noisy.R", "noisy.G", "noisy.B"];
+            let values = [clean, clean, clean, noisy, noisy, noisy];
+            let layers: Vec<_> = names.into_iter().zip(values).collect();
+            [&layers[..], &[("variance", 0.0)]].concat()
+        };
+        let found = mean(&[(1.0, &pass(2.0, 1.0)), (1.0, &pass(2.0, 3.0))])["variance"];
+        assert!((found - 1.0).abs() < 1e-6, "{found}");
+    }
+
+    #[test]
+    fn passes_may_be_in_crops() {
+        let names = ["R", "Z"].map(str::to_owned);
+        let mut mean = PassMean::new(SIZE, &names).unwrap();
+        let windows = ["0,0,1x2", "1,0,2x2", "0,0,3x1", "0,1,3x1"].map(|w| w.parse().unwrap());
+        for (index, window) in windows.into_iter().enumerate() {
+            if index % 2 == 0 {
+                mean.begin_pass(1.0);
+            }
+            let value = index as f32;
+            mean.add(window, &part(window, &[("R", value), ("Z", -value)]));
+        }
+        let found = mean.finish();
+        assert_eq!(found[0].1, [1.0, 1.5, 1.5, 1.5, 2.0, 2.0]);
+        assert_eq!(found[1].1, [-2.0, -2.0, -2.0, -3.0, -3.0, -3.0]);
+    }
+
+    #[test]
+    fn a_layer_without_a_rule_is_told() {
+        let names = ["R", "velocity"].map(str::to_owned);
+        assert_eq!(PassMean::new(SIZE, &names).unwrap_err(), "velocity");
+    }
+}
