@@ -24,7 +24,7 @@ Parts with the same seed are crops that fill the frame. The merged picture has t
 and the header of the whole, with the work of all crops.\n\n\
 Parts with different seeds are passes: frames, whole or in crops. The merged picture is their mean, \
 weighed by rays and photons as they were asked for, never by measured noise. The layer rays is the sum, Z \
-the nearest, variance that of the mean with the spread between passes. fogbow:passes in the header lists \
+the nearest, variance that of the mean by the spread between passes. fogbow:passes in the header lists \
 them.\n\n\
 The order of parts changes no byte. Parts of another scene, version or settings, unfinished ones, gaps and \
 overlaps are refused.")]

@@ -120,15 +120,18 @@ fn overlap(part: &Part, other: &Part, place: Window) -> Error {
 
 fn gap(pass: &Pass, gaps: &[Window]) -> Error {
     let Part { path, seed, .. } = pass.first();
-    let parts = match &pass.parts[1..] {
-        [] => format!("is the only part with seed {seed}, and lacks"),
+    let others = match &pass.parts[1..] {
+        [] => String::new(),
         others => {
-            let files = listed(others, |part| part.path.display().to_string(), ", ");
-            format!("is with {files} all there is of seed {seed}, and none has")
+            " with ".to_owned() + &listed(others, |part| part.path.display().to_string(), ", ")
         }
     };
     let places = listed(gaps, Window::to_string, " and ");
-    Error::file(path, format!("{parts} the pixels {places}; render --crop {}", gaps[0]))
+    let problem = format!(
+        "leaves gaps{others}: no part with seed {seed} has the pixels {places}; render --crop {}",
+        gaps[0]
+    );
+    Error::file(path, problem)
 }
 
 /// The first few of `things` as `text` tells them, and how many there are beside.

@@ -6,7 +6,7 @@
 //! from the work that was asked for ([`pass_weights`]).
 //!
 //! Parts are added one at a time. In memory are the part at hand and the whole picture: as f32 where it is
-//! pasted, and as f64 sums where passes are averaged, which are two more a pixel than layers.
+//! pasted, and as f64 sums where passes are averaged, one more a pixel than there are layers.
 
 mod coverage;
 mod pass_mean;

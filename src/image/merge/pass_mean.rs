@@ -6,7 +6,7 @@
 //! | `saliency` `xs` `radius` `step` | the weighted mean: what a pixel was worth, and the widths it was rendered with |
 //! | `Z` | the least, as of the rays of one picture: the nearest surface that any ray met |
 //! | `rays` | the sum |
-//! | `variance` | that of the mean, with the spread between passes: see `variance.rs` |
+//! | `variance` | that of the mean, from the spread between passes: see `variance.rs` |
 //!
 //! `variance` is of the luminance before noise was taken off: of `noisy.R`, `noisy.G` and `noisy.B` where
 //! they are there.
@@ -45,7 +45,7 @@ impl Rule {
     }
 }
 
-/// A layer of the sum: of weighted values, of values, their least, or of variances times squared weights.
+/// A layer of the sum: of weighted values, of values or their least; empty for the variance.
 #[derive(Debug)]
 struct LayerSum {
     rule: Rule,
@@ -75,7 +75,8 @@ impl PassMean {
         let [width, height] = size.map(|side| side as usize);
         let layer = |name: &String| {
             let rule = Rule::new(name).ok_or_else(|| name.clone())?;
-            Ok((name.clone(), LayerSum { rule, values: vec![0.0; width * height] }))
+            let pixels = if rule == Rule::Variance { 0 } else { width * height };
+            Ok((name.clone(), LayerSum { rule, values: vec![0.0; pixels] }))
         };
         let layers = layers.iter().map(layer).collect::<Result<BTreeMap<_, _>, String>>()?;
         let has_variance = layers.values().any(|layer| layer.rule == Rule::Variance);
@@ -98,11 +99,12 @@ impl PassMean {
         let (weight, is_first) = (self.weight, self.passes == 1);
         for (name, values) in &part.channels {
             let Some(LayerSum { rule, values: sums }) = self.layers.get_mut(name) else { continue };
-            let add = |sum: &mut f64, value: f64| match rule {
-                Rule::Mean => *sum += weight * value,
-                Rule::Sum => *sum += value,
-                Rule::Least => *sum = if is_first { value } else { sum.min(value) },
-                Rule::Variance => *sum += weight * weight * value,
+            let add: &dyn Fn(&mut f64, f64) = match rule {
+                Rule::Mean => &|sum, value| *sum += weight * value,
+                Rule::Sum => &|sum, value| *sum += value,
+                Rule::Least if is_first => &|sum, value| *sum = value,
+                Rule::Least => &|sum, value| *sum = sum.min(value),
+                Rule::Variance => continue,
             };
             for (pixels, own) in window.rows(self.width) {
                 let values = values[own].iter().copied().map(f64::from);
@@ -133,10 +135,8 @@ impl PassMean {
                 Rule::Mean => values.iter_mut().for_each(|value| *value /= total),
                 Rule::Sum | Rule::Least => {}
                 Rule::Variance => {
-                    values.iter_mut().for_each(|value| *value /= total * total);
-                    if let Some(spread) = spread.take() {
-                        values = spread.variances(values, width, passes, total);
-                    }
+                    let spread = spread.take();
+                    values = spread.map_or(values, |spread| spread.variances(width, passes, total));
                 }
             }
             (name, values.into_iter().map(|value| value as f32).collect())
@@ -190,16 +190,14 @@ mod tests {
     }
 
     #[test]
-    fn variance_is_that_of_the_mean_with_the_spread() {
-        // Two passes of grey 1 and 3: (1² + 1²) / (2 · 1) between them; 0.5 and 0.1 of rays within.
+    fn variance_is_that_of_the_mean_by_the_spread() {
         let grey = |value| [("R", value), ("G", value), ("B", value)];
         let pass = |value, variance| [&grey(value)[..], &[("variance", variance)]].concat();
-        let spread = mean(&[(1.0, &pass(1.0, 0.5)), (1.0, &pass(3.0, 0.1))])["variance"];
-        assert!((spread - 1.0).abs() < 1e-6, "{spread}");
-        // Passes that agree: (0.5 + 0.1) / 4, and with weights (0.5 + 9 · 0.1) / 16.
-        for (weight, expected) in [(1.0, 0.15), (3.0, 0.0875)] {
-            let within = mean(&[(1.0, &pass(2.0, 0.5)), (weight, &pass(2.0, 0.1))])["variance"];
-            assert!((within - expected).abs() < 1e-6, "{within} for {expected}");
+        // Two passes of grey 1 and 3: (1² + 1²) / (2 · 1), and with the weights 1 and 3, whose mean is 2.5:
+        // (1 · 1.5² + 3 · 0.5²) / (4 · 1). What each pass thinks of itself does not count.
+        for (weight, expected) in [(1.0, 1.0), (3.0, 0.75)] {
+            let found = mean(&[(1.0, &pass(1.0, 0.5)), (weight, &pass(3.0, 0.1))])["variance"];
+            assert!((found - expected).abs() < 1e-6, "{found} for {expected}");
         }
     }
 

@@ -1,15 +1,18 @@
-//! The variance of the mean of passes.
+//! The variance of the mean of passes, from what differs between them.
 //!
-//! Each pass knows how its rays scatter within a pixel, and nothing of the noise that they share: that of
-//! photons and cells. What differs between passes holds both. The variance within passes is precise but too
-//! small; that between them is right on average but rests on few passes. What the second has more than the
-//! first is the noise of photons, which changes little from pixel to pixel: it is averaged over neighbours
-//! and added to the first.
+//! The layer `variance` of a pass is not used: it follows from the rays of a pixel as if they were
+//! independent. They share photons and cells, whose noise it does not know, and their points in the pixel
+//! are stratified, so that they have less noise than it says. The spread between passes holds all noise
+//! and is right on average, but rests on few passes. So the spread of neighbours takes part in it, the less the more
+//! passes there are, as in the moderated variances of Smyth 2004, "Linear Models and Empirical Bayes Methods".
 
-/// Pixels on each side of a pixel over which the noise of photons is averaged: 49 in all. From two passes a
-/// pixel alone tells its variance with a relative standard deviation of the square root of 2, and 49 that are
-/// independent with a seventh of that.
+/// Pixels on each side of a pixel whose spread takes part in its own: the blotches of photons are wider
+/// than a pixel.
 const POOL_RADIUS: usize = 3;
+
+/// Degrees of freedom for which the mean spread of neighbours stands. A pixel has one less than there are
+/// passes.
+const POOL_FREEDOM: f64 = 4.0;
 
 /// Luminance of the passes in each pixel: its weighted mean and the sum of squared deviations from it, by
 /// the update of West 1979, "Updating Mean and Variance Estimates: An Improved Method".
@@ -32,23 +35,18 @@ impl Spread {
         self.squares[index] += weight * before * (luminance - self.means[index]);
     }
 
-    /// The variance of the mean of `passes` of the weight `total`: that `within` passes, of which `width` make a row, and
-    /// the excess over it of the variance between passes, as far as it is positive.
-    pub(super) fn variances(
-        self,
-        within: Vec<f64>,
-        width: usize,
-        passes: usize,
-        total: f64,
-    ) -> Vec<f64> {
-        if passes < 2 {
-            return within;
+    /// The variance of the mean of `passes` of the weight `total` in each pixel, of which `width` make a row; 0 for
+    /// a single pass.
+    pub(super) fn variances(self, width: usize, passes: usize, total: f64) -> Vec<f64> {
+        let freedom = passes.saturating_sub(1) as f64;
+        if freedom < 1.0 {
+            return self.squares;
         }
-        let per_mean = 1.0 / ((passes - 1) as f64 * total);
-        let between = self.squares.iter().map(|squares| squares * per_mean);
-        let excess: Vec<f64> = between.zip(&within).map(|(all, within)| all - within).collect();
-        let photons = pooled(&excess, width);
-        within.iter().zip(photons).map(|(within, photons)| within + photons.max(0.0)).collect()
+        let mut variances = self.squares;
+        variances.iter_mut().for_each(|squares| *squares /= freedom * total);
+        let near = pooled(&variances, width);
+        let own = freedom / (freedom + POOL_FREEDOM);
+        variances.iter().zip(near).map(|(value, near)| own * value + (1.0 - own) * near).collect()
     }
 }
 
@@ -83,7 +81,7 @@ mod tests {
     use crate::math::{Stage, Stream};
 
     /// Four passes whose rays and photons are both as noisy, photons in blocks of 4 x 4 pixels. The layer's mean
-    /// has a standard deviation of 1.5 % of the variance of the mean, so that 6 % is exceeded once in 10 000 seeds.
+    /// has a relative standard deviation of about 1.5 %, so that 6 % is exceeded once in 10 000 seeds.
     #[test]
     fn the_layer_is_the_variance_of_the_mean_on_average() {
         const SIDE: usize = 128;
@@ -99,34 +97,37 @@ mod tests {
             }
         }
         // A uniform number has the variance 1/12.
-        let within = 1.0 / 12.0 / PASSES as f64;
-        let found = spread.variances(vec![within; SIDE * SIDE], SIDE, PASSES, PASSES as f64);
+        let truth = 2.0 / 12.0 / PASSES as f64;
+        let found = spread.variances(SIDE, PASSES, PASSES as f64);
         let mean = found.iter().sum::<f64>() / found.len() as f64;
-        assert!((mean / (2.0 * within) - 1.0).abs() < 0.06, "{mean} for {}", 2.0 * within);
-        assert!(found.iter().all(|variance| *variance >= within));
+        assert!((mean / truth - 1.0).abs() < 0.06, "{mean} for {truth}");
+        assert!(found.iter().all(|variance| *variance > 0.0));
     }
 
     #[test]
-    fn noise_that_passes_do_not_know_of_is_added() {
+    fn variance_is_that_of_the_mean() {
         // Two passes, 1 and 3 in all pixels: the mean's variance is (1 + 1) / (2 * 1) = 1.
         let mut spread = Spread::new(12);
         for pixel in 0..12 {
             spread.add(pixel, 1.0, 1.0, 1.0);
             spread.add(pixel, 3.0, 1.0, 2.0);
         }
-        let found = spread.variances(vec![0.25; 12], 4, 2, 2.0);
+        let found = spread.variances(4, 2, 2.0);
         assert!(found.iter().all(|v| (v - 1.0).abs() < 1e-12), "{found:?}");
     }
 
     #[test]
-    fn passes_that_agree_have_the_variance_within_them() {
-        let mut spread = Spread::new(6);
-        for pixel in 0..6 {
-            spread.add(pixel, 5.0, 1.0, 1.0);
-            spread.add(pixel, 5.0, 0.5, 1.5);
+    fn neighbours_stand_for_some_freedom() {
+        // Three passes that differ in the left one of two pixels, by 1 (1 + 0 + 1) / (3 * 2); 2 of 6 parts are
+        // a pixel's own.
+        let mut spread = Spread::new(2);
+        for (pass, luminance) in [1.0, 2.0, 3.0].into_iter().enumerate() {
+            spread.add(0, luminance, 1.0, (pass + 1) as f64);
+            spread.add(1, 7.0, 1.0, (pass + 1) as f64);
         }
-        let within: Vec<f64> = (0..6).map(f64::from).collect();
-        assert_eq!(spread.variances(within.clone(), 3, 2, 1.5), within);
+        let found = spread.variances(2, 3, 3.0);
+        let expected = [2.0 / 6.0 + 4.0 / 6.0 * 0.5, 4.0 / 6.0 * 0.5].map(|part| part / 3.0);
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
     }
 
     #[test]
@@ -135,7 +136,7 @@ mod tests {
         let mut spread = Spread::new(1);
         spread.add(0, 1.0, 1.0, 1.0);
         spread.add(0, 5.0, 3.0, 4.0);
-        let found = spread.variances(vec![0.0], 1, 2, 4.0);
+        let found = spread.variances(1, 2, 4.0);
         assert!((found[0] - 3.0).abs() < 1e-12, "{found:?}");
     }
 
