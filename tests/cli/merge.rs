@@ -71,7 +71,7 @@ fn parts() -> &'static Path {
     made.path()
 }
 
-/// A folder of one test with links to all [`parts`].
+/// A folder of one test with copies of all [`parts`].
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for entry in std::fs::read_dir(parts()).unwrap() {
