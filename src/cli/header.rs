@@ -6,6 +6,12 @@ use super::partial::COMPLETE;
 use crate::render::Rendered;
 use crate::scene::{Director, Planning, Scene};
 
+/// What names of attributes of fogbow begin with.
+pub(super) const PREFIX: &str = "fogbow:";
+
+/// What names of counters of work begin with, behind [`PREFIX`].
+pub(super) const WORK: &str = "work:";
+
 /// The attribute of a complete picture that holds its [`recipe`].
 pub(super) const RECIPE: &str = "fogbow:recipe";
 
@@ -111,8 +117,8 @@ pub(super) fn attributes(
 ) -> Vec<(String, String)> {
     let work = object(serde_json::to_value(rendered.work).unwrap_or_default());
     let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-    let setting = |(name, value)| (format!("fogbow:{name}"), text(value));
-    let counter = |(name, value): (&String, &Value)| (format!("fogbow:work:{name}"), text(value));
+    let setting = |(name, value)| (format!("{PREFIX}{name}"), text(value));
+    let counter = |(name, value): (&String, &Value)| (format!("{PREFIX}{WORK}{name}"), text(value));
     let unfinished = (!rendered.is_complete()).then(|| (COMPLETE.into(), "false".into()));
     settings.iter().map(setting).chain(work.iter().map(counter)).chain(unfinished).collect()
 }

@@ -12,8 +12,8 @@ use super::console;
 use super::interrupt::Interrupt;
 use super::output::Output;
 use crate::error::{Error, Result};
-use crate::image::merge::{LayerMerge, NamedLayers, pass_weights};
-use crate::image::{Image, View, exr_layers_bytes, png_bytes};
+use crate::image::merge::{LayerMerge, pass_weights};
+use crate::image::{Channels, Layers, View, exr_layers_bytes, png_bytes};
 use part::Part;
 use pass::Pass;
 
@@ -58,10 +58,12 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let warnings = pass::warnings(&passes);
     console::warn(&warnings);
 
-    let layers = merged_layers(&passes, &weights, &interrupt)?;
+    let channels = merged_channels(&passes, &weights, &interrupt)?;
     let first = passes[0].first();
-    let view = first.view();
-    let png = write(&output, first.size, &layers, &attributes, view)?;
+    let [width, height] = first.size.map(|side| side as usize);
+    let (corner, display) = ([0, 0], [width, height]);
+    let merged = Layers { width, height, corner, display, channels, attributes };
+    let png = write(&output, &merged, first.view())?;
     let names = output.names();
     let written = if png { &names[..] } else { &names[..1] };
     if args.json {
@@ -94,8 +96,8 @@ fn check_output(args: &Args) -> Result<()> {
     }
 }
 
-/// The layers of all parts merged. Parts are read one at a time; a signal ends it before the next.
-fn merged_layers(passes: &[Pass], weights: &[f64], interrupt: &Interrupt) -> Result<NamedLayers> {
+/// The channels of all parts merged. Parts are read one at a time; a signal ends it before the next.
+fn merged_channels(passes: &[Pass], weights: &[f64], interrupt: &Interrupt) -> Result<Channels> {
     let first = passes[0].first();
     let mut merge = LayerMerge::new(first.size, &first.layers, passes.len()).map_err(|layer| {
         let problem = format!("layer \"{layer}\" is none that passes can be merged of");
@@ -119,34 +121,18 @@ fn merged_layers(passes: &[Pass], weights: &[f64], interrupt: &Interrupt) -> Res
     Ok(merge.finish())
 }
 
-/// Writes the picture of `size`. Returns whether there is a PNG: only where the parts say how it is viewed.
-fn write(
-    output: &Output,
-    size: [u32; 2],
-    layers: &NamedLayers,
-    attributes: &[(String, String)],
-    view: Option<View>,
-) -> Result<bool> {
-    let size = size.map(|side| side as usize);
-    let named: Vec<(&str, &[f32])> =
-        layers.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
-    let attributes: Vec<(&str, String)> =
-        attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-    let image = view.zip(image(size, layers));
+/// Writes the picture `merged`. Returns whether there is a PNG: only where the parts say how it is viewed.
+fn write(output: &Output, merged: &Layers, view: Option<View>) -> Result<bool> {
+    let named: Vec<_> =
+        merged.channels.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
+    let attributes: Vec<_> =
+        merged.attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+    let image = view.zip(merged.image());
     let (png, exr) = rayon::join(
         || image.map(|(view, image)| png_bytes(&output.png, &image, &view)).transpose(),
-        || exr_layers_bytes(&output.exr, size, &named, &attributes),
+        || exr_layers_bytes(&output.exr, merged.display, &named, &attributes),
     );
     let png = png?;
     output.write_bytes(&exr?, png.as_deref())?;
     Ok(png.is_some())
-}
-
-/// The picture of `R`, `G` and `B`, where they are there.
-fn image([width, height]: [usize; 2], layers: &NamedLayers) -> Option<Image> {
-    let layer =
-        |name: &str| layers.iter().find_map(|(known, values)| (known == name).then_some(values));
-    let (r, g, b) = (layer("R")?, layer("G")?, layer("B")?);
-    let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
-    Some(Image::new(width, height, pixels))
 }

@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::map::averages;
 use super::snapshot::{Snapshot, middle};
-use crate::image::{Film, Image, srgb_encode};
+use crate::image::{Film, Image, averages, srgb_encode};
 use crate::math::{Ray, Rgb, Span, World, luminance, nth_smallest};
 use crate::scene::plan::Needs;
 use crate::scene::{Operator, Scene};
@@ -102,7 +101,7 @@ pub fn scattering_x_map(pilot: &Film) -> Vec<f32> {
 }
 
 /// The XS-map, 0 to 1: w_x X + w_s S, or X^w_x S^w_s (Anson et al. 2006, section 3.3, whose own
-/// weights are (0.5, 0.5) with the sum), or X^w_x / (1 + w_s (1 - S)): where S is 0 as much more error passes. The two
+/// weights are (0.5, 0.5) with the sum), or X^w_x / (1 + w_s (1 - S)), by which 1 + w_s times the error passes where S is 0. The two
 /// maps have one value a pixel each, 0 to 1; a map whose weight is 0 is not read and may be empty.
 pub fn xs_map(x: &[f32], s: &[f32], weights: [f64; 2], operator: Operator) -> Vec<f32> {
     let value = |map: &[f32], weight: f64, index: usize| {

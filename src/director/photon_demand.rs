@@ -4,7 +4,7 @@ use crate::strategy::Measured;
 
 /// Fewest photons of a directed picture, as a share of the gold standard's.
 ///
-/// Unit: none. Derivation: twice as many as a pilot shoots, which knows the variance of no fewer.
+/// Unit: none. Derivation: twice those of the pilot that measures their variance.
 const MIN_SHARE: f64 = 1.0 / 16.0;
 
 /// What a directed picture spends on photons, and leaves to rays.
@@ -22,9 +22,10 @@ impl PhotonDemand {
         Self { paths: photons, ray_share: 1.0 }
     }
 
-    /// Photons and rays that have the error of the gold standard together and cost least, where a pilot `measured` that
-    /// of its `photons` and rays: with variances V and costs c as one over the number of each, the error is shared in
-    /// proportion to √(V c) (by the method of Lagrange). Never more than the gold standard has.
+    /// The photons and rays that together have the gold standard's error at the least cost. A pilot `measured` variance V
+    /// and cost c of its `photons` and of its rays: V falls as one over their number and c rises with it, so that each of
+    /// both gets a part of the error in proportion to its √(V c) (by the method of Lagrange). There are never more photons
+    /// than the gold standard has.
     pub fn new(measured: &Measured, photons: u64) -> Self {
         let variance = measured.variance;
         let of_photons = variance.photon_variance.max(0.0);

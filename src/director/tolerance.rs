@@ -10,8 +10,7 @@ use std::f64::consts::LN_10;
 use rayon::prelude::*;
 
 use super::importance::white;
-use super::map::{averages, within};
-use crate::image::Image;
+use crate::image::{Image, averages, within};
 use crate::math::nth_smallest;
 
 /// Luminance of the display's white, and what its black reflects.
@@ -156,23 +155,20 @@ pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f3
     // Where lights are seen in mirrors a few pixels hold most of the noise, also gold's.
     let kept = rendered.len() - rendered.len() / PIXELS_PER_OUTLIER;
     let most = kept.checked_sub(1).and_then(|rank| nth_smallest(rendered.clone(), rank));
-    let counted = || rendered.iter().map(|own| Some(*own) <= most);
-    let sum = |errors: &[f64]| -> f64 {
-        errors.iter().zip(counted()).filter(|(_, counts)| *counts).map(|(error, _)| error).sum()
-    };
+    let counted: Vec<usize> =
+        (0..rendered.len()).filter(|pixel| Some(rendered[*pixel]) <= most).collect();
+    let sum = |of: &dyn Fn(usize) -> f64| -> f64 { counted.iter().map(|pixel| of(*pixel)).sum() };
     let [rays, gold] = [error.rays.min(gold), gold].map(f64::from);
-    let bias = sum(&in_visible(error.squared_bias, visible)).max(0.0);
-    let of_gold = allowed * sum(&rendered) * left(gold / rays);
+    let squared_bias = in_visible(error.squared_bias, visible);
+    let bias = sum(&|pixel| squared_bias[pixel]).max(0.0);
+    let of_gold = allowed * sum(&|pixel| rendered[pixel]) * left(gold / rays);
     let share = |variance: &f64| variance.powf(SHARE_POWER);
     let shares: Vec<f64> = reconstructed.iter().map(share).collect();
     // Bias is where noise is.
-    let biased = 1.0 + bias / sum(&reconstructed).max(f64::MIN_POSITIVE);
+    let biased = 1.0 + bias / sum(&|pixel| reconstructed[pixel]).max(f64::MIN_POSITIVE);
     let directed = |factor: f64| -> f64 {
-        let of_pixel = |(variance, share): (&f64, &f64)| {
-            biased * variance * left((factor * share).clamp(rays, gold) / rays)
-        };
-        let errors: Vec<f64> = reconstructed.iter().zip(&shares).map(of_pixel).collect();
-        sum(&errors)
+        let times = |pixel: usize| (factor * shares[pixel]).clamp(rays, gold) / rays;
+        sum(&|pixel| biased * reconstructed[pixel] * left(times(pixel)))
     };
     // The error falls as the factor rises, from all pixels at the floor to all at the ceiling.
     let noisy = || shares.iter().copied().filter(|share| *share > 0.0);

@@ -1,8 +1,7 @@
 //! Rays by the variance of pixels, as a pilot measured it.
 
 use super::budget::PixelBudget;
-use super::map::within;
-use crate::image::Film;
+use crate::image::{Film, within};
 
 use crate::scene::Directing;
 

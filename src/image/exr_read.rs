@@ -32,10 +32,13 @@ pub struct Layers {
     /// Width and height of the display window: larger than the picture's where it is a part.
     pub display: [usize; 2],
     /// Channels by name, row by row from the top.
-    pub channels: BTreeMap<String, Vec<f32>>,
+    pub channels: Channels,
     /// The header's attributes that are strings.
     pub attributes: BTreeMap<String, String>,
 }
+
+/// Values of channels by name, row by row from the top.
+pub type Channels = BTreeMap<String, Vec<f32>>;
 
 /// The header of an EXR file's first part.
 #[derive(Clone, Debug, PartialEq)]

@@ -14,6 +14,7 @@ mod film;
 mod hdr_read;
 pub mod merge;
 mod meter;
+mod neighborhood;
 mod palette;
 mod picture;
 mod pixels;
@@ -29,10 +30,13 @@ pub use agx::AgxCurve;
 pub use decoded::{DecodedTexture, Encoding};
 pub use decoder::PICTURE_DECODER;
 pub use denoise::Denoiser;
-pub use exr_read::{Layers, LayersHeader, read_attributes, read_exr, read_header, read_layers};
+pub use exr_read::{
+    Channels, Layers, LayersHeader, read_attributes, read_exr, read_header, read_layers,
+};
 pub use exr_write::{exr_bytes, exr_layers_bytes, write_exr, write_exr_image, write_exr_layers};
 pub use film::{FAR, Features, Film, FilmPixel};
 pub use meter::meter;
+pub use neighborhood::{averages, within};
 pub use palette::{NOT_FINITE, viridis};
 pub use picture::Picture;
 pub use pixels::{Image, MAX_PIXELS};

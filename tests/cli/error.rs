@@ -2,15 +2,11 @@
 
 use std::path::Path;
 
-use assert_cmd::Command;
 use exr::prelude::write_rgb_file;
 use serde_json::Value;
 
 fn run(folder: &Path, args: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fogbow"));
-    let output = command.current_dir(folder).arg("error").args(args).output().unwrap();
-    let [out, err] = [output.stdout, output.stderr].map(|s| String::from_utf8(s).unwrap());
-    (output.status.code().unwrap(), out, err)
+    crate::run(folder, &[&["error"], args].concat())
 }
 
 /// A folder with a.exr, a grey ramp of 32 x 24 pixels, and b.exr, a tenth brighter; small.exr has

@@ -9,3 +9,16 @@ mod help;
 mod merge;
 mod messages;
 mod terminal;
+
+use std::path::Path;
+
+use assert_cmd::Command;
+
+/// Runs fogbow in `folder`: its exit code, and what it prints to stdout and stderr.
+fn run(folder: &Path, args: &[&str]) -> (i32, String, String) {
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fogbow"));
+    let output = command.current_dir(folder).args(args).output().unwrap();
+    let [out, err] = [output.stdout, output.stderr].map(|s| String::from_utf8(s).unwrap());
+    assert!(!err.contains("panicked"), "{args:?}: {err}");
+    (output.status.code().unwrap(), out, err)
+}

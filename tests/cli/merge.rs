@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use assert_cmd::Command;
 use fogbow::image::{Layers, read_layers, write_exr_layers};
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::run;
 
 /// A ball of smoke before a wall.
 const SCENE: &str = "\
@@ -37,14 +38,6 @@ radiance = [20, 16, 12]
 
 /// Crops of odd sizes that fill the frame.
 const CROPS: [&str; 4] = ["0,0,13x23", "13,0,20x7", "13,7,1x16", "14,7,19x16"];
-
-fn run(folder: &Path, args: &[&str]) -> (i32, String, String) {
-    let mut command = Command::new(assert_cmd::cargo::cargo_bin!("fogbow"));
-    let output = command.current_dir(folder).args(args).output().unwrap();
-    let [out, err] = [output.stdout, output.stderr].map(|s| String::from_utf8(s).unwrap());
-    assert!(!err.contains("panicked"), "{args:?}: {err}");
-    (output.status.code().unwrap(), out, err)
-}
 
 fn render(folder: &Path, name: &str, more: &[&str]) {
     let args = [&["render", "s.toml", "-o", name, "--quiet"], more].concat();
@@ -342,14 +335,11 @@ fn variance_is_that_of_rays_and_photons() {
         merges(folder, parts, name);
         layers(folder, name)
     });
-    let luminance = |layers: &Layers, index: usize| {
-        let [r, g, b] = ["R", "G", "B"].map(|name| f64::from(layers.get(name).unwrap()[index]));
-        0.2126 * r + 0.7152 * g + 0.0722 * b
-    };
+    let light = |layers: &Layers| -> Vec<f64> { layers.image().unwrap().luminances().collect() };
     let variance = |layers: &Layers| {
         layers.get("variance").unwrap().iter().map(|v| f64::from(*v)).sum::<f64>()
     };
-    let differences = (0..33 * 23).map(|i| (luminance(&a, i) - luminance(&b, i)).powi(2));
+    let differences = light(&a).into_iter().zip(light(&b)).map(|(a, b)| (a - b).powi(2));
     let truth = differences.sum::<f64>() / 2.0;
     let ratio = (variance(&a) + variance(&b)) / 2.0 / truth;
     assert!((0.5..1.6).contains(&ratio), "{ratio}");

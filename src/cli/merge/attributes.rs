@@ -4,19 +4,17 @@ use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
 
-use super::part::{PASSES, PREFIX, Part};
+use super::super::header::{PREFIX, WORK};
+use super::part::{PASSES, Part};
 use super::pass::{OF_PASSES, Pass};
 use crate::error::{Error, Result};
-
-/// What names of counters of work begin with.
-const WORK: &str = "work:";
 
 /// The attributes that all parts agree in, without crop and recipe, the work of all parts, and where there are
 /// several passes those.
 ///
 /// # Errors
 /// Where a counter is no number or the sum too large.
-pub(super) fn merged(passes: &[Pass], weights: &[f64]) -> Result<Vec<(String, String)>> {
+pub(super) fn merged(passes: &[Pass], weights: &[f64]) -> Result<BTreeMap<String, String>> {
     let parts = || passes.iter().flat_map(|pass| &pass.parts);
     let of_part = |name: &str| ["crop", "recipe"].contains(&name) || name.starts_with(WORK);
     let agree = |(name, value): &(&str, &str)| {

@@ -2,12 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use super::super::header::PREFIX;
 use super::super::partial::{COMPLETE, PREVIEW};
 use crate::error::{Error, Result};
 use crate::image::{Layers, LayersHeader, View, Window, read_header, read_layers};
-
-/// What names of attributes of fogbow begin with.
-pub(super) const PREFIX: &str = "fogbow:";
 
 /// The attribute that lists the passes of a merged picture.
 pub(super) const PASSES: &str = "fogbow:passes";

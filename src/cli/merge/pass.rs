@@ -1,6 +1,7 @@
 //! Passes: parts with the same seed, which agree in all else and fill the frame.
 
-use super::part::{PREFIX, Part};
+use super::super::header::{PREFIX, WORK};
+use super::part::Part;
 use crate::error::{Error, Result};
 use crate::image::Window;
 use crate::image::merge::{CoverageError, PassWork, check_coverage};
@@ -63,7 +64,7 @@ pub(super) fn group(mut parts: Vec<Part>) -> Result<Vec<Pass>> {
 /// Checks that two parts agree in layers and all attributes but `free`.
 fn agree(part: &Part, other: &Part, free: &[&str]) -> Result<()> {
     let names = || part.attributes().chain(other.attributes()).map(|(name, _)| name);
-    let is_compared = |name: &&str| !name.starts_with("work:") && !free.contains(name);
+    let is_compared = |name: &&str| !name.starts_with(WORK) && !free.contains(name);
     let mut names: Vec<&str> = FOREMOST.into_iter().chain(names().filter(is_compared)).collect();
     names[FOREMOST.len()..].sort_unstable();
     let told = |value: Option<&str>| value.map_or("not there".into(), |value| format!("`{value}`"));

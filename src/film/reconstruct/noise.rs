@@ -38,29 +38,34 @@ impl Reconstruction<'_> {
     /// With the filter F and the halves A and B, whose noise is independent, the mean of (F(A) - A)(F(B) - B) is the
     /// squared bias, less what the scales hide of it that both halves choose.
     pub fn noise(&self) -> FilmNoise {
-        let of = |difference: &(dyn Fn(usize) -> f32 + Sync)| {
-            let differences = (0..self.film.pixels.len()).into_par_iter();
-            let differences: Vec<f32> = differences.map(difference).collect();
-            self.variances(&differences)
-        };
         let mut is_edge = vec![false; self.film.pixels.len()];
         self.edges().into_iter().for_each(|pixel| is_edge[pixel] = true);
-        let reconstructed = of(&|pixel| difference(self.filtered(pixel, is_edge[pixel])));
-        let rendered = of(&|pixel| difference(as_rendered(&self.film.pixels[pixel])));
-        let squared_bias = |pixel: usize| {
-            let [filtered, rendered] =
-                [self.filtered(pixel, is_edge[pixel]), as_rendered(&self.film.pixels[pixel])];
-            let Some((filtered, rendered)) = filtered.zip(rendered) else { return 0.0 };
-            (filtered[0] - rendered[0]) * (filtered[1] - rendered[1])
+        // Differences of the halves after and before reconstruction, and the product of what it changes in each.
+        let of_pixel = |pixel: usize| {
+            let components = &self.film.pixels[pixel];
+            if !is_in_both_halves(components) {
+                return [0.0; 3];
+            }
+            let filtered = self.filtered(pixel, is_edge[pixel]);
+            let rendered = as_rendered(components);
+            let [a, b] = [0, 1].map(|half| filtered[half] - rendered[half]);
+            [filtered[0] - filtered[1], rendered[0] - rendered[1], a * b]
         };
         let pixels = (0..self.film.pixels.len()).into_par_iter();
-        FilmNoise { reconstructed, rendered, squared_bias: pixels.map(squared_bias).collect() }
+        let pixels: Vec<[f32; 3]> = pixels.map(of_pixel).collect();
+        let [filtered, rendered, squared_bias] =
+            [0, 1, 2].map(|part| pixels.iter().map(|pixel| pixel[part]).collect::<Vec<f32>>());
+        FilmNoise {
+            reconstructed: self.variances(&filtered),
+            rendered: self.variances(&rendered),
+            squared_bias,
+        }
     }
 
     /// Luminance of both halves of a pixel once they are filtered; `is_edge` where visibility rays tell what the pixel
     /// sees. Elsewhere its own rays do: filtered light is in proportion to the opacity and reflectance that
     /// those of each half find.
-    fn filtered(&self, pixel: usize, is_edge: bool) -> Option<[f32; 2]> {
+    fn filtered(&self, pixel: usize, is_edge: bool) -> [f32; 2] {
         let components = &self.film.pixels[pixel];
         let light = |half: usize| {
             let (sums, filtered) = (&components.halves[half], &self.halves[half]);
@@ -81,8 +86,7 @@ impl Reconstruction<'_> {
             };
             media + reflected + rest
         };
-        let halves = || [0, 1].map(|half| luminance(light(half).as_dvec3()) as f32);
-        is_in_both_halves(components).then(halves)
+        [0, 1].map(|half| luminance(light(half).as_dvec3()) as f32)
     }
 
     /// Squares whose mean is the variance of the mean of two halves with these differences, without what pixels around
@@ -115,14 +119,9 @@ fn is_in_both_halves(pixel: &PixelComponents) -> bool {
 }
 
 /// Luminance of both halves of a pixel as they are rendered.
-fn as_rendered(pixel: &PixelComponents) -> Option<[f32; 2]> {
+fn as_rendered(pixel: &PixelComponents) -> [f32; 2] {
     let light = |half: &HalfSums| luminance((half.radiance / half.rays).as_dvec3()) as f32;
-    is_in_both_halves(pixel).then(|| pixel.halves.each_ref().map(light))
-}
-
-/// Difference of both halves; none of a pixel that has rays in one alone.
-fn difference(halves: Option<[f32; 2]>) -> f32 {
-    halves.map_or(0.0, |[a, b]| a - b)
+    pixel.halves.each_ref().map(light)
 }
 
 #[cfg(test)]
@@ -164,7 +163,7 @@ mod tests {
             let told = reconstruction.noise().squared_bias;
             let right = |pixel: usize| {
                 let truth = truth((pixel % SIZE[0]) as f64);
-                let [a, b] = reconstruction.filtered(pixel, false).unwrap();
+                let [a, b] = reconstruction.filtered(pixel, false);
                 (f64::from(a) - truth) * (f64::from(b) - truth)
             };
             let mean = |of: &dyn Fn(usize) -> f64| {

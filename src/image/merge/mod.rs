@@ -14,15 +14,12 @@ mod pasted;
 mod variance;
 mod weights;
 
-use super::{Layers, Window};
+use super::{Channels, Layers, Window};
 
 pub use coverage::{CoverageError, check_coverage};
 pub use pass_mean::PassMean;
 pub use pasted::Pasted;
 pub use weights::{PassWork, pass_weights};
-
-/// The layers of a picture by name, each row by row from the top.
-pub type NamedLayers = Vec<(String, Vec<f32>)>;
 
 /// A picture that parts are added to.
 #[derive(Debug)]
@@ -65,8 +62,8 @@ impl LayerMerge {
         }
     }
 
-    /// The layers of the merged picture, sorted by name.
-    pub fn finish(self) -> NamedLayers {
+    /// The layers of the merged picture.
+    pub fn finish(self) -> Channels {
         match self {
             Self::Pasted(pasted) => pasted.finish(),
             Self::Mean(mean) => mean.finish(),

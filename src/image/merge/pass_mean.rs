@@ -13,7 +13,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::{Layers, Window};
+use super::super::{Channels, Layers, Window};
 use super::variance::Spread;
 use crate::math::{Rgb, luminance};
 
@@ -127,8 +127,8 @@ impl PassMean {
         }
     }
 
-    /// The layers of the mean, sorted by name.
-    pub fn finish(self) -> Vec<(String, Vec<f32>)> {
+    /// The layers of the mean.
+    pub fn finish(self) -> Channels {
         let Self { width, layers, mut spread, passes, total, .. } = self;
         let resolved = |(name, LayerSum { rule, mut values }): (String, LayerSum)| {
             match rule {
@@ -226,8 +226,8 @@ mod tests {
             mean.add(window, &part(window, &[("R", value), ("Z", -value)]));
         }
         let found = mean.finish();
-        assert_eq!(found[0].1, [1.0, 1.5, 1.5, 1.5, 2.0, 2.0]);
-        assert_eq!(found[1].1, [-2.0, -2.0, -2.0, -3.0, -3.0, -3.0]);
+        assert_eq!(found["R"], [1.0, 1.5, 1.5, 1.5, 2.0, 2.0]);
+        assert_eq!(found["Z"], [-2.0, -2.0, -2.0, -3.0, -3.0, -3.0]);
     }
 
     #[test]

@@ -1,14 +1,12 @@
 //! The crops of one pass, pasted together.
 
-use std::collections::BTreeMap;
-
-use super::super::{Layers, Window};
+use super::super::{Channels, Layers, Window};
 
 /// A picture of which crops are pasted, bit for bit.
 #[derive(Debug)]
 pub struct Pasted {
     width: usize,
-    layers: BTreeMap<String, Vec<f32>>,
+    layers: Channels,
 }
 
 impl Pasted {
@@ -32,9 +30,9 @@ impl Pasted {
         }
     }
 
-    /// The layers, sorted by name.
-    pub fn finish(self) -> Vec<(String, Vec<f32>)> {
-        self.layers.into_iter().collect()
+    /// The layers.
+    pub fn finish(self) -> Channels {
+        self.layers
     }
 }
 
@@ -56,11 +54,11 @@ mod tests {
                 corner: [left as i32, 0],
                 display: [2, 2],
                 channels: [("R".to_owned(), column.to_vec())].into(),
-                attributes: BTreeMap::new(),
+                attributes: std::collections::BTreeMap::new(),
             };
             pasted.add(window, &part);
         }
-        let (name, layer) = pasted.finish().swap_remove(0);
+        let (name, layer) = pasted.finish().pop_first().unwrap();
         let bits = layer.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let expected = [values[0][0], values[1][0], values[0][1], values[1][1]].map(f32::to_bits);
         assert_eq!((name.as_str(), bits.as_slice()), ("R", &expected[..]));

@@ -6,6 +6,8 @@
 //! and is right on average, but rests on few passes. So the spread of neighbours takes part in it, the less the more
 //! passes there are, as in the moderated variances of Smyth 2004, "Linear Models and Empirical Bayes Methods".
 
+use super::super::neighborhood::averages;
+
 /// Pixels on each side of a pixel whose spread takes part in its own: the blotches of photons are wider
 /// than a pixel.
 const POOL_RADIUS: usize = 3;
@@ -44,35 +46,11 @@ impl Spread {
         }
         let mut variances = self.squares;
         variances.iter_mut().for_each(|squares| *squares /= freedom * total);
-        let near = pooled(&variances, width);
+        let size = [width, variances.len() / width];
+        let near = averages(size, &variances, POOL_RADIUS);
         let own = freedom / (freedom + POOL_FREEDOM);
         variances.iter().zip(near).map(|(value, near)| own * value + (1.0 - own) * near).collect()
     }
-}
-
-/// The mean of `values` over a square of [`POOL_RADIUS`], cut where the picture ends; `width` make a row.
-fn pooled(values: &[f64], width: usize) -> Vec<f64> {
-    let height = values.len() / width;
-    let near =
-        |at: usize, end: usize| at.saturating_sub(POOL_RADIUS)..(at + POOL_RADIUS + 1).min(end);
-    let mean = |sum: f64, count: usize| sum / count as f64;
-    let mut across = vec![0.0; values.len()];
-    for (row, means) in values.chunks_exact(width).zip(across.chunks_exact_mut(width)) {
-        for (x, value) in means.iter_mut().enumerate() {
-            let near = &row[near(x, width)];
-            *value = mean(near.iter().sum(), near.len());
-        }
-    }
-    let mut pooled = vec![0.0; values.len()];
-    for (y, means) in pooled.chunks_exact_mut(width).enumerate() {
-        let rows = near(y, height);
-        for row in rows.clone() {
-            let row = &across[row * width..(row + 1) * width];
-            means.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
-        }
-        means.iter_mut().for_each(|sum| *sum = mean(*sum, rows.len()));
-    }
-    pooled
 }
 
 #[cfg(test)]
@@ -138,18 +116,5 @@ mod tests {
         spread.add(0, 5.0, 3.0, 4.0);
         let found = spread.variances(1, 2, 4.0);
         assert!((found[0] - 3.0).abs() < 1e-12, "{found:?}");
-    }
-
-    #[test]
-    fn a_square_is_averaged_as_far_as_the_picture_goes() {
-        let mut values = vec![0.0; 10 * 9];
-        values[4 * 10 + 5] = 49.0;
-        let found = pooled(&values, 10);
-        // Column, row and the pixels of the square about it.
-        for (x, y, pixels) in [(5, 4, 49.0), (2, 7, 30.0), (8, 4, 35.0), (5, 1, 35.0)] {
-            assert!((found[y * 10 + x] - 49.0 / pixels).abs() < 1e-12, "{x} {y}: {found:?}");
-        }
-        assert_eq!([found[4 * 10 + 9], found[4 * 10 + 1], found[0]], [0.0; 3]);
-        assert!(pooled(&[7.0; 6], 3).iter().all(|v| (v - 7.0_f64).abs() < 1e-12));
     }
 }

@@ -1,6 +1,4 @@
-//! Maps over the pixels of a picture: at another size, and averaged over the pixels around each.
-
-use rayon::prelude::*;
+//! Resampling of maps to another size.
 
 /// `map`, of the size `from` (width, height), resampled to the size `to`: bilinearly between the middles
 /// of pixels where it grows, by the mean over the area of each new pixel where it shrinks.
@@ -57,30 +55,6 @@ fn mean(map: &[f32], from: [u32; 2], to: [u32; 2]) -> Vec<f32> {
         (sum / area) as f32
     };
     (0..to[1]).flat_map(|y| (0..to[0]).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect()
-}
-
-/// The pixels at most `reach` columns and rows from one of a map of the size (width, height), itself among them.
-pub(super) fn within(
-    [width, height]: [usize; 2],
-    pixel: usize,
-    reach: usize,
-) -> impl Iterator<Item = usize> {
-    let (x, y) = (pixel % width, pixel / width);
-    let rows = y.saturating_sub(reach)..height.min(y + reach + 1);
-    rows.flat_map(move |row| {
-        let columns = x.saturating_sub(reach)..width.min(x + reach + 1);
-        columns.map(move |column| row * width + column)
-    })
-}
-
-/// The mean of `values` over the pixels [`within`] `reach` of each.
-pub(super) fn averages(size: [usize; 2], values: &[f64], reach: usize) -> Vec<f64> {
-    let average = |pixel: usize| {
-        let near = within(size, pixel, reach).map(|near| values[near]);
-        let (sum, count) = near.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
-        sum / count
-    };
-    (0..values.len()).into_par_iter().map(average).collect()
 }
 
 #[cfg(test)]
