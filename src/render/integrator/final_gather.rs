@@ -10,17 +10,18 @@
 use glam::DVec3;
 
 use crate::cache::FluenceGrid;
-use crate::math::{Ray, Spectrum, WorldPoint, warp};
-use crate::medium::Phase;
+use crate::math::{Ray, Rgb, Spectrum, WorldPoint, warp};
+use crate::medium::{Collision, Phase};
 use crate::photon::PhotonDirection;
 use crate::surface::SurfaceHit;
 use crate::transport::specular::scatter_specular;
-use crate::transport::tracking::FlightEnd;
+use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
 use crate::transport::{
     EquiangularLights, LightNumbers, MAX_EVENTS, PathContext, PathState, Scattering, direct_light,
     survives_roulette,
 };
 
+use super::light_lobes::{SentPath, SentRatios};
 use super::setup::{Estimate, Integrator};
 
 /// A final gather in progress.
@@ -35,12 +36,15 @@ pub(super) struct GatherPath<S> {
     indirect_weight: f64,
     /// Indirect light found on surfaces, W/(m² sr).
     indirect: S,
+    /// How likely its last turns were to be sent toward lights.
+    sent_ratios: SentRatios,
 }
 
 impl<S: Spectrum> GatherPath<S> {
     /// A gather along `path` that has not been scattered yet.
     pub(super) const fn new(path: PathState<S>, level: usize, indirect_weight: f64) -> Self {
-        Self { path, unresolved: 1.0, level, indirect_weight, indirect: S::ZERO }
+        let sent_ratios = SentRatios::NONE;
+        Self { path, unresolved: 1.0, level, indirect_weight, indirect: S::ZERO, sent_ratios }
     }
 }
 
@@ -85,12 +89,18 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             return false;
         }
         path.radiance += path.throughput * self.sampled_environment(p, -incoming, phase, ctx);
-        path.radiance += path.throughput * self.sample_joint(p, incoming, medium, ctx);
         if let Some(nee) = &self.emission {
             let emitted: S = nee.sample(self.scene, p, incoming, phase, ctx);
             path.radiance += path.throughput * emitted;
         }
         let (direction, pdf) = phase.sample(incoming, u);
+        if let Some(toward) = self.toward_lights(p, medium) {
+            let before = SentPath::new(path, gather.sent_ratios, *unresolved);
+            path.radiance += self.sent_light(before, p, medium, &toward, ctx);
+            gather.sent_ratios.push(toward.density(direction) / pdf);
+        } else {
+            gather.sent_ratios.push(0.0);
+        }
         path.ray = Ray::new(p, direction);
         path.scattering = Some(Scattering { position: p, pdf, medium: Some(medium) });
         true
@@ -103,14 +113,14 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         if path.solids.is_none() {
             let end = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
             let lamps = self.lamps_along(&path.ray, end);
-            path.radiance += path.throughput * self.sampled_lamps(path, &lamps, ctx);
+            let weight = gather.sent_ratios.weight(self.media.sent_reach);
+            path.radiance += path.throughput * self.sampled_lamps(path, &lamps, ctx) * weight;
             let flown = self.fly(path, end, ctx);
             if !survives_roulette(&mut path.throughput, &mut ctx.rng) {
                 return false;
             }
             if let FlightEnd::Scattered { t, medium } = flown {
-                let direct = self.sampled_direct(path, t, medium, &lamps, ctx);
-                path.radiance += path.throughput * direct;
+                path.radiance += self.sampled_direct(path, weight, t, medium, &lamps, ctx);
                 let p = path.ray.at(t);
                 let u = ctx.rng.uniform2();
                 return self.scatter_or_look_up(gather, p, medium, u, ctx);
@@ -125,6 +135,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             path.radiance += path.throughput * S::from_rgb(emitted);
         }
         if hit.material.is_specular() {
+            // Light that comes by mirrors and glass is not what a path is sent for.
+            gather.sent_ratios = SentRatios::NONE;
             return follow_specular(path, &hit, ctx);
         }
         let reflected = self.reflected(&path.ray, &hit, gather.indirect_weight, ctx);
@@ -133,11 +145,33 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         false
     }
 
+    /// Flies through the media as far as `end` metres and adds what they emit. A gather is never
+    /// absorbed.
+    fn fly(&self, path: &mut PathState<S>, end: f64, ctx: &mut PathContext) -> FlightEnd {
+        let last = path.scattering;
+        let PathState { ray, throughput, radiance, .. } = path;
+        let media = &self.scene.media;
+        let weight = |collision: &Collision, emission: Rgb| {
+            let (Some(nee), Some(last)) = (&self.emission, last) else { return 1.0 };
+            let &Collision { t, medium, density, .. } = collision;
+            let sigma_t = media.get(medium).sigma_t * density;
+            nee.weight_of_hit(&last, medium, ray.at(t), emission, sigma_t)
+        };
+        let visit = |step: &FlightStep<S>, ctx: &mut PathContext| {
+            if ctx.needs.emission {
+                tracking::add_emission(radiance, media, ray, step, weight, ctx);
+            }
+        };
+        tracking::fly(media, ray, end, throughput, Absorption::Weighted, ctx, visit)
+    }
+
     /// Direct light that `medium` scatters at the distance `t` back along the path's ray, from lights that gathers
-    /// do not hit themselves; of `lamps` the part that the balance heuristic leaves.
-    fn sampled_direct(
+    /// do not hit themselves, times the path's throughput and `weight`; of `lamps` the part that the balance heuristic
+    /// leaves.
+    pub(super) fn sampled_direct(
         &self,
         path: &PathState<S>,
+        weight: f64,
         t: f64,
         medium: usize,
         lamps: &EquiangularLights<'_>,
@@ -152,18 +186,17 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             if self.handled_by_gather[index] {
                 return S::ZERO;
             }
-            let weight = path.scattering.map_or(1.0, |last| self.mis_weight(&last, -wo, index));
-            // Roulette before the shadow ray, by the phase function over that of isotropic scattering.
-            let value = weight * phase.eval(-light.direction.dot(wo));
+            // Roulette before the shadow ray, by the light over that of isotropic scattering.
+            let throughput = path.throughput * S::splat(weight);
+            let value = throughput.max_element() * phase.eval(-light.direction.dot(wo));
             let survival = (value / warp::uniform_sphere_pdf()).min(1.0);
             if ctx.rng.uniform() >= survival {
                 return S::ZERO;
             }
             let light_in = direct_light::in_scattered(self.scene, p, wo, &scatterers, light, ctx);
             let origin = light.origin(p);
-            let weight =
-                weight * self.weight_at_scattering(path, t, lamps, (index, &origin, choice), ctx);
-            light_in * (weight / (survival * choice * light.pdf))
+            let weight = self.weight_at_scattering(path, t, lamps, (index, &origin, choice), ctx);
+            throughput * light_in * (weight / (survival * choice * light.pdf))
         })
     }
 

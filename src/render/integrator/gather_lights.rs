@@ -66,8 +66,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let (through, flux) = self.through(&ray, t, ctx);
             let choice = lights.pick_probability(p, lamp.index);
             let pdf = lamps.pdf(lamp.index, &origin, t) + choice * flux;
-            let joint = path.scattering.map_or(1.0, |last| self.mis_weight(&last, -wo, lamp.index));
-            sum += through * light_in * (joint / (pdf * sample.pdf));
+            sum += through * light_in / (pdf * sample.pdf);
         }
         sum
     }

@@ -2,7 +2,7 @@
 //!
 //! A ray reads from [`camera_path`] (media, mirrors, first diffuse surface) through [`in_scattering`]
 //! (what media scatter along a ray) to the estimators that this sums: [`direct_in_media`],
-//! [`radiance_cache`], [`final_gather`] with [`joint_nee`] and [`emission_nee`], [`photon_gather`] and
+//! [`radiance_cache`], [`final_gather`] with [`light_lobes`] and [`emission_nee`], [`photon_gather`] and
 //! [`forward_peak`].
 //! [`reference`](mod@reference) is an integrator of its own.
 
@@ -13,7 +13,7 @@ mod final_gather;
 mod forward_peak;
 mod gather_lights;
 mod in_scattering;
-mod joint_nee;
+mod light_lobes;
 mod pending;
 mod photon_gather;
 mod radiance_cache;

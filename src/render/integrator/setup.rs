@@ -14,12 +14,8 @@ use crate::strategy::{Choice, holds_moments, makes_gathers};
 use crate::transport::camera_position;
 
 use super::emission_nee::EmissionNee;
+use super::light_lobes::LightLobes;
 use super::ray_estimators::{RayEstimators, handled_by_gather};
-
-/// [`concentration`](Phase::concentration) of a phase function above which final gathers sample it
-/// jointly with lights, without unit. Broader lobes hit lights often enough by themselves, and joint
-/// sampling costs a flight.
-const JOINT_CONCENTRATION: f64 = 6.0;
 
 /// Phase functions with their weights at a point.
 pub(super) type Scatterers<'a, S> = SmallVec<[(&'a Phase, S); 1]>;
@@ -74,8 +70,10 @@ pub(super) struct MediumTraits {
     pub albedo_lookups: u64,
     /// Whether camera rays are deflected by the forward peak of any phase function.
     pub has_forward_peak: bool,
-    /// For each medium whether final gathers sample its phase function jointly with lights.
-    pub joint_nee: Vec<bool>,
+    /// For each medium the lobes that send final gathers toward lights.
+    pub light_lobes: Vec<LightLobes>,
+    /// Scatterings after which a path that was sent toward a light ends.
+    pub sent_reach: usize,
     /// For each medium whether final gathers can end there.
     pub holds_moments: Vec<bool>,
 }
@@ -143,14 +141,13 @@ impl MediumTraits {
             1 => lookups - media.density_grids(),
             _ => lookups + media.density_grids(),
         };
+        let light_lobes: Vec<_> = media.iter().map(|m| LightLobes::new(&m.phase)).collect();
         Self {
             phases: media.iter().map(|m| m.phase).collect(),
             albedo_lookups,
             has_forward_peak: choice.splits.iter().any(|split| split.peak.is_some()),
-            joint_nee: media
-                .iter()
-                .map(|m| m.phase.concentration() > JOINT_CONCENTRATION)
-                .collect(),
+            sent_reach: light_lobes.iter().map(LightLobes::reach).max().unwrap_or(0),
+            light_lobes,
             holds_moments: choice.media.iter().map(|m| holds_moments(m.strategy)).collect(),
         }
     }
