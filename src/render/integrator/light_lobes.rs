@@ -136,41 +136,51 @@ impl<S: Spectrum> SentPath<S> {
     }
 }
 
+/// The middle of a light as seen from a place.
+#[derive(Debug, Clone, Copy)]
+struct Middle {
+    /// The unit direction to it.
+    direction: DVec3,
+    /// How far it is, in metres; infinite for lights that are.
+    distance: f64,
+}
+
 /// A direction toward a light.
-pub(super) struct SentDirection {
+struct SentDirection {
     /// The unit direction.
-    pub direction: DVec3,
+    direction: DVec3,
     /// Its density, 1/sr.
-    pub density: f64,
-    /// The unit direction to the middle of the light.
-    pub toward: DVec3,
+    density: f64,
+    /// The light's middle.
+    middle: Middle,
 }
 
 /// Directions from one place toward lights.
 pub(super) struct TowardLights<'a> {
     lobes: &'a [Phase],
-    /// Direction to each light, and the probability of taking it.
-    lights: SmallVec<[(DVec3, f64); MAX_LIGHTS]>,
+    /// Each light's middle, and the probability of taking it.
+    lights: SmallVec<[(Middle, f64); MAX_LIGHTS]>,
 }
 
 impl TowardLights<'_> {
     /// A direction.
-    pub fn sample(&self, rng: &mut Stream) -> SentDirection {
+    fn sample(&self, rng: &mut Stream) -> SentDirection {
         let mut left = rng.uniform();
         let light = self.lights.iter().find(|(_, probability)| {
             left -= probability;
             left < 0.0
         });
-        let (toward, _) = light.unwrap_or(&self.lights[0]);
+        let (middle, _) = *light.unwrap_or(&self.lights[0]);
         let lobe = (rng.uniform() * self.lobes.len() as f64) as usize;
-        let (direction, _) = self.lobes[lobe].sample(*toward, rng.uniform2());
-        SentDirection { direction, density: self.density(direction), toward: *toward }
+        let (direction, _) = self.lobes[lobe].sample(middle.direction, rng.uniform2());
+        SentDirection { direction, density: self.density(direction), middle }
     }
 
     /// Density of [`sample`](Self::sample) at the unit `direction`, 1/sr.
     pub fn density(&self, direction: DVec3) -> f64 {
         let lobes = |cosine: f64| self.lobes.iter().map(|lobe| lobe.eval(cosine)).sum::<f64>();
-        let of_light = |(toward, share): &(DVec3, f64)| share * lobes(toward.dot(direction));
+        let of_light =
+            |(middle, share): &(Middle, f64)| share * lobes(middle.direction.dot(direction));
         self.lights.iter().map(of_light).sum::<f64>() / self.lobes.len() as f64
     }
 }
@@ -183,19 +193,11 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         if lobes.is_empty() {
             return None;
         }
-        let mut lights: SmallVec<[(DVec3, f64); MAX_LIGHTS]> = SmallVec::new();
-        for (light, _) in self
-            .scene
-            .lights
-            .lights
-            .iter()
-            .zip(&self.handled_by_gather)
-            .filter(|(_, handled)| !**handled)
-        {
-            let Some(sample) = light.sample(p, MIDDLE).filter(LightSample::shines) else {
-                continue;
-            };
-            lights.push((sample.direction, light.incident_estimate(p)));
+        let mut lights: SmallVec<[(Middle, f64); MAX_LIGHTS]> = SmallVec::new();
+        for (light, is_hit) in self.scene.lights.lights.iter().zip(&self.handled_by_gather) {
+            let sample = light.sample(p, MIDDLE).filter(|sample| !is_hit && sample.shines());
+            let Some(LightSample { direction, distance, .. }) = sample else { continue };
+            lights.push((Middle { direction, distance }, light.incident_estimate(p)));
             if lights.len() > MAX_LIGHTS {
                 let weaker = |i: &usize, j: &usize| lights[*i].1.total_cmp(&lights[*j].1);
                 let weakest = (0..lights.len()).min_by(weaker)?;
@@ -219,7 +221,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     ) -> S {
         let reach = self.media.sent_reach;
         let phase = &self.scene.media.get(medium).phase;
-        let SentDirection { direction, density, toward } = toward.sample(&mut ctx.rng);
+        let SentDirection { direction, density, middle } = toward.sample(&mut ctx.rng);
         let pdf = phase.eval(sent.path.ray.direction.dot(direction));
         if pdf <= 0.0 {
             return S::ZERO;
@@ -234,8 +236,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         }
         // Light gets there as through a medium that scatters isotropically and as much in all (van de Hulst
         // 1980, similarity).
-        let ray = Ray::new(p, toward);
-        let through: S = self.scene.media.transmittance_counted(&ray, Span::AHEAD, &mut ctx.work);
+        let (ray, span) = (Ray::new(p, middle.direction), Span::new(0.0, middle.distance));
+        let through: S = self.scene.media.transmittance_counted(&ray, span, &mut ctx.work);
         let arrives =
             through.max_element().powf(1.0 - phase.mean_cosine().abs()).max(SMALLEST_ARRIVAL);
         if ctx.rng.uniform() >= arrives {
@@ -284,7 +286,8 @@ mod tests {
     use crate::math::Stage;
 
     fn toward_two(lobes: &LightLobes) -> TowardLights<'_> {
-        let lights = smallvec![(DVec3::X, 0.3), (DVec3::new(0.0, 0.6, -0.8), 0.7)];
+        let at = |direction| Middle { direction, distance: f64::INFINITY };
+        let lights = smallvec![(at(DVec3::X), 0.3), (at(DVec3::new(0.0, 0.6, -0.8)), 0.7)];
         TowardLights { lobes: &lobes.0, lights }
     }
 
@@ -310,9 +313,9 @@ mod tests {
         let count = 200_000;
         let (mut sums, mut squares) = ([0.0; 3], [0.0; 3]);
         for _ in 0..count {
-            let SentDirection { direction, density, toward: light } = toward.sample(&mut rng);
+            let SentDirection { direction, density, middle } = toward.sample(&mut rng);
             assert!((density - toward.density(direction)).abs() < 1e-12 && density > 0.0);
-            assert!(toward.lights.iter().any(|(direction, _)| *direction == light));
+            assert!(toward.lights.iter().any(|(of, _)| of.direction == middle.direction));
             let values = [1.0, direction.x.powi(2), direction.y * direction.z];
             for (index, value) in values.into_iter().enumerate() {
                 sums[index] += value / density;
