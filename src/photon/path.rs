@@ -173,8 +173,11 @@ impl PhotonTracer<'_> {
     /// Whether a photon along `ray` can leave anything behind.
     fn reaches(&self, ray: &Ray<World>) -> bool {
         let needs = &self.settings.needs;
+        let is_recorded = |bounds: Aabb<World>| !bounds.clip(ray).intersect(Span::AHEAD).is_empty();
         (needs.volume_photons
-            && (self.scene.media.is_endless() || self.deposit_regions.intersect(ray)))
+            && (self.scene.media.is_endless()
+                || self.deposit_regions.intersect(ray)
+                || self.flight_bounds.is_some_and(is_recorded)))
             || (needs.surfaces && self.scene.surfaces.occluded(ray, Span::AHEAD))
     }
 
