@@ -21,7 +21,8 @@ use crate::transport::{
     survives_roulette,
 };
 
-use super::light_lobes::{SentPath, SentRatios};
+use super::light_lobes::SentRatios;
+use super::sent_path::SentPath;
 use super::setup::{Estimate, Integrator};
 
 /// A final gather in progress.

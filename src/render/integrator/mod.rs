@@ -2,7 +2,7 @@
 //!
 //! A ray reads from [`camera_path`] (media, mirrors, first diffuse surface) through [`in_scattering`]
 //! (what media scatter along a ray) to the estimators that this sums: [`direct_in_media`],
-//! [`radiance_cache`], [`final_gather`] with [`light_lobes`] and [`emission_nee`], [`photon_gather`] and
+//! [`radiance_cache`], [`final_gather`] with [`sent_path`] and [`emission_nee`], [`photon_gather`] and
 //! [`forward_peak`].
 //! [`reference`](mod@reference) is an integrator of its own.
 
@@ -19,6 +19,7 @@ mod photon_gather;
 mod radiance_cache;
 mod ray_estimators;
 mod reference;
+mod sent_path;
 mod setup;
 
 pub(super) use reference::PathTracer;
