@@ -1,11 +1,11 @@
 //! Final gathers: paths that media scatter, until moments of the photons' fluence say the rest.
 //!
 //! [`GatherTermination`](crate::strategy::GatherTermination) says when. Each gather flies on as phase
-//! functions say, by null-collision tracking. At each scattering direct light is sampled, part of it
-//! [jointly](super::joint_nee), and so are [places that glow](super::emission_nee); an environment is hit
-//! where the path leaves the media, with the balance heuristic against sampling it (Veach 1997, section
-//! 9.2.2) unless it is constant. A diffuse surface ends the path, with its direct light and its photons'
-//! (Jensen 1996, "Global Illumination using Photon Maps").
+//! functions say, by null-collision tracking. At each scattering direct light is sampled, and so are
+//! [places that glow](super::emission_nee), and a [second path](super::sent_path) is sent toward a light; an
+//! environment is hit where the path leaves the media, with the balance heuristic against sampling it (Veach
+//! 1997, section 9.2.2) unless it is constant. A diffuse surface ends the path, with its direct light and its
+//! photons' (Jensen 1996, "Global Illumination using Photon Maps").
 
 use glam::DVec3;
 
