@@ -12,6 +12,7 @@
 
 use glam::DVec3;
 
+use crate::light::Light;
 use crate::math::{Ray, Span, Spectrum, WorldPoint, warp};
 use crate::photon::PhotonDirection;
 use crate::transport::tracking::{self, Absorption, FlightEnd};
@@ -55,11 +56,12 @@ impl<S: Spectrum> SentPath<S> {
 }
 
 impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
-    /// Directions from `p` in `medium` toward the lights that gathers do not hit themselves; `None` where the
-    /// medium has no lobes, or none of these lights sends light to `p`.
+    /// Directions from `p` in `medium` toward the lights that gathers do not hit themselves and that come from about
+    /// one direction; `None` where the medium has no lobes, or none of these lights sends light to `p`.
     pub(super) fn toward_lights(&self, p: WorldPoint, medium: usize) -> Option<TowardLights<'_>> {
         let lights = self.scene.lights.lights.iter().zip(&self.handled_by_gather);
-        let sampled = lights.filter(|(_, is_hit)| !**is_hit).map(|(light, _)| light);
+        let is_aim = |light: &Light, is_hit: bool| !is_hit && !light.is_environment();
+        let sampled = lights.filter(|(light, is_hit)| is_aim(light, **is_hit)).map(|(l, _)| l);
         TowardLights::new(&self.media.light_lobes[medium], sampled, p)
     }
 
