@@ -101,8 +101,9 @@ pub fn scattering_x_map(pilot: &Film) -> Vec<f32> {
 }
 
 /// The XS-map, 0 to 1: w_x X + w_s S, or X^w_x S^w_s (Anson et al. 2006, section 3.3, whose own
-/// weights are (0.5, 0.5) with the sum), or X^w_x / (1 + w_s (1 - S)), by which 1 + w_s times the error passes where S is 0. The two
-/// maps have one value a pixel each, 0 to 1; a map whose weight is 0 is not read and may be empty.
+/// weights are (0.5, 0.5) with the sum), or X^w_x / (1 + w_s (1 - S)), by which 1 + w_s times the error
+/// passes where S is 0. The two maps have one value a pixel each, 0 to 1; a map whose weight is 0 is not
+/// read and may be empty.
 pub fn xs_map(x: &[f32], s: &[f32], weights: [f64; 2], operator: Operator) -> Vec<f32> {
     let value = |map: &[f32], weight: f64, index: usize| {
         if weight == 0.0 { None } else { map.get(index).map(|v| f64::from(v.clamp(0.0, 1.0))) }

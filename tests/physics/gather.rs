@@ -287,29 +287,36 @@ fn few_photons_leave_haze_near_a_lamp_as_bright() {
     assert!((found / right - 1.0).abs() < 0.015, "{found} not {right}");
 }
 
+/// A thick ball of haze with the mean cosine `g`, seen from `camera` in sunlight along `direction`.
+fn ball_in_sunlight(camera: [f64; 3], g: f64, direction: [f64; 3], irradiance: f64) -> String {
+    format!(
+        r#"
+        [camera]
+        position = {camera:?}
+        target = [0.0, 0.0, 0.0]
+        fov = 26.0
+        [film]
+        size = [24, 24]
+        [[medium]]
+        region = {{ sphere = {{ center = [0.0, 0.0, 0.0], radius = 1.0 }} }}
+        sigma_t = 16.0
+        albedo = 0.999
+        phase = {{ type = "henyey-greenstein", g = {g:?} }}
+        [[light]]
+        type = "sun"
+        direction = {direction:?}
+        irradiance = {irradiance:?}
+        "#
+    )
+}
+
 /// Thick haze under a sun is as bright as it is, also to its rim, where light falls off fast and many
 /// cells lie half outside. The mean of three seeds scatters by 0.25 %, the reference by 0.35 %; where
 /// gathers start at the centres of cells that are as wide for many rays it is 2.0 % dark.
 #[test]
 fn gathers_lose_no_sunlight_in_thick_haze() {
     const SEEDS: u64 = 3;
-    let text = r#"
-        [camera]
-        position = [0.0, 0.6, 5.0]
-        target = [0.0, 0.0, 0.0]
-        fov = 26.0
-        [film]
-        size = [24, 24]
-        [[medium]]
-        region = { sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }
-        sigma_t = 16.0
-        albedo = 0.999
-        phase = { type = "henyey-greenstein", g = 0.85 }
-        [[light]]
-        type = "sun"
-        direction = [0.62, -0.62, -0.48]
-        irradiance = 3.5
-    "#;
+    let text = &ball_in_sunlight([0.0, 0.6, 5.0], 0.85, [0.62, -0.62, -0.48], 3.5);
     let (fast, exact) = (scene(text, 128, 100_000), scene(text, 3000, 0));
     let (found, right) = (found(&fast, SEEDS), right(&exact));
     assert!((found / right - 1.0).abs() < 0.013, "{found} not {right}");
@@ -321,23 +328,7 @@ fn gathers_lose_no_sunlight_in_thick_haze() {
 #[test]
 fn light_that_turns_round_is_found_once() {
     const SEEDS: u64 = 2;
-    let text = r#"
-        [camera]
-        position = [0.0, 0.0, 5.0]
-        target = [0.0, 0.0, 0.0]
-        fov = 26.0
-        [film]
-        size = [24, 24]
-        [[medium]]
-        region = { sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }
-        sigma_t = 16.0
-        albedo = 0.999
-        phase = { type = "henyey-greenstein", g = 0.95 }
-        [[light]]
-        type = "sun"
-        direction = [0.2, -0.3, -1.0]
-        irradiance = 3.0
-    "#;
+    let text = &ball_in_sunlight([0.0, 0.0, 5.0], 0.95, [0.2, -0.3, -1.0], 3.0);
     let mut fast = scene(text, 512, 1000);
     fast.render.strategy = StrategyRequest::Asked(Strategy::Traced);
     let blocks = (SIZE / BLOCK).pow(2) as f64;

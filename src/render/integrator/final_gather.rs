@@ -10,42 +10,36 @@
 use glam::DVec3;
 
 use crate::cache::FluenceGrid;
-use crate::math::{Ray, Rgb, Spectrum, WorldPoint, warp};
+use crate::math::{Rgb, Spectrum, WorldPoint, warp};
 use crate::medium::{Collision, Phase};
 use crate::photon::PhotonDirection;
 use crate::surface::SurfaceHit;
 use crate::transport::specular::scatter_specular;
 use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
 use crate::transport::{
-    EquiangularLights, LightNumbers, MAX_EVENTS, PathContext, PathState, Scattering, direct_light,
+    EquiangularLights, LightNumbers, MAX_EVENTS, PathContext, PathState, direct_light,
     survives_roulette,
 };
 
 use super::light_lobes::SentRatios;
-use super::sent_path::SentPath;
+use super::sent_path::MediumWalk;
 use super::setup::{Estimate, Integrator};
 
 /// A final gather in progress.
 pub(super) struct GatherPath<S> {
-    path: PathState<S>,
-    /// The first Legendre moment that fluence grids do not hold, as far as it is unresolved: 1 before
-    /// the first scattering.
-    unresolved: f64,
+    walk: MediumWalk<S>,
     /// Level of the fluence grids that are looked up.
     level: usize,
     /// Weight of the indirect light of surfaces.
     indirect_weight: f64,
     /// Indirect light found on surfaces, W/(m² sr).
     indirect: S,
-    /// How likely its last turns were to be sent toward lights.
-    sent_ratios: SentRatios,
 }
 
 impl<S: Spectrum> GatherPath<S> {
     /// A gather along `path` that has not been scattered yet.
     pub(super) const fn new(path: PathState<S>, level: usize, indirect_weight: f64) -> Self {
-        let sent_ratios = SentRatios::NONE;
-        Self { path, unresolved: 1.0, level, indirect_weight, indirect: S::ZERO, sent_ratios }
+        Self { walk: MediumWalk::new(path), level, indirect_weight, indirect: S::ZERO }
     }
 }
 
@@ -63,7 +57,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let ended = (0..MAX_EVENTS).any(|_| !self.gather_step(&mut gather, ctx));
             ctx.work.capped_rays += u64::from(!ended);
         }
-        Estimate { radiance: gather.path.radiance, indirect: gather.indirect }
+        Estimate { radiance: gather.walk.path.radiance, indirect: gather.indirect }
     }
 
     /// Ends the gather in the fluence grid at `p`, or scatters it there; whether it goes on.
@@ -76,7 +70,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> bool {
         let termination = &self.choice.termination;
-        let GatherPath { path, unresolved, level, .. } = gather;
+        let GatherPath { walk, level, .. } = gather;
+        let MediumWalk { path, unresolved, .. } = walk;
         let phase = &self.scene.media.get(medium).phase;
         let incoming = path.ray.direction;
         let is_first = *unresolved == 1.0;
@@ -95,26 +90,23 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             path.radiance += path.throughput * emitted;
         }
         let (direction, pdf) = phase.sample(incoming, u);
-        if let Some(toward) = self.toward_lights(p, medium) {
-            let before = SentPath::new(path, gather.sent_ratios, *unresolved);
-            path.radiance += self.sent_light(before, p, medium, &toward, ctx);
-            gather.sent_ratios.push(toward.density(direction) / pdf);
-        } else {
-            gather.sent_ratios.push(0.0);
+        let toward_lights = self.toward_lights(p, medium);
+        if let Some(toward) = &toward_lights {
+            walk.path.radiance += self.sent_light(*walk, p, medium, toward, ctx);
         }
-        path.ray = Ray::new(p, direction);
-        path.scattering = Some(Scattering { position: p, pdf, medium: Some(medium) });
+        let sent = toward_lights.map_or(0.0, |toward| toward.density(direction));
+        walk.turn(p, medium, direction, [pdf, sent]);
         true
     }
 
     /// Traces the gather to the next scattering or surface; whether it goes on.
     fn gather_step(&self, gather: &mut GatherPath<S>, ctx: &mut PathContext) -> bool {
-        let path = &mut gather.path;
+        let MediumWalk { path, sent_ratios, .. } = &mut gather.walk;
         let hit = direct_light::first_surface(self.scene, &path.ray, ctx);
         if path.solids.is_none() {
             let end = hit.as_ref().map_or(f64::INFINITY, |hit| hit.t);
             let lamps = self.lamps_along(&path.ray, end);
-            let weight = gather.sent_ratios.weight(self.media.sent_reach);
+            let weight = sent_ratios.weight(self.media.sent_reach);
             path.radiance += path.throughput * self.sampled_lamps(path, &lamps, ctx) * weight;
             let flown = self.fly(path, end, ctx);
             if !survives_roulette(&mut path.throughput, &mut ctx.rng) {
@@ -136,8 +128,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             path.radiance += path.throughput * S::from_rgb(emitted);
         }
         if hit.material.is_specular() {
-            // Light that comes by mirrors and glass is not what a path is sent for.
-            gather.sent_ratios = SentRatios::NONE;
+            // Paths that are sent toward lights end at mirrors and glass.
+            *sent_ratios = SentRatios::NONE;
             return follow_specular(path, &hit, ctx);
         }
         let reflected = self.reflected(&path.ray, &hit, gather.indirect_weight, ctx);

@@ -11,23 +11,35 @@ use crate::math::{Stream, WorldPoint};
 use crate::medium::Phase;
 
 /// [`concentration`](Phase::concentration) of a phase function above which final gathers are sent toward
-/// lights, without unit. Broader lobes hit lights often enough by themselves, and a second path costs flights.
+/// lights.
+///
+/// Unit: none. Limit: on the number of second paths. Broader lobes hit lights often enough by themselves.
 const MIN_CONCENTRATION: f64 = 6.0;
 
-/// Smallest mean cosine of a lobe, without unit. Broader ones send paths little oftener toward a light than
-/// any do.
+/// Smallest mean cosine of a lobe.
+///
+/// Unit: none. Limit: on the scatterings of second paths. Broader lobes send them toward a light little more often than
+/// chance.
 const MIN_MEAN_COSINE: f64 = 0.4;
 
 /// Most lights that gathers are sent toward from one place: those that send the most light to it.
+///
+/// Unit: count. Limit: on the lobes that the density of a direction is summed over.
 const MAX_LIGHTS: usize = 4;
 
-/// The two numbers for the position on a light that lobes lie round.
+/// The two uniform numbers that sample the middle of a light, round which its lobes lie.
+///
+/// Unit: none. Definition: the middle of the unit square.
 const MIDDLE: [f64; 2] = [0.5; 2];
 
 /// Most lobes of a phase function: the broadest then stands for [`MAX_REACH`] scatterings.
+///
+/// Unit: count. Limit: on the scatterings of second paths.
 const MAX_LOBES: usize = 6;
 
-/// Most scatterings after which a path that was sent toward a light ends.
+/// Most scatterings of a path that is sent toward a light.
+///
+/// Unit: count. Derivation: the broadest of the lobes for 1, 2, 4, ... scatterings.
 const MAX_REACH: usize = 1 << (MAX_LOBES - 1);
 
 /// The lobes that one phase function makes of a beam of light in 1, 2, 4, ... scatterings, from narrow to broad.
@@ -59,8 +71,8 @@ impl LightLobes {
     }
 }
 
-/// How likely each of a path's last turns would have been sent toward a light: for each turn the density of that
-/// over the density of the phase function.
+/// For each of a path's last turns the density of its direction among those toward lights over that by the phase
+/// function.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SentRatios {
     ratios: [f64; MAX_REACH],

@@ -12,7 +12,6 @@
 
 use glam::DVec3;
 
-use crate::light::Light;
 use crate::math::{Ray, Span, Spectrum, WorldPoint, warp};
 use crate::photon::PhotonDirection;
 use crate::transport::tracking::{self, Absorption, FlightEnd};
@@ -24,7 +23,7 @@ use super::setup::Integrator;
 /// Paths that are sent toward lights undergo Russian roulette where they should find less than this part of
 /// what one finds after isotropic scattering.
 ///
-/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
+/// Unit: none. Limit: on the number of such paths.
 const SMALLEST_EXPECTED: f64 = 0.3;
 
 /// Smallest probability with which such a path survives roulette by the light that gets to where it starts.
@@ -32,23 +31,26 @@ const SMALLEST_EXPECTED: f64 = 0.3;
 /// Unit: none. Limit: on the weight of what it finds of other lights, and nearer to the light.
 const SMALLEST_ARRIVAL: f64 = 0.1;
 
-/// A path that is sent toward a light. It brings direct light that is scattered, and nothing else.
-pub(super) struct SentPath<S> {
-    path: PathState<S>,
-    sent_ratios: SentRatios,
-    /// The first Legendre moment that fluence grids do not hold, as far as it is unresolved.
-    unresolved: f64,
+/// A path through media, with what its balance heuristic and its end depend on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MediumWalk<S> {
+    pub path: PathState<S>,
+    /// How likely its last turns were to be sent toward lights.
+    pub sent_ratios: SentRatios,
+    /// The first Legendre moment that fluence grids do not hold, as far as it is unresolved: 1 before
+    /// the first scattering.
+    pub unresolved: f64,
 }
 
-impl<S: Spectrum> SentPath<S> {
-    /// One that goes on from where `path` is scattered, with what is known of that.
-    pub const fn new(path: &PathState<S>, sent_ratios: SentRatios, unresolved: f64) -> Self {
-        Self { path: *path, sent_ratios, unresolved }
+impl<S: Spectrum> MediumWalk<S> {
+    /// Along `path`, which has not been scattered yet.
+    pub const fn new(path: PathState<S>) -> Self {
+        Self { path, sent_ratios: SentRatios::NONE, unresolved: 1.0 }
     }
 
     /// Turns to the unit `direction`, which has the density `pdf` by the phase function of `medium` at `p` and the
     /// density `sent` among directions toward lights, 1/sr.
-    fn turn(&mut self, p: WorldPoint, medium: usize, direction: DVec3, [pdf, sent]: [f64; 2]) {
+    pub fn turn(&mut self, p: WorldPoint, medium: usize, direction: DVec3, [pdf, sent]: [f64; 2]) {
         self.sent_ratios.push(sent / pdf);
         self.path.ray = Ray::new(p, direction);
         self.path.scattering = Some(Scattering { position: p, pdf, medium: Some(medium) });
@@ -60,16 +62,16 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// one direction; `None` where the medium has no lobes, or none of these lights sends light to `p`.
     pub(super) fn toward_lights(&self, p: WorldPoint, medium: usize) -> Option<TowardLights<'_>> {
         let lights = self.scene.lights.lights.iter().zip(&self.handled_by_gather);
-        let is_aim = |light: &Light, is_hit: bool| !is_hit && !light.is_environment();
-        let sampled = lights.filter(|(light, is_hit)| is_aim(light, **is_hit)).map(|(l, _)| l);
-        TowardLights::new(&self.media.light_lobes[medium], sampled, p)
+        let aims = lights.filter(|(light, is_hit)| !**is_hit && !light.is_environment());
+        TowardLights::new(&self.media.light_lobes[medium], aims.map(|(light, _)| light), p)
     }
 
     /// Direct light, W/(m² sr) times throughput, that a second path finds which is sent `toward` a light where
-    /// `medium` scatters the gather at `p`: its part by the balance heuristic.
+    /// `medium` scatters the gather at `p`: its part by the balance heuristic. The path brings no other light, and ends
+    /// at surfaces.
     pub(super) fn sent_light(
         &self,
-        mut sent: SentPath<S>,
+        mut sent: MediumWalk<S>,
         p: WorldPoint,
         medium: usize,
         toward: &TowardLights<'_>,
@@ -90,8 +92,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         if ctx.rng.uniform() >= survival {
             return S::ZERO;
         }
-        // Light gets there as through a medium that scatters isotropically and as much in all (van de Hulst
-        // 1980, similarity).
+        // Light that is scattered on its way falls off by the reduced coefficient (1 - g) sigma_t (similarity
+        // relation, van de Hulst 1980).
         let (ray, span) = (Ray::new(p, middle.direction), Span::new(0.0, middle.distance));
         let through: S = self.scene.media.transmittance_counted(&ray, span, &mut ctx.work);
         let arrives =
@@ -106,7 +108,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     }
 
     /// Traces the path to its next scattering; whether it goes on from there.
-    fn sent_step(&self, sent: &mut SentPath<S>, ctx: &mut PathContext) -> bool {
+    fn sent_step(&self, sent: &mut MediumWalk<S>, ctx: &mut PathContext) -> bool {
         let path = &mut sent.path;
         let hit = direct_light::first_surface(self.scene, &path.ray, ctx);
         let end = hit.map_or(f64::INFINITY, |hit| hit.t);
