@@ -6,7 +6,9 @@
 #     tests/check/before.sh OLD_BINARY NEW_BINARY [WORDS_OF_SCENES ...]
 #
 # The builds take turns, RUNS times (5), each time with seeds of their own. Told are medians of user and
-# system seconds and of the peak of resident memory with their ratios, and z: the mean over the runs of
+# system seconds and of the peak of resident memory with their ratios; noise, the ratio of the variances of
+# pictures, by the relative squared differences between successive seeds without the worst pixels; cost, that ratio
+# times that of the seconds: below 1 the new build has the same noise sooner; and z: the mean over the runs of
 # how much brighter the new picture is, over its standard error. Of Student's distribution with 4 degrees
 # of freedom 1 % lies beyond 4.6.
 set -euo pipefail
@@ -28,14 +30,25 @@ render() {
         "$1" render "$4" --seed "$2" -o "$work/$3.exr" --quiet > /dev/null
     awk '{ print $1 + $2, $3 }' "$work/spent" >> "$work/$3.spent"
 }
+# vary NAME: the difference between the picture and the one before, in NAME.noise.
+vary() {
+    if [ -e "$work/$1.before.exr" ]; then
+        "$new" error "$work/$1.before.exr" "$work/$1.exr" --json |
+            sed -n 's/.*"relative_mse_trimmed": \([-+.e0-9]*\).*/\1/p' >> "$work/$1.noise"
+    fi
+    cp "$work/$1.exr" "$work/$1.before.exr"
+}
+# mean NAME: of the lines of NAME.noise.
+mean() { awk '{ s += $1 } END { print s / NR }' "$work/$1.noise"; }
 # median NAME COLUMN: of the lines of NAME.spent.
 median() { awk -v c="$2" '{ print $c }' "$work/$1.spent" | sort -g | awk '{ v[NR] = $1 } END { print v[int((NR + 1) / 2)] }'; }
 
-printf '%-58s %8s %8s %6s %8s %8s %6s %6s\n' scene 'old s' 'new s' ratio 'old MiB' 'new MiB' ratio z
+printf '%-58s %8s %8s %6s %8s %8s %6s %6s %6s %6s\n' \
+    scene 'old s' 'new s' ratio 'old MiB' 'new MiB' ratio noise cost z
 for scene in "$work"/scenes/*.toml; do
     name=$(basename "$scene" .toml)
     if [ $# -gt 0 ] && ! grep -qF "$(printf '%s\n' "$@")" <<< "$name"; then continue; fi
-    rm -f "$work"/*.spent "$work/brighter"
+    rm -f "$work"/*.spent "$work"/*.noise "$work"/*.before.exr "$work/brighter"
     for ((run = 0; run < runs; run++)); do
         if ((run % 2 == 0)); then
             render "$old" "$run" old "$scene"
@@ -44,10 +57,15 @@ for scene in "$work"/scenes/*.toml; do
             render "$new" $((run + 1000)) new "$scene"
             render "$old" "$run" old "$scene"
         fi
+        vary old
+        vary new
         "$new" error "$work/old.exr" "$work/new.exr" --json |
             sed -n 's/.*"mean_difference": \([-+.e0-9]*\).*/\1/p' >> "$work/brighter"
     done
     z=$(awk '{ s += $1; q += $1 * $1 } END { v = (q - s * s / NR) / (NR - 1); print (v > 0) ? s / sqrt(NR * v) : 0 }' "$work/brighter")
-    printf '%s %s %s %s %s %s\n' "$name" "$(median old 1)" "$(median new 1)" "$(median old 2)" "$(median new 2)" "$z" |
-        awk '{ printf "%-58s %8.2f %8.2f %6.2f %8.0f %8.0f %6.2f %6.1f\n", $1, $2, $3, $3 / $2, $4 / 1024, $5 / 1024, $5 / $4, $6 }'
+    noise=$(awk -v old="$(mean old)" -v new="$(mean new)" 'BEGIN { print (old > 0) ? new / old : 1 }')
+    printf '%s %s %s %s %s %s %s\n' "$name" "$(median old 1)" "$(median new 1)" "$(median old 2)" "$(median new 2)" \
+        "$noise" "$z" |
+        awk '{ printf "%-58s %8.2f %8.2f %6.2f %8.0f %8.0f %6.2f %6.2f %6.2f %6.1f\n",
+            $1, $2, $3, $3 / $2, $4 / 1024, $5 / 1024, $5 / $4, $6, $6 * $3 / $2, $7 }'
 done
