@@ -30,11 +30,12 @@ render() {
         "$1" render "$4" --seed "$2" -o "$work/$3.exr" --quiet > /dev/null
     awk '{ print $1 + $2, $3 }' "$work/spent" >> "$work/$3.spent"
 }
+# differ FIGURE A B: that figure of the picture B against A.
+differ() { "$new" error "$work/$2.exr" "$work/$3.exr" --json | sed -n "s/.*\"$1\": \([-+.e0-9]*\).*/\1/p"; }
 # vary NAME: the difference between the picture and the one before, in NAME.noise.
 vary() {
     if [ -e "$work/$1.before.exr" ]; then
-        "$new" error "$work/$1.before.exr" "$work/$1.exr" --json |
-            sed -n 's/.*"relative_mse_trimmed": \([-+.e0-9]*\).*/\1/p' >> "$work/$1.noise"
+        differ relative_mse_trimmed "$1.before" "$1" >> "$work/$1.noise"
     fi
     cp "$work/$1.exr" "$work/$1.before.exr"
 }
@@ -59,8 +60,7 @@ for scene in "$work"/scenes/*.toml; do
         fi
         vary old
         vary new
-        "$new" error "$work/old.exr" "$work/new.exr" --json |
-            sed -n 's/.*"mean_difference": \([-+.e0-9]*\).*/\1/p' >> "$work/brighter"
+        differ mean_difference old new >> "$work/brighter"
     done
     z=$(awk '{ s += $1; q += $1 * $1 } END { v = (q - s * s / NR) / (NR - 1); print (v > 0) ? s / sqrt(NR * v) : 0 }' "$work/brighter")
     noise=$(awk -v old="$(mean old)" -v new="$(mean new)" 'BEGIN { print (old > 0) ? new / old : 1 }')
