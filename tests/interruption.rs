@@ -287,12 +287,58 @@ fn killed_and_gone_on_with_it_has_the_same_bytes() {
     let by_error = ["--director", "xs", "--x", "error", "--op", "tolerance"];
     kills(2, "balls_b.toml", "48x48", &[&["--rays", "20"], &by_error[..]].concat());
     kills(1, "smoke.toml", "48x32", &["--rays", "40", "--reference"]);
+    kills(2, "smoke.toml", "48x32", &["--error", "0.05", "--reconstruct"]);
 }
 
 #[test]
 #[ignore = "50 rounds: cargo test --test interruption fifty -- --ignored --nocapture"]
 fn fifty_rounds_of_killing() {
     kills(50, "smoke.toml", "96x64", &["--rays", "40"]);
+}
+
+/// Previews are whole whenever they are read, and the finished picture has the bytes of one without them.
+#[test]
+fn previews_are_whole_and_change_no_byte() {
+    let folder = TempDir::new().unwrap();
+    for more in [&["--rays", "600"][..], &["--error", "0.02"]] {
+        succeeds(render(folder.path(), "smoke.toml", "whole.exr", "64x48", more));
+        let more = [more, &["--preview", "20ms", "--quiet"]].concat();
+        let mut child = start(render(folder.path(), "smoke.toml", "out.exr", "64x48", &more));
+        let (mut looks, mut without_photons) = (BTreeSet::new(), 0);
+        while child.try_wait().unwrap().is_none() {
+            let picture = folder.path().join("out.exr");
+            if !picture.exists() {
+                continue;
+            }
+            let layers = read_layers(&picture).unwrap();
+            if is_incomplete(&layers) {
+                let rays: f32 = layers.channels["rays"].iter().sum();
+                looks.insert(rays as u64);
+                without_photons += usize::from(layers.attributes.contains_key("fogbow:preview"));
+            }
+        }
+        assert!(child.wait().unwrap().success());
+        assert!(looks.len() > 2 && without_photons > 0, "{looks:?}, {without_photons}");
+        assert_eq!(bytes(folder.path(), "out.exr"), bytes(folder.path(), "whole.exr"));
+        for name in ["out.exr", "out.png"] {
+            std::fs::remove_file(folder.path().join(name)).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_preview_is_there_when_it_is_asked_for() {
+    let folder = TempDir::new().unwrap();
+    let [checkpoint, picture] =
+        ["out.exr.checkpoint", "out.exr"].map(|name| folder.path().join(name));
+    let mut child = start(render(folder.path(), "smoke.toml", "out.exr", "32x24", &ENDLESS));
+    wait_for(&mut child, || checkpoint.exists());
+    assert!(!picture.exists());
+    signal(&child, Signal::USR1);
+    wait_for(&mut child, || picture.exists());
+    assert!(is_incomplete(&read_layers(&picture).unwrap()));
+    signal(&child, Signal::INT);
+    child.wait().unwrap();
 }
 
 /// A checkpoint of a render of smoke that was stopped, in `folder`.

@@ -60,6 +60,17 @@ pub(super) fn settings(
     if let Some(radius) = render.radius {
         settings.insert("radius_asked".into(), json!(radius));
     }
+    if let Some(goal) = render.error {
+        settings.insert("error".into(), json!(goal.to_string()));
+    }
+    if let Some(reached) = rendered.and_then(|r| r.error) {
+        settings.insert("rays".into(), json!(reached.rays));
+        settings.insert("photons".into(), json!(reached.photons));
+        if let Some(stated) = reached.stated {
+            settings.insert("error_reached".into(), json!(stated.value));
+            settings.insert("error_uncertainty".into(), json!(stated.uncertainty));
+        }
+    }
     if let Some(denoiser) = rendered.and_then(|r| r.film.denoiser()) {
         settings.insert("denoised".into(), json!(true));
         settings.insert("denoiser".into(), json!(denoiser));

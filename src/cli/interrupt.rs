@@ -1,9 +1,9 @@
-//! Signals: Ctrl-C and SIGTERM end a render, and the samples so far become its picture.
+//! Signals: Ctrl-C and SIGTERM end a render, and the samples so far become its picture; SIGUSR1 asks to see them.
 
-use std::sync::atomic::{AtomicI32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::iterator::Signals;
 
 use super::console;
@@ -13,10 +13,11 @@ use crate::render::Stop;
 /// What a shell adds to the number of the signal that ended a program.
 const ENDED_BY: i32 = 128;
 
-/// Listens for SIGINT (Ctrl-C) and SIGTERM.
+/// Listens for SIGINT (Ctrl-C), SIGTERM and SIGUSR1.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Interrupt {
     stop: Arc<Stop>,
+    preview: Arc<AtomicBool>,
     signal: Arc<AtomicI32>,
     waiting: Arc<Waiting>,
 }
@@ -69,7 +70,7 @@ impl Interrupt {
     pub(super) fn listen() -> Result<Self> {
         let failed = |e| Error::Failed(format!("Ctrl-C cannot be listened for: {e}"));
         let interrupt = Self::default();
-        let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(failed)?;
+        let mut signals = Signals::new([SIGINT, SIGTERM, SIGUSR1]).map_err(failed)?;
         let heard = interrupt.clone();
         std::thread::Builder::new()
             .name("signals".into())
@@ -86,6 +87,11 @@ impl Interrupt {
     /// The stop request that the render watches.
     pub(super) fn stop(&self) -> &Stop {
         &self.stop
+    }
+
+    /// Set where a preview is asked for.
+    pub(super) fn preview(&self) -> &AtomicBool {
+        &self.preview
     }
 
     /// The exit code for the signal.
@@ -123,6 +129,10 @@ impl Interrupt {
     }
 
     fn hear(&self, signal: i32) {
+        if signal == SIGUSR1 {
+            self.preview.store(true, Ordering::Relaxed);
+            return;
+        }
         let is_first = self.signal.swap(signal, Ordering::Relaxed) == 0;
         if !is_first {
             signal_hook::low_level::exit(ENDED_BY + signal);

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::units::{bytes, time};
+use crate::error::{Error, Result};
 use crate::image::Window;
+use crate::scene::Scene;
 
 /// Limits and checkpoints of a render.
 #[derive(Debug, clap::Args)]
@@ -25,9 +27,38 @@ pub(super) struct LimitArgs {
     /// at all; without a unit bytes.
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
     pub(super) memory: Option<u64>,
+    /// Write the picture that there is so often while it gets better, such as 5s, the first one at once; without
+    /// a unit seconds. The signal USR1 asks for one at any time.
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    pub(super) preview: Option<Duration>,
     /// Render only this part of the film: its upper left pixel and its size.
     #[arg(long, value_name = "X,Y,WxH")]
     pub(super) crop: Option<Window>,
+}
+
+impl LimitArgs {
+    /// Gives `scene` the part of its film that is rendered.
+    ///
+    /// # Errors
+    /// Where that lies beyond the film, or an error is the goal: it is that of the whole picture, and a reference has none.
+    pub(super) fn set_crop(&self, scene: &mut Scene, is_reference: bool) -> Result<()> {
+        if scene.render.error.is_some() && (is_reference || self.crop.is_some()) {
+            return Err(Error::Usage(format!(
+                "{} and an error as the goal exclude each other: give rays{} instead of the error",
+                if is_reference { "--reference" } else { "--crop" },
+                if is_reference { "" } else { " and photons" },
+            )));
+        }
+        let Some(crop) = self.crop else { return Ok(()) };
+        let [width, height] = scene.film.size;
+        if !crop.fits(scene.film.size) {
+            return Err(Error::Usage(format!(
+                "--crop {crop} reaches beyond the film of {width}x{height} pixels"
+            )));
+        }
+        scene.render.crop = Some(crop);
+        Ok(())
+    }
 }
 
 /// Time between checkpoints.
@@ -46,7 +77,7 @@ pub(super) fn checkpoint_path(output: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-fn interval(text: &str) -> Result<CheckpointInterval, String> {
+fn interval(text: &str) -> std::result::Result<CheckpointInterval, String> {
     if text == "off" {
         return Ok(CheckpointInterval::Off);
     }

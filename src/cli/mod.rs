@@ -25,6 +25,7 @@ mod pace;
 mod partial;
 mod picture;
 mod plan;
+mod preview;
 mod progress;
 mod render;
 mod render_args;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::output::Output;
 use crate::image::{png_path_beside, read_attributes};
+use crate::render::Rendered;
 
 /// The attribute of an unfinished picture; finished ones lack it.
 pub(super) const COMPLETE: &str = "fogbow:complete";
@@ -33,6 +34,19 @@ pub(super) fn clear(output: &Output) {
         // Left behind, it would do no harm.
         let _ = std::fs::remove_file(&partial.exr);
         let _ = std::fs::remove_file(&partial.png);
+    }
+}
+
+/// The share of its rays that an unfinished picture has.
+pub(super) fn share(rendered: &Rendered) -> String {
+    let rays = rendered.film.layer("rays").unwrap_or_default();
+    let share = format!("{:.1} % of its rays", rendered.percent());
+    match rays.iter().filter(|rays| **rays == 0.0).count() {
+        0 => share,
+        bare => format!(
+            "{share}, and {bare} of {} pixels have none yet and show what is beside them",
+            rays.len()
+        ),
     }
 }
 

@@ -15,12 +15,14 @@ use super::memory;
 use super::memory_limit;
 use super::output::Output;
 use super::partial;
+use super::preview::PreviewWriter;
 use super::progress::Console;
 use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
 use crate::image::Denoiser;
 use crate::render::{
-    self, Checkpoints, Clock, Control, Deadline, Earlier, Ended, Progress, Rendered, Silent,
+    self, Checkpoints, Clock, Control, Deadline, Earlier, Ended, Preview, Progress, ReachedError,
+    Rendered, Silent,
 };
 use crate::scene::Scene;
 
@@ -105,7 +107,7 @@ impl PictureJob<'_> {
         earlier: Earlier<'_>,
     ) -> Result<PictureReport> {
         let requested = scene.render.photons;
-        self.crop(scene)?;
+        self.limits.set_crop(scene, self.method.reference)?;
         let start = Instant::now();
         let fewer_photons = pool.install(|| self.fit_photons(scene))?;
         let fitting = start.elapsed();
@@ -118,6 +120,7 @@ impl PictureJob<'_> {
             rendered.denoise(denoiser)?;
         }
 
+        self.note(rendered.error.as_ref().and_then(ReachedError::note));
         let mut ended = rendered.warnings();
         ended.extend(self.out_of_time(&rendered, checkpoints.as_ref()));
         console::warn(&ended);
@@ -150,23 +153,11 @@ impl PictureJob<'_> {
             format!(
                 "interrupted: {} has {}{}",
                 output.exr.display(),
-                share(&rendered),
+                partial::share(&rendered),
                 how_to_resume(checkpoints.as_ref(), &rendered)
             )
         });
         Ok(PictureReport { report, output, interrupted, snapshot: rendered.snapshot.take() })
-    }
-
-    fn crop(&self, scene: &mut Scene) -> Result<()> {
-        let Some(crop) = self.limits.crop else { return Ok(()) };
-        let [width, height] = scene.film.size;
-        if !crop.fits(scene.film.size) {
-            return Err(Error::Usage(format!(
-                "--crop {crop} reaches beyond the film of {width}x{height} pixels"
-            )));
-        }
-        scene.render.crop = Some(crop);
-        Ok(())
     }
 
     /// Reduces the photons of `scene` to those of the checkpoint that is resumed, or to as many as fit the
@@ -181,6 +172,10 @@ impl PictureJob<'_> {
         else {
             return Ok(warning);
         };
+        if scene.render.error.is_some() {
+            // Rounds are fitted to the time.
+            return Ok(warning);
+        }
         let left = deadline.left().mul_f64(PHOTON_SHARE);
         let photons = scene.render.photons;
         scene.render.photons = render::photons_within(scene, &scene.render, left)?;
@@ -256,8 +251,15 @@ impl PictureJob<'_> {
         let progress: &dyn Progress = if self.quiet { &Silent } else { &console };
         let stop = self.interrupt.stop();
         let deadline = self.deadline(scene);
-        let control = Control { progress, stop: Some(stop), deadline, checkpoints };
+        let writer = PreviewWriter::new(scene, self.output, self.method.reference);
+        let (every, asked) = (self.limits.preview, self.interrupt.preview());
+        let preview = Preview { every, asked, show: &|rendered| writer.write(&rendered) };
+        let control =
+            Control { progress, stop: Some(stop), deadline, checkpoints, preview: Some(preview) };
         let work = || {
+            if every.is_some() && !checkpoints.is_some_and(Checkpoints::resumes) {
+                writer.write_first_look(self.clock);
+            }
             if self.method.reference {
                 Ok(render::render_reference(scene, &scene.render, control))
             } else {
@@ -315,7 +317,7 @@ impl PictureJob<'_> {
         (rendered.ended == Ended::OutOfTime).then(|| {
             format!(
                 "the time is over: the picture has {}{}",
-                share(rendered),
+                partial::share(rendered),
                 how_to_resume(checkpoints, rendered)
             )
         })
@@ -356,19 +358,6 @@ fn writing(scene: &Scene) -> Duration {
 /// Time of a step that takes the seconds `a_pixel`, for the picture of `scene`.
 fn seconds_of(scene: &Scene, a_pixel: f64) -> Duration {
     Duration::from_secs_f64(scene.window().pixels() as f64 * a_pixel)
-}
-
-/// The share of its rays that an unfinished picture has.
-fn share(rendered: &Rendered) -> String {
-    let rays = rendered.film.layer("rays").unwrap_or_default();
-    let share = format!("{:.1} % of its rays", rendered.percent());
-    match rays.iter().filter(|rays| **rays == 0.0).count() {
-        0 => share,
-        bare => format!(
-            "{share}, and {bare} of {} pixels have none yet and show what is beside them",
-            rays.len()
-        ),
-    }
 }
 
 /// How to resume an unfinished picture.

@@ -44,7 +44,8 @@ pub(super) struct Args {
 pub(super) fn run(args: &Args) -> Result<()> {
     let program = memory_limit::program();
     let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
-    let (scene, pool, _) = load::scene(&args.scene, options, &args.run)?;
+    let (mut scene, pool, _) = load::scene(&args.scene, options, &args.run)?;
+    scene.render = pool.install(|| render::foretold(&scene, &scene.render))?;
     let plan = RenderPlan::new(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
     let advice: Vec<_> = scene::advice(&scene).into_iter().chain(slow(&scene, &costs)).collect();
@@ -54,6 +55,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
         let items: Vec<_> = plan.items.iter().map(|item| with_work(item, &costs)).collect();
         let report = json!({
             "scene": scene.hash,
+            "rays": scene.render.rays,
+            "photons": scene.render.photons,
             "items": items,
             "needs": plan.needs,
             "strategy": costs.strategy,

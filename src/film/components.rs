@@ -6,6 +6,7 @@
 use glam::Vec3;
 
 use super::sample::Sample;
+use crate::math::luminance;
 
 /// Sums over the rays of one half of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -93,6 +94,17 @@ impl PixelComponents {
             self.seen.media += 1.0;
             self.seen.log_distance += distance.max(f64::from(f32::MIN_POSITIVE)).ln() as f32;
         }
+    }
+
+    /// Square of the noise of its mean luminance, as what differs between the halves A and B tells it: with a and b rays the
+    /// mean of a b (A - B)² / (a + b)² is the variance of the mean. 0 where a half has no ray.
+    pub fn squared_error(&self) -> f32 {
+        let [a, b] = &self.halves;
+        if a.rays == 0.0 || b.rays == 0.0 {
+            return 0.0;
+        }
+        let difference = luminance((a.radiance / a.rays - b.radiance / b.rays).as_dvec3()) as f32;
+        a.rays * b.rays * (difference / (a.rays + b.rays)).powi(2)
     }
 
     /// The state as the bits of its numbers, for checkpoints.

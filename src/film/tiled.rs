@@ -46,7 +46,7 @@ pub struct Importance {
 }
 
 /// A square of pixels, cut where the window ends.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Tile {
     /// Its pixels on the whole film.
     pub place: Window,
@@ -99,7 +99,7 @@ impl Tile {
 
 /// The pixels of a window, in tiles. Their order is scattered over the window, so that any run of tiles
 /// costs about as much as any other: the time that is left follows from the time that went by.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct TiledFilm {
     /// The part of the film that is rendered.
     pub window: Window,

@@ -3,7 +3,7 @@
 //! Photons are not stored. They are shot again, and are the same.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value};
@@ -15,6 +15,7 @@ use crate::work::Work;
 
 use super::checkpoint_file::{self, CacheState, CheckpointState};
 use super::progress::Progress;
+use super::rounds::Round;
 use crate::film::{Importance, TiledFilm};
 
 /// Least ratio of the time between checkpoints to the time that one takes: writing them takes at most 5 %.
@@ -28,13 +29,22 @@ pub struct Checkpoints {
     every: Duration,
     resumed: Mutex<Option<CheckpointState>>,
     resumes: bool,
+    /// Rounds that were begun, where the render has rounds.
+    rounds: Mutex<Vec<Round>>,
 }
 
 impl Checkpoints {
     /// Writes checkpoints to the file `path`, one after each interval `every`, or more seldom where
     /// writing takes long. `key` identifies the picture: it holds all that its bytes depend on.
     pub fn new(path: &Path, key: Map<String, Value>, every: Duration) -> Self {
-        Self { path: path.into(), key, every, resumed: Mutex::new(None), resumes: false }
+        Self {
+            path: path.into(),
+            key,
+            every,
+            resumed: Mutex::new(None),
+            resumes: false,
+            rounds: Mutex::default(),
+        }
     }
 
     /// As [`new`](Self::new), and resumes the render of which the file is a checkpoint, where there is
@@ -48,7 +58,8 @@ impl Checkpoints {
             return Ok(fresh);
         }
         let state = checkpoint_file::read(path, &fresh.key)?;
-        Ok(Self { resumed: Mutex::new(Some(state)), resumes: true, ..fresh })
+        let rounds = Mutex::new(state.rounds.clone());
+        Ok(Self { resumed: Mutex::new(Some(state)), resumes: true, rounds, ..fresh })
     }
 
     /// The key of the checkpoint `path`; `None` where there is no such file.
@@ -112,13 +123,27 @@ impl Checkpoints {
         self.lock().as_ref().map_or_else(Vec::new, |state| state.film.importance.clone())
     }
 
+    /// The rounds that were begun, of which the last is in progress.
+    pub(super) fn rounds(&self) -> Vec<Round> {
+        self.lock_rounds().clone()
+    }
+
+    /// Keeps the `rounds` that were begun for the checkpoints to come.
+    pub(super) fn begin_round(&self, rounds: &[Round]) {
+        *self.lock_rounds() = rounds.to_vec();
+    }
+
     /// Takes the state of the earlier run, for the render to start from.
     pub(super) fn take(&self) -> Option<CheckpointState> {
         self.lock().take()
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Option<CheckpointState>> {
+    fn lock(&self) -> MutexGuard<'_, Option<CheckpointState>> {
         self.resumed.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn lock_rounds(&self) -> MutexGuard<'_, Vec<Round>> {
+        self.rounds.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -142,6 +167,11 @@ impl<'a> CheckpointWriter<'a> {
         self.due
     }
 
+    /// Whether the next checkpoint is due.
+    pub(super) fn is_due(&self) -> bool {
+        self.due.is_some_and(|due| Instant::now() >= due)
+    }
+
     /// Writes a checkpoint. Where that fails the earlier file stays, `progress` is warned, no other is
     /// tried, and the render goes on.
     pub(super) fn write<S: Spectrum>(
@@ -153,8 +183,8 @@ impl<'a> CheckpointWriter<'a> {
     ) {
         let Some(checkpoints) = self.checkpoints.filter(|_| self.problem.is_none()) else { return };
         let start = Instant::now();
-        let written =
-            checkpoint_file::write(&checkpoints.path, &checkpoints.key, work, film, caches);
+        let Checkpoints { path, key, .. } = checkpoints;
+        let written = checkpoint_file::write(path, key, work, &checkpoints.rounds(), film, caches);
         if let Err(error) = written {
             let problem = format!("no checkpoint is kept: {error}");
             progress.warn(&problem);

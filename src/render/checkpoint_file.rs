@@ -2,7 +2,7 @@
 //!
 //! 1. name and version, 12 bytes
 //! 2. length of the head in bytes, u64; all numbers are little-endian
-//! 3. head in JSON: key, work, and how much follows
+//! 3. head in JSON: key, work, rounds, and how much follows
 //! 4. samples of each pixel, then features and components where they are gathered, as the bits of their numbers
 //! 5. XS and saliency of each pixel of the whole film, where a director has measured them
 //! 6. for each cache a bit a cell, set where it is filled, in words of 64; then the filled cells' values
@@ -22,6 +22,8 @@ use crate::film::{Accumulator, FeatureMean, FilmState, Importance, PixelComponen
 use crate::math::Spectrum;
 use crate::work::Work;
 
+use super::rounds::Round;
+
 /// The filled cells of a cache.
 #[derive(Debug, PartialEq)]
 pub(super) struct CacheState {
@@ -36,6 +38,8 @@ pub(super) struct CacheState {
 pub(super) struct CheckpointState {
     /// Work done so far.
     pub work: Work,
+    /// Rounds that were begun, where the render has rounds.
+    pub rounds: Vec<Round>,
     /// What pixels have gathered.
     pub film: FilmState,
     /// Filled cells, one entry for each cache.
@@ -43,7 +47,7 @@ pub(super) struct CheckpointState {
 }
 
 /// Name and version of the format.
-const MAGIC: [u8; 12] = *b"fogbow cp 6\n";
+const MAGIC: [u8; 12] = *b"fogbow cp 7\n";
 
 /// Bytes of the hash.
 const HASH: u64 = blake3::OUT_LEN as u64;
@@ -58,6 +62,8 @@ struct Head {
     /// Identifies the picture.
     key: Map<String, Value>,
     work: Work,
+    /// Rounds that were begun, where the render has rounds.
+    rounds: Vec<Round>,
     /// Number of pixels.
     pixels: u64,
     /// Whether features follow the samples.
@@ -91,6 +97,7 @@ pub(super) fn write<S: Spectrum>(
     path: &Path,
     key: &Map<String, Value>,
     work: &Work,
+    rounds: &[Round],
     film: &TiledFilm,
     caches: &[&LazyCells<S>],
 ) -> Result<()> {
@@ -101,6 +108,7 @@ pub(super) fn write<S: Spectrum>(
     let head = Head {
         key: key.clone(),
         work: *work,
+        rounds: rounds.to_vec(),
         pixels: film.samples().count() as u64,
         features: film.features().next().is_some(),
         components: film.components().next().is_some(),
@@ -261,7 +269,7 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
         caches.push(CacheState { cells: *cells as usize, known });
     }
     let film = FilmState { samples, features, components, importance };
-    Ok(Some(CheckpointState { work: head.work, film, caches }))
+    Ok(Some(CheckpointState { work: head.work, rounds: head.rounds.clone(), film, caches }))
 }
 
 /// Refuses a checkpoint of another picture; the error names the entries of the key that differ.

@@ -1,4 +1,4 @@
-//! Control of a running render: progress, stop, pause, deadline and checkpoints.
+//! Control of a running render: progress, stop, pause, deadline, checkpoints and previews.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -6,9 +6,13 @@ use std::time::{Duration, Instant};
 use super::checkpoint::Checkpoints;
 use super::clock::Deadline;
 use super::progress::{Progress, Silent};
+use super::rendered::Rendered;
 
 /// Time between two checks of whether a pause is over: well below what somebody notices.
 const PERIOD: Duration = Duration::from_millis(5);
+
+/// Least ratio of the time between two previews to the time that showing one takes: rays wait a fifth of the time at most.
+const PREVIEW_RATIO: u32 = 4;
 
 /// A request to a running render to end or to pause, made from any thread.
 #[derive(Debug, Default)]
@@ -64,6 +68,48 @@ impl Stop {
     }
 }
 
+/// Shows the picture while it gets better.
+#[derive(Clone, Copy)]
+pub struct Preview<'a> {
+    /// Time between two pictures; `None` where they are only shown when asked for.
+    pub every: Option<Duration>,
+    /// Set by any thread that asks for a picture at once.
+    pub asked: &'a AtomicBool,
+    /// Takes a picture, which is marked as [stopped](super::Ended::Stopped). Rays wait for it.
+    pub show: &'a (dyn Fn(Rendered) + Sync),
+}
+
+/// When the next picture is shown.
+pub(super) struct PreviewTimer<'a> {
+    preview: Option<Preview<'a>>,
+    due: Option<Instant>,
+}
+
+impl<'a> PreviewTimer<'a> {
+    /// Starts where the rays do.
+    pub fn new(preview: Option<Preview<'a>>) -> Self {
+        let due = preview.and_then(|preview| Instant::now().checked_add(preview.every?));
+        Self { preview, due }
+    }
+
+    /// When the next picture is due; `None` where none is that nobody asks for.
+    pub const fn due(&self) -> Option<Instant> {
+        self.due
+    }
+
+    /// Shows the `picture` where one is due or asked for.
+    pub fn show(&mut self, picture: impl FnOnce() -> Rendered) {
+        let Some(Preview { every, asked, show }) = self.preview else { return };
+        let start = Instant::now();
+        if !asked.swap(false, Ordering::Relaxed) && self.due.is_none_or(|due| start < due) {
+            return;
+        }
+        show(picture());
+        let pause = every.map(|every| every.max(start.elapsed() * PREVIEW_RATIO));
+        self.due = pause.and_then(|pause| Instant::now().checked_add(pause));
+    }
+}
+
 /// Receiver of a render's progress, and what may end it early. Converted from a [`Progress`] alone, it
 /// lets the render run to its end.
 #[derive(Clone, Copy)]
@@ -76,6 +122,8 @@ pub struct Control<'a> {
     pub deadline: Option<Deadline<'a>>,
     /// Where checkpoints are written, and the one that is resumed.
     pub checkpoints: Option<&'a Checkpoints>,
+    /// Shows the picture while it gets better.
+    pub preview: Option<Preview<'a>>,
 }
 
 impl<'a, P: Progress> From<&'a P> for Control<'a> {
@@ -93,7 +141,7 @@ impl<'a> From<&'a dyn Progress> for Control<'a> {
 impl Control<'_> {
     /// Reports to nobody and never ends a render early.
     pub const fn silent() -> Self {
-        Self { progress: &Silent, stop: None, deadline: None, checkpoints: None }
+        Self { progress: &Silent, stop: None, deadline: None, checkpoints: None, preview: None }
     }
 
     /// Whether the end was requested.
@@ -107,22 +155,25 @@ impl Control<'_> {
     }
 }
 
-/// Halts all threads of a pass, each before its next ray: on request, at the deadline, or when a checkpoint
-/// is due.
+/// Halts all threads of a pass, each before its next ray: on request, at the deadline, or when a checkpoint or preview is
+/// due.
 #[derive(Debug)]
 pub(super) struct Halt<'a> {
     stop: Option<&'a Stop>,
     deadline: Option<Deadline<'a>>,
-    /// When the next checkpoint is due.
+    /// When the next checkpoint or preview is due.
     until: Option<Instant>,
+    /// Whether a preview was asked for.
+    asked: Option<&'a AtomicBool>,
     halted: AtomicBool,
 }
 
 impl<'a> Halt<'a> {
     /// Halts at `until`, or earlier where `control` ends the render.
     pub(super) fn new(control: &Control<'a>, until: Option<Instant>) -> Self {
-        let Control { stop, deadline, .. } = *control;
-        Self { stop, deadline, until, halted: AtomicBool::new(false) }
+        let Control { stop, deadline, preview, .. } = *control;
+        let asked = preview.map(|preview| preview.asked);
+        Self { stop, deadline, until, asked, halted: AtomicBool::new(false) }
     }
 
     /// Whether threads were halted.
@@ -139,7 +190,9 @@ impl<'a> Halt<'a> {
             self.until.is_some_and(|until| Instant::now() >= until)
                 || self.deadline.is_some_and(|deadline| deadline.is_over())
         };
-        let halts = (looks && is_over()) || self.stop.is_some_and(Stop::is_asked);
+        let halts = (looks && is_over())
+            || self.stop.is_some_and(Stop::is_asked)
+            || self.asked.is_some_and(|asked| asked.load(Ordering::Relaxed));
         if halts {
             self.halted.store(true, Ordering::Relaxed);
         }

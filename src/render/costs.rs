@@ -160,6 +160,7 @@ impl RaySample {
             seed,
             stage: Stage::Director,
             rays: settings.rays,
+            begun: 0,
             needs,
             contents: FilmContents::default(),
         };

@@ -21,12 +21,13 @@ use crate::work::Work;
 
 use super::checkpoint::{CheckpointWriter, Checkpoints};
 use super::checkpoint_file::CheckpointState;
-use super::control::{Control, Halt};
+use super::control::{Control, Halt, PreviewTimer};
 use super::cost_model::{CostModel, Remaining, Timing};
 use super::pixel_sampling::{
     CameraRay, Numbering, Workspace, begin_sample, indirect_correction, indirect_weight,
 };
-use super::rendered::Ended;
+use super::progress::Stages;
+use super::rendered::{Ended, Rendered};
 
 /// Samples of a pixel between two readings of the clock, which cost more than a cheap sample.
 const CLOCK_INTERVAL: u32 = 16;
@@ -44,6 +45,8 @@ pub struct RenderRegion {
     pub stage: Stage,
     /// Rays of a pixel, at most.
     pub rays: u32,
+    /// The first of them, which are there already, by other photons and caches.
+    pub begun: u32,
     /// What rays need.
     pub needs: Needs,
     /// What pixels gather beside their samples. Where they gather components their rays are in halves.
@@ -90,6 +93,27 @@ pub struct Exposure {
     pub rays_left: u64,
     /// Why no checkpoint could be written.
     pub checkpoint_error: Option<String>,
+}
+
+impl Exposure {
+    /// The picture after these `stages`; `work` was done beside it. `radius` is the finest one of gathers, in metres.
+    pub fn rendered(self, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
+        let Self { film, work: exposing, ended, rays_left, checkpoint_error, .. } = self;
+        work += exposing;
+        Rendered {
+            film,
+            work,
+            timings: stages.timings,
+            radius,
+            ended,
+            rays_left,
+            checkpoint_error,
+            strategy: None,
+            error: None,
+            director: None,
+            snapshot: None,
+        }
+    }
 }
 
 /// Exposes the film of `region`: `camera` generates the ray through a point on film and lens, `budget`
@@ -208,12 +232,14 @@ where
             stop.begin_picture();
         }
         let mut writer = CheckpointWriter::new(control.checkpoints);
+        let mut previews = PreviewTimer::new(control.preview);
         let mut ended = Ended::Complete;
         let mut passes = passes(left.most).peekable();
         while let Some(&pass) = passes.peek() {
             // The first pass ignores the deadline: however short the time, there is a picture.
             let untimed = Control { deadline: None, ..*control };
-            let halt = Halt::new(if pass.is_first() { &untimed } else { control }, writer.due());
+            let due = [writer.due(), previews.due()].into_iter().flatten().min();
+            let halt = Halt::new(if pass.is_first() { &untimed } else { control }, due);
             let run = PassRun { pass, halt: &halt, costs: &costs };
             let (done, took) = self.expose_pass(&mut film, &run);
             work += done;
@@ -226,13 +252,28 @@ where
                 continue;
             }
             ended = if pass.is_first() { ended_by(&untimed) } else { ended_by(control) };
-            writer.write(&work, &film, caches, control.progress);
+            if ended != Ended::Complete || writer.is_due() {
+                writer.write(&work, &film, caches, control.progress);
+            }
             if ended != Ended::Complete {
                 break;
             }
+            previews.show(|| self.picture_so_far(&film, &work));
         }
         control.progress.finish();
         Sampled { film, work, ended, checkpoint_error: writer.problem() }
+    }
+
+    /// The picture of the samples that `film` has so far, for which so much `work` was done.
+    fn picture_so_far(&self, film: &TiledFilm, work: &Work) -> Rendered {
+        let sampled = Sampled {
+            film: film.clone(),
+            work: *work,
+            ended: Ended::Stopped,
+            checkpoint_error: None,
+        };
+        let exposed = resolve(&self.region, &self.budget, sampled);
+        exposed.rendered(Work::default(), Stages::default(), None)
     }
 
     /// Takes the samples of a checkpoint, if there is one, into `film`, and the work done for them into `work`.
@@ -319,7 +360,7 @@ where
         budget: &PixelBudget,
         of: &mut TileRun<S>,
     ) -> (Sample, Option<usize>) {
-        let RenderRegion { size, seed, stage, rays, .. } = self.region;
+        let RenderRegion { size, seed, stage, rays, begun, .. } = self.region;
         let pixel = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let ctx = &mut of.workspace.ctx;
         let numbering = self.region.numbering([x, y]);
@@ -329,7 +370,7 @@ where
         let ray = (self.camera)(f64::from(x) + u, f64::from(y) + v, [a, b]);
         let (half, indirect_weight) = (numbered.half, indirect_weight(&numbered));
         of.timing.gathers += u64::from(indirect_weight > 1.0);
-        let pass = numbering.pass(sample_pass(index, rays));
+        let pass = numbering.pass(sample_pass(index.saturating_sub(begun), rays - begun));
         let camera_ray = CameraRay { ray, budget, indirect_weight, pass, half };
         ((self.estimate)(&camera_ray, &mut of.workspace), half)
     }

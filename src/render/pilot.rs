@@ -82,6 +82,7 @@ impl Pilot {
                 seed,
                 stage: Stage::Director,
                 rays: RAYS,
+                begun: 0,
                 needs,
                 contents: FilmContents::default(),
             },

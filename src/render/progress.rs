@@ -46,14 +46,18 @@ impl Progress for Silent {
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Stages {
-    /// Name and time of each stage, in the order in which they ran.
+    /// Name and time of each stage, in the order in which they first ran.
     pub timings: Vec<(&'static str, Duration)>,
 }
 
 impl Stages {
-    /// Records the stage `name`, which began at `start` and ends here.
+    /// Records the stage `name`, or more of it, which began at `start` and ends here.
     pub fn done(&mut self, name: &'static str, start: Instant) {
-        self.timings.push((name, start.elapsed()));
+        let time = start.elapsed();
+        match self.timings.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, whole)) => *whole += time,
+            None => self.timings.push((name, time)),
+        }
     }
 
     /// Time of all stages, in seconds.

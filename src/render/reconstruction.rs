@@ -1,14 +1,19 @@
 //! Reconstruction of a finished picture, with visibility rays for pixels at edges.
 
+use std::time::Instant;
+
 use rayon::prelude::*;
 
-use super::exposure::RenderRegion;
+use super::exposure::{Exposure, RenderRegion};
 use super::features::visible_surface;
 use super::pixel_sampling::{Workspace, sobol_point};
+use super::progress::Stages;
+use super::rendered::Ended;
+use super::stage_settings::finest_step;
 use crate::film::{Antialiased, ComponentFilm, PixelComponents, Reconstruction, VisibilityRay};
 use crate::image::Film;
 use crate::math::{Ray, Span, Spectrum, Stage, Stream, World, WorldPoint, luminance};
-use crate::scene::Scene;
+use crate::scene::{RenderSettings, Scene};
 use crate::transport::{PathContext, SobolPoint, camera_position, direct_light};
 use crate::work::Work;
 
@@ -22,8 +27,27 @@ const CENTRE: f64 = 0.5;
 /// Unit: count. Limit: on the noise of edges, whose pixels a Sobol sequence of so many covers to a hundredth.
 const VISIBILITY_RAYS: u32 = 16;
 
+/// Reconstructs the picture that is `exposed` in `region`, where `settings` say so and its components are known, and returns
+/// the work of that. A render that was stopped is left as it is.
+pub(super) fn finish<S: Spectrum>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    region: &RenderRegion,
+    exposed: &mut Exposure,
+    stages: &mut Stages,
+) -> Work {
+    let components = exposed.components.take();
+    let wanted = settings.reconstructs() && exposed.ended != Ended::Stopped;
+    let Some(components) = components.filter(|_| wanted) else { return Work::default() };
+    let start = Instant::now();
+    let step = finest_step(scene, settings);
+    let work = reconstruct::<S>(scene, region, step, &mut exposed.film, &components);
+    stages.done("reconstruct", start);
+    work
+}
+
 /// Takes noise off `film` of `region`, of which `components` are known. Visibility rays march with `step`, in metres.
-pub(super) fn reconstruct<S: Spectrum>(
+fn reconstruct<S: Spectrum>(
     scene: &Scene,
     region: &RenderRegion,
     step: f64,

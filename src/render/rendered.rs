@@ -4,9 +4,11 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use super::stated_error::StatedError;
 use crate::director::CachedSnapshot;
 use crate::error::Result;
 use crate::image::{Denoiser, Film};
+use crate::scene::ErrorGoal;
 use crate::strategy::Summary;
 use crate::transport::MAX_EVENTS;
 use crate::work::Work;
@@ -41,10 +43,62 @@ pub struct Rendered {
     pub checkpoint_error: Option<String>,
     /// How light in media was estimated, and why; `None` for the reference and previews.
     pub strategy: Option<Summary>,
+    /// The error that it has, where that was the goal.
+    pub error: Option<ReachedError>,
     /// Work for the director's maps, where there are any.
     pub director: Option<DirectorWork>,
     /// The director's snapshot, for the next picture with the same camera, surfaces and lights.
     pub snapshot: Option<CachedSnapshot>,
+}
+
+/// The error of a picture that was rendered until it is small enough, and what that took.
+#[derive(Debug, Clone, Copy)]
+pub struct ReachedError {
+    /// What was asked for.
+    pub goal: ErrorGoal,
+    /// What it is; `None` where no light was found, or not every pixel has its first rays.
+    pub stated: Option<StatedError>,
+    /// Photon paths.
+    pub photons: u64,
+    /// Rays of a pixel.
+    pub rays: u32,
+}
+
+impl ReachedError {
+    /// A note of the error and what it took; `None` where it is not known.
+    pub fn note(&self) -> Option<String> {
+        let Self { goal, stated, photons, rays } = self;
+        let StatedError { value, uncertainty } = (*stated)?;
+        let of = match goal {
+            ErrorGoal::Relative(_) => "of the radiance",
+            ErrorGoal::Visible => "of the least visible difference",
+        };
+        let (percent, sure) = (100.0 * value, 100.0 * value * uncertainty);
+        Some(format!(
+            "note: the error in the worst hundredth of the picture is {percent:.2} ± {sure:.2} % {of}, after {rays} \
+             rays a pixel and {photons} photons"
+        ))
+    }
+
+    /// A warning where the goal is not reached.
+    fn warning(&self) -> Option<String> {
+        let Self { goal, stated, photons, rays } = self;
+        let spent = format!("{rays} rays a pixel and {photons} photons");
+        match stated {
+            Some(stated) if stated.reaches(*goal) => None,
+            Some(stated) => Some(match goal {
+                ErrorGoal::Relative(goal) => {
+                    format!("the error after {spent} is {:.2} times {goal}", stated.value / goal)
+                }
+                ErrorGoal::Visible => {
+                    format!("the error after {spent} is {:.2} times what is visible", stated.value)
+                }
+            }),
+            None => Some(format!(
+                "the error is not known after {spent}: no light was found, or not every pixel has its first rays"
+            )),
+        }
+    }
 }
 
 /// Work for the director's maps, without the pilot's.
@@ -85,6 +139,7 @@ impl Rendered {
     pub fn warnings(&self) -> Vec<String> {
         let Work { capped_paths: capped, photon_paths, rays, .. } = self.work;
         let mut warnings: Vec<String> = self.checkpoint_error.iter().cloned().collect();
+        warnings.extend(self.error.as_ref().and_then(ReachedError::warning));
         if capped > 0 {
             let (paths, kind) =
                 if photon_paths > 0 { (photon_paths, "photon") } else { (rays, "camera") };

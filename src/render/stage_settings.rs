@@ -42,7 +42,7 @@ pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSet
             needs: Needs::new(scene, settings),
         },
         strategy: settings.strategy,
-        measures_one: settings.measures_error(),
+        measures_one: settings.measures_error() || settings.error.is_some(),
         final_gather: settings.final_gather,
         rays: settings.rays,
         film_pixels: 1.0,
@@ -77,6 +77,7 @@ pub(super) fn render_region(
         seed: settings.seed,
         stage,
         rays: settings.rays,
+        begun: 0,
         needs: Needs::new(scene, settings),
         contents: FilmContents { features: settings.denoise, components: settings.in_halves() },
     }

@@ -39,8 +39,8 @@ pub use options::LoadOptions;
 pub use reader::{FileReference, MAX_MAGNITUDE, Place, Setting};
 pub use sequence::Sequence;
 pub use settings::{
-    FilmSettings, FinalGather, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE, Planning,
-    RenderSettings, Strategy, StrategyRequest,
+    ErrorGoal, FilmSettings, FinalGather, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE,
+    Planning, RenderSettings, Strategy, StrategyRequest,
 };
 
 /// All that a picture depends on.

@@ -1,6 +1,8 @@
 //! Settings of film and render, as the stages take them. Names, ranges and defaults are in the tables of
 //! [`keys`](super::keys).
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::directing::{Directing, Director, Importance, name_of};
@@ -115,6 +117,37 @@ impl FinalGather {
     }
 }
 
+/// The error at which a render ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ErrorGoal {
+    /// So much of the radiance, in the worst hundredth of the picture's blocks.
+    Relative(f64),
+    /// The least difference that is visible, in those.
+    Visible,
+}
+
+impl ErrorGoal {
+    /// The word for [`Visible`](Self::Visible) in scene files and on the command line.
+    pub const VISIBLE: &str = "visible";
+
+    /// The error that is allowed, relative or in least visible differences.
+    pub const fn value(self) -> f64 {
+        match self {
+            Self::Relative(error) => error,
+            Self::Visible => 1.0,
+        }
+    }
+}
+
+impl fmt::Display for ErrorGoal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Relative(error) => error.fmt(f),
+            Self::Visible => f.write_str(Self::VISIBLE),
+        }
+    }
+}
+
 /// Whether a render leaves out work that the scene does not need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Planning {
@@ -154,6 +187,8 @@ pub struct RenderSettings {
     pub reconstruct: bool,
     /// Whether work that the scene does not need is left out.
     pub planning: Planning,
+    /// The error at which it ends, with as many rays and photons as that takes; by default it has those of the settings.
+    pub error: Option<ErrorGoal>,
     /// The part of the film that is rendered; `None` for all of it.
     pub crop: Option<Window>,
 }
@@ -173,7 +208,7 @@ impl RenderSettings {
 
     /// Whether rays and photons are in two independent halves.
     pub fn in_halves(&self) -> bool {
-        self.reconstruct || self.measures_error()
+        self.reconstruct || self.measures_error() || self.error.is_some()
     }
 
     /// Whether the finished picture is reconstructed: where it is asked for, and where rays are given by the error that

@@ -19,7 +19,7 @@ fn fogbow(folder: &Path, arguments: &[&str]) -> Command {
 }
 
 /// `fogbow render` of a shipped scene to out.exr in `folder`, with `more` arguments.
-fn render(folder: &Path, scene: &str, more: &[&str]) -> Command {
+pub fn render(folder: &Path, scene: &str, more: &[&str]) -> Command {
     let scene = volume(scene);
     let mut command = fogbow(folder, &["render", scene.to_str().unwrap(), "-o", "out.exr"]);
     command.args(more);
@@ -27,27 +27,32 @@ fn render(folder: &Path, scene: &str, more: &[&str]) -> Command {
 }
 
 /// Runs to a bad end with code 1; the one line on stderr that says so.
-fn fails(mut command: Command) -> String {
+fn fails(command: Command) -> String {
+    fails_with(command, 1)
+}
+
+/// Runs to a bad end with `code`; the one line on stderr that says so.
+pub fn fails_with(mut command: Command, code: i32) -> String {
     let output = command.output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert_eq!(output.status.code(), Some(code), "{message}");
     assert!(message.starts_with("error: ") && message.lines().count() == 1, "{message}");
     message
 }
 
 /// Runs to a good end.
-fn succeeds(mut command: Command) -> Output {
+pub fn succeeds(mut command: Command) -> Output {
     let output = command.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     output
 }
 
 /// What a command that succeeds prints as JSON.
-fn report(command: Command) -> Value {
+pub fn report(command: Command) -> Value {
     serde_json::from_slice(&succeeds(command).stdout).unwrap()
 }
 
-fn bytes(folder: &Path) -> [Vec<u8>; 2] {
+pub fn bytes(folder: &Path) -> [Vec<u8>; 2] {
     ["out.exr", "out.png"].map(|name| std::fs::read(folder.join(name)).unwrap())
 }
 

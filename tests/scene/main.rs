@@ -4,6 +4,7 @@
 mod skip;
 
 mod bare;
+mod error_goal;
 mod file;
 mod limits;
 mod plan;

@@ -6,7 +6,7 @@ use crate::scene::directing::{Directing, Director};
 use crate::scene::keys::{film as film_keys, render as keys};
 use crate::scene::reader::Section;
 use crate::scene::settings::{
-    FilmSettings, FinalGather, Planning, RenderSettings, StrategyRequest,
+    ErrorGoal, FilmSettings, FinalGather, Planning, RenderSettings, StrategyRequest,
 };
 
 /// Reads the table `[film]`.
@@ -29,12 +29,20 @@ pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<Rend
     if section.switch(&keys::DENOISE)? && section.switch(&keys::RECONSTRUCT)? {
         section.at_most_one(&[&keys::DENOISE, &keys::RECONSTRUCT])?;
     }
+    let error = section.maybe(&keys::ERROR, |v| v.number_or_of(&keys::ERROR.kind))?;
+    let director = section.word(&keys::DIRECTOR, Director::ALL)?;
+    if let Some(value) = section.get(&keys::ERROR).filter(|_| director != Director::Fixed) {
+        return Err(value.error(format!(
+            "with an error as the goal all pixels have the same rays; leave out `director = \"{}\"` or the error",
+            director.name()
+        )));
+    }
     Ok(RenderSettings {
         rays: section.whole(&keys::RAYS)? as u32,
         photons: section.whole(&keys::PHOTONS)?,
         radius: section.maybe_number(&keys::RADIUS)?,
         step: section.maybe_number(&keys::STEP)?,
-        director: section.word(&keys::DIRECTOR, Director::ALL)?,
+        director,
         directing,
         seed: section.whole(&keys::SEED)?,
         max_scatter: section.maybe_whole(&keys::MAX_ORDER)?.map(|orders| orders as u32),
@@ -42,6 +50,7 @@ pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<Rend
         final_gather: section.word(&keys::FINAL_GATHER, FinalGather::ALL)?,
         denoise: section.switch(&keys::DENOISE)?,
         reconstruct: section.switch(&keys::RECONSTRUCT)?,
+        error: error.map(|number| number.map_or(ErrorGoal::Visible, ErrorGoal::Relative)),
         planning: Planning::Needed,
         crop: None,
     })

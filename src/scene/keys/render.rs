@@ -4,7 +4,9 @@ use super::Without::{Default, Other};
 use super::{Key, Kind, Table};
 use crate::scene::directing::{Director, names};
 use crate::scene::reader::Range;
-use crate::scene::settings::{FinalGather, MAX_PHOTONS, MAX_RAYS, MAX_SCATTER, StrategyRequest};
+use crate::scene::settings::{
+    ErrorGoal, FinalGather, MAX_PHOTONS, MAX_RAYS, MAX_SCATTER, StrategyRequest,
+};
 
 pub(in crate::scene) const RAYS: Key =
     Key::new("rays", Kind::Whole(1, MAX_RAYS as u64), "", Default("16"), "Camera rays a pixel.")
@@ -83,6 +85,16 @@ pub(in crate::scene) const RECONSTRUCT: Key = Key::new(
     "Whether the finished picture is reconstructed from its components, with less noise.",
 );
 
+pub(in crate::scene) const ERROR: Key = Key::new(
+    "error",
+    Kind::NumberOr(Range::POSITIVE, &[ErrorGoal::VISIBLE]),
+    "",
+    Other("as many rays and photons as are given"),
+    "Error at which the render ends, with as many rays and photons as it takes: relative to the radiance, in the worst \
+     hundredth of blocks of 8 x 8 pixels; `visible` where no difference is seen in those.",
+)
+.flag("error");
+
 pub(in crate::scene) const RENDER: Table = Table {
     what: "[render]",
     keys: &[
@@ -97,5 +109,6 @@ pub(in crate::scene) const RENDER: Table = Table {
         &FINAL_GATHER,
         &DENOISE,
         &RECONSTRUCT,
+        &ERROR,
     ],
 };

@@ -1,0 +1,75 @@
+//! The stage of photons with its progress, and what rays do with them.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::control::{Control, Stop};
+use super::features::FeatureTracer;
+use super::integrator::Integrator;
+use super::pass_settings::PassSettings;
+use super::photon_pass::PhotonPass;
+use super::pixel_sampling::{CameraRay, Workspace};
+use crate::cache::LazyCells;
+use crate::error::Result;
+use crate::film::Sample;
+use crate::math::Spectrum;
+use crate::photon::{AimedPhotons, PhotonDirection};
+use crate::scene::Scene;
+use crate::strategy::Assignment;
+use crate::work::Work;
+
+/// Shoots `paths` of the `aimed` photons by the strategies of `assignment` and builds the photon maps: of all, or where
+/// the picture is in halves of two. See [`PhotonPass::shoot`].
+pub(super) fn shoot<S: Spectrum, H: PhotonDirection>(
+    scene: &Scene,
+    settings: &PassSettings,
+    assignment: &Assignment,
+    aimed: Option<AimedPhotons<'_>>,
+    in_halves: Option<u64>,
+    paths: u64,
+    control: &Control<'_>,
+) -> (Vec<PhotonPass<S, H>>, Work) {
+    let progress = control.progress;
+    progress.stage("photons", paths);
+    let done = AtomicU64::new(0);
+    let advance = |count: u64| {
+        control.stop.into_iter().for_each(Stop::wait);
+        progress.advance(count);
+        // Building the maps has no units of its own, and can take longer than all paths.
+        if done.fetch_add(count, Ordering::Relaxed) + count == paths {
+            progress.stage("photon map", 0);
+        }
+    };
+    let shot = PhotonPass::shoot(scene, settings, assignment, aimed, in_halves, &advance);
+    progress.finish();
+    shot
+}
+
+/// All cells that rays fill, those that passes share once, with what a checkpoint knows of them.
+///
+/// # Errors
+/// Where the checkpoint's are others.
+pub(super) fn lazy_cells<'a, S: Spectrum, H: PhotonDirection>(
+    passes: &'a [PhotonPass<S, H>],
+    control: &Control<'_>,
+) -> Result<Vec<&'a LazyCells<S>>> {
+    let first = passes.first().into_iter().flat_map(|pass| pass.caches.lazy());
+    let others = passes.iter().skip(1).flat_map(|pass| pass.caches.own_lazy());
+    let cells: Vec<_> = first.chain(others).collect();
+    if let Some(checkpoints) = control.checkpoints {
+        checkpoints.restore(&cells)?;
+    }
+    Ok(cells)
+}
+
+/// What a camera ray brings by the photons of its half, with the features that it meets.
+pub(super) fn estimate<S: Spectrum, H: PhotonDirection>(
+    integrators: &[Integrator<'_, S, H>],
+    tracer: &FeatureTracer<'_>,
+    camera_ray: &CameraRay<'_>,
+    workspace: &mut Workspace<S>,
+) -> Sample {
+    let CameraRay { ray, budget, half, .. } = camera_ray;
+    let half = half.unwrap_or(0) % integrators.len();
+    let sample = integrators[half].radiance(camera_ray, workspace);
+    Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
+}

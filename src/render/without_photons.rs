@@ -1,0 +1,92 @@
+//! Renders without photons: the unbiased reference, and previews.
+
+use std::time::Instant;
+
+use super::control::Control;
+use super::exposure::{RenderRegion, expose};
+use super::features::FeatureTracer;
+use super::integrator::PathTracer;
+use super::photon_pass::PhotonPass;
+use super::pixel_sampling::{CameraRay, Workspace};
+use super::progress::Stages;
+use super::rendered::{Ended, Rendered};
+use super::stage_settings::{finest_step, render_region};
+use crate::director::PixelBudget;
+use crate::film::{FilmContents, Sample};
+use crate::math::{Rgb, Spectrum, Stage};
+use crate::scene::plan::Needs;
+use crate::scene::{RenderSettings, Scene};
+use crate::work::Work;
+
+/// Renders the unbiased reference of `scene`: null-collision path tracing with next-event estimation.
+/// The picture is the same on any number of threads of the rayon pool it is called in; `control` is
+/// as in [`render()`](super::render()).
+pub fn render_reference<'a>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    control: impl Into<Control<'a>>,
+) -> Rendered {
+    let control = control.into();
+    if Needs::new(scene, settings).colors {
+        trace_reference::<Rgb>(scene, settings, &control)
+    } else {
+        trace_reference::<f64>(scene, settings, &control)
+    }
+}
+
+fn trace_reference<S: Spectrum>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    control: &Control<'_>,
+) -> Rendered {
+    let mut stages = Stages::default();
+    let start = Instant::now();
+    let paths = PathTracer::new(scene, settings.max_scatter);
+    let tracer = FeatureTracer::new(scene, settings.denoise);
+    let budget = PixelBudget::fixed(settings.rays, 0.0, 0.0);
+    let exposed = expose(
+        RenderRegion {
+            contents: FilmContents { features: settings.denoise, components: false },
+            ..render_region(scene, settings, Stage::Reference)
+        },
+        |x, y, lens| scene.camera.ray(x, y, lens),
+        |_, _| budget,
+        |camera_ray, workspace: &mut Workspace<S>| {
+            let CameraRay { ray, budget, .. } = camera_ray;
+            let sample = paths.radiance::<S>(*ray, &mut workspace.ctx);
+            Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
+        },
+        &[],
+        control,
+    );
+    stages.done("reference", start);
+    exposed.rendered(Work::default(), stages, None)
+}
+
+/// Renders `scene` without photons, for a render that is stopped before they are shot: one ray a pixel,
+/// or where `control` ends it fewer and the nearest neighbours of those pixels. It shows emission and
+/// light that was scattered or reflected once, and is marked as [stopped](Ended::Stopped).
+pub fn preview<'a>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    control: impl Into<Control<'a>>,
+) -> Rendered {
+    let (mut stages, start) = (Stages::default(), Instant::now());
+    let photons = PhotonPass::<Rgb>::empty(settings.radius.unwrap_or(0.0));
+    let budget = PixelBudget::fixed(1, photons.radius, finest_step(scene, settings));
+    let integrator = photons.integrator(scene, Needs::new(scene, settings));
+    let exposed = expose(
+        RenderRegion {
+            contents: FilmContents::default(),
+            ..render_region(scene, settings, Stage::March)
+        },
+        |x, y, lens| scene.camera.ray(x, y, lens),
+        |_, _| budget,
+        |camera_ray, workspace| integrator.radiance(camera_ray, workspace),
+        &[],
+        &control.into(),
+    );
+    stages.done("preview", start);
+    let preview = exposed.rendered(Work::default(), stages, None);
+    Rendered { ended: Ended::Stopped, ..preview }
+}
