@@ -64,9 +64,8 @@ impl RoundsDone {
     }
 
     /// The error of the picture so far.
-    fn stated(&self, goal: ErrorGoal, settings: &RenderSettings) -> Option<StatedError> {
-        let components = self.sampled.film.component_film();
-        StatedError::new(&components, goal, settings.reconstructs())
+    fn stated(&self, goal: ErrorGoal) -> Option<StatedError> {
+        StatedError::new(&self.sampled.film.component_film(), goal)
     }
 }
 
@@ -82,7 +81,7 @@ pub(super) fn foretell<S: Spectrum, H: PhotonDirection>(
     let none = RoundsDone::none(&region, &control);
     let stages = &mut Stages::default();
     let done = expose_round::<S, H>(job, &region, none, schedule.first(), &control, stages)?;
-    let stated = done.stated(job.goal, job.settings);
+    let stated = done.stated(job.goal);
     Ok(stated.map(|stated| schedule.whole(&done.rounds, stated)))
 }
 
@@ -105,7 +104,7 @@ pub(super) fn render_to_error<S: Spectrum, H: PhotonDirection>(
     while let Some(round) = next {
         done = expose_round::<S, H>(job, &region, done, round, control, &mut stages)?;
         let start = Instant::now();
-        stated = done.stated(goal, settings);
+        stated = done.stated(goal);
         stages.done("error", start);
         if done.sampled.ended != Ended::Complete {
             break;

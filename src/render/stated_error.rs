@@ -1,13 +1,13 @@
 //! The error of a picture, told by two halves of its rays and photons without a reference.
 //!
 //! The halves A and B are independent, so that the difference of A and B, halved, is distributed as the noise of their
-//! mean: its largest squares are as large as the largest of the true ones. Of a reconstructed picture with the filter F
-//! it is that of F(A) and F(B), and the mean of (F(A) - A)(F(B) - B) is the squared bias of the filter.
+//! mean: its largest squares are as large as the largest of the true ones. It is the error of the picture as it is
+//! rendered: what takes noise off in the end is not counted.
 
 use serde::Serialize;
 
 use crate::director::visible_differences;
-use crate::film::{ComponentFilm, PixelComponents, Reconstruction};
+use crate::film::{ComponentFilm, PixelComponents};
 use crate::image::Image;
 use crate::scene::ErrorGoal;
 
@@ -38,21 +38,17 @@ struct BlockError {
 }
 
 impl StatedError {
-    /// That of a picture with these `components`, which is `reconstructed` or not, as `goal` counts it; `None` where it
-    /// shows no light, or a pixel has not yet a ray in each half.
-    pub fn new(components: &ComponentFilm, goal: ErrorGoal, reconstructed: bool) -> Option<Self> {
+    /// That of a picture with these `components`, as `goal` counts it; `None` where it shows no light, or a pixel has not
+    /// yet a ray in each half.
+    pub fn new(components: &ComponentFilm, goal: ErrorGoal) -> Option<Self> {
         let is_known = |pixel: &PixelComponents| pixel.halves.iter().all(|half| half.rays > 0.0);
         if !components.pixels.iter().all(is_known) {
             return None;
         }
         let [width, height] = components.size();
-        let raw = Image::new(width, height, components.pixels.iter().map(radiance).collect());
-        let (picture, squares) = if reconstructed {
-            let reconstruction = Reconstruction::new(components);
-            (reconstruction.image(&raw, &[]), reconstruction.squared_errors())
-        } else {
-            (raw, components.pixels.iter().map(PixelComponents::squared_error).collect())
-        };
+        let picture = Image::new(width, height, components.pixels.iter().map(radiance).collect());
+        let squares: Vec<f32> =
+            components.pixels.iter().map(PixelComponents::squared_error).collect();
         let lights: Vec<f64> = picture.luminances().collect();
         let mean = lights.iter().sum::<f64>() / lights.len().max(1) as f64;
         if mean <= 0.0 {
@@ -176,7 +172,7 @@ mod tests {
             [|_, _| 0.2, |x, y| if x < 16 && y < 8 { 0.8 } else { 0.1 }];
         for (seed, noise) in (1..).zip(noises) {
             let (film, errors) = film(seed, |_, _| 3.0, noise);
-            let stated = StatedError::new(&film, ErrorGoal::Relative(0.1), false).unwrap();
+            let stated = StatedError::new(&film, ErrorGoal::Relative(0.1)).unwrap();
             let truth = true_error(&errors, 3.0);
             assert!((stated.value / truth - 1.0).abs() < 0.25, "{stated:?} for {truth}");
             assert!(stated.uncertainty > 0.02 && stated.uncertainty < 0.1, "{stated:?}");
@@ -186,11 +182,11 @@ mod tests {
     #[test]
     fn black_has_no_error_and_dark_blocks_count_by_the_picture() {
         let (black, _) = film(1, |_, _| 0.0, |_, _| 0.0);
-        assert_eq!(StatedError::new(&black, ErrorGoal::Relative(0.1), false), None);
+        assert_eq!(StatedError::new(&black, ErrorGoal::Relative(0.1)), None);
         // Noise of a block in the dark, beside light of 1.
         let lit = |x: usize, _: usize| if x < 80 { 1.0 } else { 0.0 };
         let (dark, errors) = film(2, lit, |x, y| if x > 150 && y < 8 { 0.1 } else { 0.0 });
-        let stated = StatedError::new(&dark, ErrorGoal::Relative(0.1), false).unwrap();
+        let stated = StatedError::new(&dark, ErrorGoal::Relative(0.1)).unwrap();
         let scale = 1.0 / (0.5_f64 * 0.5).powi(2);
         let of = |block: &[usize]| block.iter().map(|&pixel| scale * errors[pixel]).collect();
         let truth = StatedError::of_blocks(block_errors(SIZE, of)).value;
@@ -201,7 +197,7 @@ mod tests {
     fn an_unfinished_first_round_tells_no_error() {
         let (mut film, _) = film(1, |_, _| 1.0, |_, _| 0.1);
         film.pixels[77].halves[1] = Default::default();
-        assert_eq!(StatedError::new(&film, ErrorGoal::Visible, false), None);
+        assert_eq!(StatedError::new(&film, ErrorGoal::Visible), None);
     }
 
     #[test]

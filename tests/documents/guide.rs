@@ -34,6 +34,7 @@ while [ "$left" -gt 0 ]; do
     --rays) value=2 ;;
     --photons) value=2000 ;;
     --time) value=3s ;;
+    --error) case $1 in 0*) value=0.5 ;; esac ;;
     --seeds) value=2 ;;
     --crop) sized=yes ;;
     --reference) case $1 in [0-9]*) value=4 ;; esac ;;

@@ -49,7 +49,7 @@ fn rays_and_photons_grow_until_the_error_is_small() {
 #[test]
 fn threads_do_not_change_the_picture() {
     let folder = TempDir::new().unwrap();
-    for goal in [&["--error", "0.2"][..], &["--error", "visible", "--reconstruct"]] {
+    for goal in [&["--error", "0.2"][..], &["--error", "0.3", "--reconstruct"]] {
         let pictures = ["1", "3"].map(|threads| {
             let strategy = ["--strategy", "fluence-toward-eye", "--threads", threads];
             let more = with(&[goal, &strategy].concat());
@@ -67,10 +67,10 @@ fn time_ends_the_rounds_with_a_picture_and_a_warning() {
     let found = report(render(folder.path(), "smoke.toml", &more));
     assert_eq!(found["complete"], false);
     let warnings = found["warnings"].to_string();
-    assert!(
-        warnings.contains("the error after ") && warnings.contains(" times 0.0001"),
-        "{warnings}"
-    );
+    // On a busy machine the first round is not finished.
+    let reached = warnings.contains("the error after ") && warnings.contains(" times 0.0001");
+    assert!(reached || warnings.contains("the error is not known"), "{warnings}");
+    assert_eq!(reached, found["settings"].get("error_reached").is_some(), "{found}");
 }
 
 /// Without any light the error is not known, and that is said.
@@ -91,10 +91,13 @@ fn what_an_error_does_not_go_with_is_refused() {
         (&["--error", "0.1", "--crop", "0,0,8x8"][..], "--crop"),
         (&["--error", "0.1", "--reference"], "--reference"),
         (&["--error", "0.1", "--director", "xs"], "leave out `director = \"xs\"`"),
-        (&["--error", "0"], "\"visible\""),
-        (&["--error", "seen"], "\"visible\""),
     ] {
         let message = fails_with(render(folder.path(), "smoke.toml", &with(more)), 2);
         assert!(message.contains(right), "{message}");
+    }
+    for wrong in ["0", "-1", "seen"] {
+        let refused = render(folder.path(), "smoke.toml", &["--error", wrong]).output().unwrap();
+        let message = String::from_utf8(refused.stderr).unwrap();
+        assert!(refused.status.code() == Some(2) && message.contains("\"visible\""), "{message}");
     }
 }

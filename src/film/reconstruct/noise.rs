@@ -38,7 +38,8 @@ impl Reconstruction<'_> {
     /// With the filter F and the halves A and B, whose noise is independent, the mean of (F(A) - A)(F(B) - B) is the
     /// squared bias, less what the scales hide of it that both halves choose.
     pub fn noise(&self) -> FilmNoise {
-        let is_edge = self.is_edge();
+        let mut is_edge = vec![false; self.film.pixels.len()];
+        self.edges().into_iter().for_each(|pixel| is_edge[pixel] = true);
         // Differences of the halves after and before reconstruction, and the product of what it changes in each.
         let of_pixel = |pixel: usize| {
             let components = &self.film.pixels[pixel];
@@ -59,29 +60,6 @@ impl Reconstruction<'_> {
             rendered: self.variances(&rendered),
             squared_bias,
         }
-    }
-
-    /// Squared error of the luminance of each pixel after reconstruction: the noise that both halves have left, photons'
-    /// included, and the bias of the filter, of any sign in one pixel. 0 where a pixel has rays in one half alone.
-    pub fn squared_errors(&self) -> Vec<f32> {
-        let is_edge = self.is_edge();
-        let of_pixel = |pixel: usize| {
-            let components = &self.film.pixels[pixel];
-            if !is_in_both_halves(components) {
-                return 0.0;
-            }
-            let filtered = self.filtered(pixel, is_edge[pixel]);
-            let [a, b] = as_rendered(components);
-            (0.5 * (filtered[0] - filtered[1])).powi(2) + (filtered[0] - a) * (filtered[1] - b)
-        };
-        (0..self.film.pixels.len()).into_par_iter().map(of_pixel).collect()
-    }
-
-    /// Whether each pixel is at an edge.
-    fn is_edge(&self) -> Vec<bool> {
-        let mut is_edge = vec![false; self.film.pixels.len()];
-        self.edges().into_iter().for_each(|pixel| is_edge[pixel] = true);
-        is_edge
     }
 
     /// Luminance of both halves of a pixel once they are filtered; `is_edge` where visibility rays tell what the pixel
