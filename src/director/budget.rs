@@ -11,6 +11,8 @@ pub struct PixelBudget {
     pub rays: u32,
     /// The first of them, which measured the error before there was a budget. Each gathers indirect light.
     pub pilot: u32,
+    /// The first of them, by photons and caches of earlier rounds. Each of those counts as the pilot's do.
+    pub earlier: u32,
     /// Those of the others that gather indirect light, weighted for the rest; spread evenly among those.
     pub gathers: u32,
     /// Gather radius of volume photons, in metres.
@@ -41,7 +43,7 @@ impl PixelBudget {
     pub const fn fixed(rays: u32, radius: f64, step: f64) -> Self {
         let (saliency, xs) = (1.0, 1.0);
         let places = places_at(0);
-        Self { rays, pilot: 0, gathers: GATHERS, radius, places, step, saliency, xs }
+        Self { rays, pilot: 0, earlier: 0, gathers: GATHERS, radius, places, step, saliency, xs }
     }
 
     /// The budget of a pixel of the importance `xs`, 0 to 1, where `self` is the gold standard's. Rays
@@ -78,6 +80,12 @@ impl PixelBudget {
     #[must_use]
     pub const fn of_pilot(self) -> Self {
         Self { rays: self.pilot, ..self }
+    }
+
+    /// The same with so many rays more, after those that it has.
+    #[must_use]
+    pub const fn with_round(self, rays: u32) -> Self {
+        Self { rays: self.rays + rays, pilot: self.rays, earlier: self.rays, ..self }
     }
 
     /// Rays after the pilot's, some of which gather for others.

@@ -22,7 +22,7 @@ const MAX_GATHER_RATIO: f64 = 1e4;
 /// Rays that are left to shoot.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Remaining {
-    /// Largest number of rays of a pixel, those included that are shot.
+    /// Largest number of rays of a pixel without those of earlier rounds, those included that are shot.
     pub most: u32,
     /// Rays that are left.
     pub rays: u64,
@@ -43,7 +43,8 @@ impl Remaining {
                 let rays = budget.rays.saturating_sub(given);
                 let all = budget.gathers_within(budget.rays);
                 let gathers = all.saturating_sub(budget.gathers_within(given));
-                sum.and(Self { most: budget.rays, rays: rays.into(), gathers })
+                let most = budget.rays - budget.earlier;
+                sum.and(Self { most, rays: rays.into(), gathers })
             })
         };
         film.tiles.par_iter_mut().map(tile).reduce(Self::default, Self::and)

@@ -160,7 +160,6 @@ impl RaySample {
             seed,
             stage: Stage::Director,
             rays: settings.rays,
-            begun: 0,
             needs,
             contents: FilmContents::default(),
         };

@@ -58,7 +58,7 @@ impl RoundsDone {
             sampled: Sampled::none(region),
             rounds: control.checkpoints.map_or_else(Vec::new, Checkpoints::rounds),
             budget: PixelBudget::fixed(0, 0.0, 0.0),
-            radius: f64::INFINITY,
+            radius: 0.0,
             strategy: None,
         }
     }
@@ -138,7 +138,7 @@ fn expose_round<S: Spectrum, H: PhotonDirection>(
     stages: &mut Stages,
 ) -> Result<RoundsDone> {
     let ErrorJob { scene, settings, strategies, .. } = *job;
-    let begun = total(&done.rounds).rays;
+    let earlier = total(&done.rounds).rays;
     let seed = settings.seed ^ ROUND_SEED.wrapping_mul(done.rounds.len() as u64);
     done.rounds.push(round);
     control.checkpoints.iter().for_each(|checkpoints| checkpoints.begin_round(&done.rounds));
@@ -156,15 +156,14 @@ fn expose_round<S: Spectrum, H: PhotonDirection>(
     // Rays, after those of the rounds before.
     let start = Instant::now();
     let radius = PhotonPass::finest_radius(&photons);
-    let rays = begun + round.adds.rays;
     let step = finest_step(scene, settings);
-    let budget = PixelBudget { pilot: begun, ..PixelBudget::fixed(rays, radius, step) };
+    let budget = PixelBudget::fixed(earlier, radius, step).with_round(round.adds.rays);
     let integrators: Vec<_> =
         photons.iter().map(|half| half.integrator(scene, pass.photons.needs)).collect();
     let caches = lazy_cells(&photons, control)?;
     let tracer = FeatureTracer::new(scene, settings.denoise);
     done.sampled = sample(
-        RenderRegion { begun, rays, ..*region },
+        RenderRegion { rays: round.adds.rays, ..*region },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| budget,
         |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
@@ -175,6 +174,5 @@ fn expose_round<S: Spectrum, H: PhotonDirection>(
         control,
     );
     stages.done("march", start);
-    let (budget, radius) = (budget, done.radius.min(radius));
     Ok(RoundsDone { budget, radius, strategy: Some(photons[0].choice.summary()), ..done })
 }

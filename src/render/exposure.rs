@@ -43,10 +43,8 @@ pub struct RenderRegion {
     pub seed: u64,
     /// The stage that the random streams belong to.
     pub stage: Stage,
-    /// Rays of a pixel, at most.
+    /// Rays of a pixel, at most, without those of earlier rounds.
     pub rays: u32,
-    /// The first of them, which are there already, by other photons and caches.
-    pub begun: u32,
     /// What rays need.
     pub needs: Needs,
     /// What pixels gather beside their samples. Where they gather components their rays are in halves.
@@ -326,7 +324,8 @@ where
         let Pixel { x, y, samples, mut features, mut components } = pixel;
         let budget = (self.budget)(x, y);
         let begin = samples.given() as u32;
-        let end = run.pass.end.min(budget.rays);
+        let [first, last] = [run.pass.begin, run.pass.end].map(|ray| budget.earlier + ray);
+        let end = last.min(budget.rays);
         let mut reads_clock = true;
         for index in begin..end {
             if run.halt.halts(reads_clock || index % CLOCK_INTERVAL == 0) {
@@ -348,7 +347,7 @@ where
             reads_clock = of.workspace.ctx.amortized.cells > cells;
         }
         // Rays that a pixel no longer needs since an earlier pass are counted already.
-        let before = begin.max(run.pass.begin);
+        let before = begin.max(first);
         of.timing.rays += u64::from(end.saturating_sub(before));
     }
 
@@ -360,7 +359,7 @@ where
         budget: &PixelBudget,
         of: &mut TileRun<S>,
     ) -> (Sample, Option<usize>) {
-        let RenderRegion { size, seed, stage, rays, begun, .. } = self.region;
+        let RenderRegion { size, seed, stage, rays, .. } = self.region;
         let pixel = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let ctx = &mut of.workspace.ctx;
         let numbering = self.region.numbering([x, y]);
@@ -370,7 +369,7 @@ where
         let ray = (self.camera)(f64::from(x) + u, f64::from(y) + v, [a, b]);
         let (half, indirect_weight) = (numbered.half, indirect_weight(&numbered));
         of.timing.gathers += u64::from(indirect_weight > 1.0);
-        let pass = numbering.pass(sample_pass(index.saturating_sub(begun), rays - begun));
+        let pass = numbering.pass(sample_pass(index.saturating_sub(budget.earlier), rays));
         let camera_ray = CameraRay { ray, budget, indirect_weight, pass, half };
         ((self.estimate)(&camera_ray, &mut of.workspace), half)
     }

@@ -82,7 +82,6 @@ impl Pilot {
                 seed,
                 stage: Stage::Director,
                 rays: RAYS,
-                begun: 0,
                 needs,
                 contents: FilmContents::default(),
             },

@@ -77,7 +77,6 @@ pub(super) fn render_region(
         seed: settings.seed,
         stage,
         rays: settings.rays,
-        begun: 0,
         needs: Needs::new(scene, settings),
         contents: FilmContents { features: settings.denoise, components: settings.in_halves() },
     }
