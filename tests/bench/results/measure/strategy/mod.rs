@@ -69,6 +69,7 @@ pub fn measure(kept: &mut Kept<Row>, quick: bool) -> Result<()> {
     if let Ok(seconds) = std::env::var(MORE_TRUTH) {
         extent.truth_seconds =
             seconds.parse().map_err(|_| format!("{MORE_TRUTH} is {seconds}; give seconds"))?;
+        kept.note(format!("References took up to {seconds} processor seconds (`{MORE_TRUTH}`)."));
     }
     let work = kept.lasting("strategy-truth");
     let (scenes, left_out) = scenes(&work)?;
