@@ -12,6 +12,7 @@ pub mod film;
 pub mod guide;
 pub mod image;
 pub mod light;
+mod loopback;
 pub mod make;
 pub mod math;
 pub mod medium;

@@ -13,7 +13,7 @@ use super::interrupt::Interrupt;
 use super::output::Output;
 use crate::error::{Error, Result};
 use crate::image::merge::{LayerMerge, pass_weights};
-use crate::image::{Channels, Layers, View, exr_layers_bytes, png_bytes};
+use crate::image::{Channels, Layers, Picture, View, exr_layers_bytes, png_bytes};
 use part::Part;
 use pass::Pass;
 
@@ -127,9 +127,9 @@ fn write(output: &Output, merged: &Layers, view: Option<View>) -> Result<bool> {
         merged.channels.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
     let attributes: Vec<_> =
         merged.attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-    let image = view.zip(merged.image());
+    let picture = view.zip(merged.image()).map(|(view, image)| Picture::developed(&image, &view));
     let (png, exr) = rayon::join(
-        || image.map(|(view, image)| png_bytes(&output.png, &image, &view)).transpose(),
+        || picture.map(|picture| png_bytes(&output.png, &picture)).transpose(),
         || exr_layers_bytes(&output.exr, merged.display, &named, &attributes),
     );
     let png = png?;

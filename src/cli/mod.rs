@@ -12,6 +12,7 @@ mod help;
 mod info;
 mod interrupt;
 mod limit_args;
+mod live;
 mod load;
 mod look;
 mod make;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::file::{self, PendingFile};
-use crate::image::{exr_bytes, png_bytes, png_path_beside};
+use crate::image::{Picture, exr_bytes, png_bytes, png_path_beside};
 use crate::render::Rendered;
 use crate::scene::Scene;
 
@@ -53,7 +53,7 @@ impl Output {
             attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
         let view = scene.film.shown();
         let (png, exr) = rayon::join(
-            || png_bytes(&self.png, &rendered.film.image(), &view),
+            || png_bytes(&self.png, &Picture::developed(&rendered.film.image(), &view)),
             || exr_bytes(&self.exr, &rendered.film, &attributes),
         );
         self.write_bytes(&exr?, Some(&png?))

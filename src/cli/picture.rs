@@ -10,19 +10,19 @@ use super::console;
 use super::header::{self, Method};
 use super::interrupt::Interrupt;
 use super::limit_args::{CheckpointInterval, LimitArgs, checkpoint_path};
+use super::live::Live;
 use super::load::Preparation;
 use super::memory;
 use super::memory_limit;
 use super::output::Output;
 use super::partial;
-use super::preview::PreviewWriter;
+use super::preview::Previews;
 use super::progress::Console;
 use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
 use crate::image::Denoiser;
 use crate::render::{
-    self, Checkpoints, Clock, Control, Deadline, Earlier, Ended, Preview, Progress, ReachedError,
-    Rendered, Silent,
+    self, Checkpoints, Clock, Control, Deadline, Earlier, Ended, Preview, ReachedError, Rendered,
 };
 use crate::scene::Scene;
 
@@ -51,6 +51,8 @@ pub(super) struct PictureJob<'a> {
     pub(super) limits: &'a LimitArgs,
     /// Ends it on Ctrl-C.
     pub(super) interrupt: &'a Interrupt,
+    /// Shows it while it gets better.
+    pub(super) live: &'a Live,
     /// How it is rendered.
     pub(super) method: Method,
     /// Whether progress and notes are left out.
@@ -128,6 +130,7 @@ impl PictureJob<'_> {
         let start = Instant::now();
         let settings = header::settings(scene, Some(&rendered), self.method.reference, requested);
         let output = self.write(scene, &rendered, &settings, checkpoints.as_ref())?;
+        self.live.finish(&self.output.exr, &rendered.film);
         let mut report = json!({
             "settings": settings,
             "complete": rendered.is_complete(),
@@ -166,8 +169,8 @@ impl PictureJob<'_> {
         let requested = scene.render.photons;
         let before = self.photons_before(requested)?;
         scene.render.photons = before.unwrap_or(requested);
-        let warning =
-            memory_limit::fit_photons(scene, self.limits.memory, self.method, self.program)?;
+        let taken = self.program + self.live.memory(scene.window().pixels());
+        let warning = memory_limit::fit_photons(scene, self.limits.memory, self.method, taken)?;
         let (Some(deadline), None, false) = (self.deadline(scene), before, self.method.reference)
         else {
             return Ok(warning);
@@ -247,19 +250,22 @@ impl PictureJob<'_> {
         earlier: Earlier<'_>,
         checkpoints: Option<&Checkpoints>,
     ) -> Result<Rendered> {
-        let console = Console::new(self.clock.clone());
-        let progress: &dyn Progress = if self.quiet { &Silent } else { &console };
+        let console = Console::new(self.clock.clone(), self.quiet);
+        self.live.begin(&self.output.exr, scene.film.shown(), console.watch());
         let stop = self.interrupt.stop();
         let deadline = self.deadline(scene);
-        let writer = PreviewWriter::new(scene, self.output, self.method.reference);
-        let (every, asked) = (self.limits.preview, self.interrupt.preview());
-        let preview = Preview { every, asked, show: &|rendered| writer.write(&rendered) };
-        let control =
-            Control { progress, stop: Some(stop), deadline, checkpoints, preview: Some(preview) };
+        let Self { output, live, method, .. } = *self;
+        let previews = Previews::new(scene, output, live, self.limits.preview, method.reference);
+        let preview = Preview {
+            every: previews.moments(),
+            asked: self.interrupt.preview(),
+            show: &|asked, picture| previews.show(asked, picture),
+        };
+        let (progress, stop, preview) = (&console, Some(stop), Some(preview));
+        let control = Control { progress, stop, deadline, checkpoints, preview };
         let work = || {
-            if every.is_some() && !checkpoints.is_some_and(Checkpoints::resumes) {
-                writer.write_first_look(self.clock);
-            }
+            let resumes = checkpoints.is_some_and(Checkpoints::resumes);
+            previews.show_first_look(self.clock, resumes);
             if self.method.reference {
                 Ok(render::render_reference(scene, &scene.render, control))
             } else {

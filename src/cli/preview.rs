@@ -1,55 +1,96 @@
-//! Previews: pictures that are written while they get better, and a first look without photons.
+//! Previews: pictures that are written and shown while they get better, and a first look without photons.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value};
 
 use super::console;
 use super::header;
+use super::live::Live;
 use super::output::Output;
 use super::partial;
-use crate::render::{self, Clock, Control, Deadline, Rendered};
+use crate::render::{self, Clock, Control, Deadline, PictureSoFar, Rendered};
 use crate::scene::Scene;
 
 /// Time of a first look: with writing it, what somebody who waits for a picture hardly notices.
 const FIRST_LOOK: Duration = Duration::from_millis(500);
 
-/// Writes previews of one picture.
-pub(super) struct PreviewWriter<'a> {
+/// Previews of one picture: files, and what is shown live.
+pub(super) struct Previews<'a> {
     scene: &'a Scene,
     /// The files of the finished picture.
     output: &'a Output,
+    live: &'a Live,
+    /// Time between two files; `None` where they are only written when asked for.
+    every: Option<Duration>,
     settings: Map<String, Value>,
+    /// When the next file is due.
+    due: Mutex<Option<Instant>>,
     /// Whether one could not be written.
     has_failed: AtomicBool,
 }
 
-impl<'a> PreviewWriter<'a> {
-    /// Writes those of `scene`, which goes to `output` in the end.
-    pub(super) fn new(scene: &'a Scene, output: &'a Output, is_reference: bool) -> Self {
+impl<'a> Previews<'a> {
+    /// Those of `scene`, which goes to `output` in the end.
+    pub(super) fn new(
+        scene: &'a Scene,
+        output: &'a Output,
+        live: &'a Live,
+        every: Option<Duration>,
+        is_reference: bool,
+    ) -> Self {
         let settings = header::settings(scene, None, is_reference, scene.render.photons);
-        Self { scene, output, settings, has_failed: AtomicBool::new(false) }
+        let (due, has_failed) = (Mutex::new(after(every)), AtomicBool::new(false));
+        Self { scene, output, live, every, settings, due, has_failed }
     }
 
-    /// Writes the picture so far where that of an interrupted render would go. Where one cannot be written that is said
-    /// once, and the render goes on.
-    pub(super) fn write(&self, rendered: &Rendered) {
-        self.write_with(rendered, header::attributes(&self.settings, rendered));
+    /// Time between two moments at which a file may be written or a picture shown.
+    pub(super) fn moments(&self) -> Option<Duration> {
+        [self.every, self.live.every()].into_iter().flatten().min()
     }
 
-    /// Writes a first look without photons, in a moment.
-    pub(super) fn write_first_look(&self, clock: &Arc<Clock>) {
+    fn due(&self) -> MutexGuard<'_, Option<Instant>> {
+        self.due.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes the picture so far where a file is due or `asked` for, and shows it where somebody looks. Where one cannot be
+    /// written that is said once, and the render goes on.
+    pub(super) fn show(&self, asked: bool, picture: PictureSoFar<'_>) {
+        let is_due = asked || self.due().is_some_and(|due| Instant::now() >= due);
+        let is_wanted = self.live.wants();
+        if !is_due && !is_wanted {
+            return;
+        }
+        let rendered = picture();
+        if is_due {
+            self.write(&rendered, header::attributes(&self.settings, &rendered));
+            *self.due() = after(self.every);
+        }
+        if is_wanted {
+            self.live.show(&self.output.exr, rendered.film);
+        }
+    }
+
+    /// Shows a first look without photons, in a moment, and writes it unless a checkpoint holds more.
+    pub(super) fn show_first_look(&self, clock: &Arc<Clock>, resumes: bool) {
+        let writes = self.every.is_some() && !resumes;
+        if !writes && self.live.every().is_none() {
+            return;
+        }
         let deadline = Deadline { clock, at: clock.elapsed() + FIRST_LOOK };
         let control = Control { deadline: Some(deadline), ..Control::silent() };
         let look = render::preview(self.scene, &self.scene.render, control);
-        let mut named = header::attributes(&self.settings, &look);
-        named.push((partial::PREVIEW.into(), "true".into()));
-        self.write_with(&look, named);
+        if writes {
+            let mut named = header::attributes(&self.settings, &look);
+            named.push((partial::PREVIEW.into(), "true".into()));
+            self.write(&look, named);
+        }
+        self.live.show(&self.output.exr, look.film);
     }
 
-    fn write_with(&self, rendered: &Rendered, attributes: Vec<(String, String)>) {
+    fn write(&self, rendered: &Rendered, attributes: Vec<(String, String)>) {
         let written = partial::place(self.output).write(self.scene, rendered, &attributes);
         if let Err(error) = written
             && !self.has_failed.swap(true, Ordering::Relaxed)
@@ -57,4 +98,9 @@ impl<'a> PreviewWriter<'a> {
             console::warn(&[format!("no preview is written: {error}")]);
         }
     }
+}
+
+/// So long from here on.
+fn after(time: Option<Duration>) -> Option<Instant> {
+    Instant::now().checked_add(time?)
 }

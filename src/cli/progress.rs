@@ -1,4 +1,4 @@
-//! Progress on stderr: bars with remaining time on a terminal, plain lines elsewhere.
+//! Progress on stderr: bars with remaining time on a terminal, plain lines elsewhere. Others may watch it.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::console;
 use super::pace::Pace;
 use super::units;
-use crate::render::{Clock, Progress};
+use crate::render::{Clock, Progress, ReachedError};
 
 /// Time between two updates of what is shown.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -28,12 +28,21 @@ const LONG: [Duration; 2] = [Duration::from_secs(60), Duration::from_secs(5)];
 /// Parts of the work after each of which a line is printed.
 const LINES: f64 = 10.0;
 
+/// How stages are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Style {
+    Bars,
+    Lines,
+    Hidden,
+}
+
 /// The stage that is shown.
 #[derive(Debug)]
 struct Stage {
     name: String,
     pace: Pace,
-    /// `None` where lines are printed.
+    style: Style,
+    /// Where there are bars.
     bar: Option<ProgressBar>,
     /// Parts of the work that a line was printed for, once there was one.
     printed: Option<u64>,
@@ -43,11 +52,13 @@ struct Stage {
 #[derive(Debug)]
 struct Shown {
     clock: Arc<Clock>,
-    terminal: bool,
+    style: Style,
     done: AtomicU64,
     /// Nanoseconds of work that is done once.
     once: AtomicU64,
     stage: Mutex<Option<Stage>>,
+    /// The error after the last round of a render to a stated error.
+    reached: Mutex<Option<ReachedError>>,
 }
 
 /// Shows the stages of a render on stderr, each in one line of at most the terminal's width.
@@ -56,15 +67,53 @@ pub(super) struct Console {
     shown: Arc<Shown>,
 }
 
+/// Tells others how far a render is.
+#[derive(Debug, Clone)]
+pub(super) struct Watch(Arc<Shown>);
+
+/// How far a stage is.
+#[derive(Debug, Clone)]
+pub(super) struct StageProgress {
+    pub(super) name: String,
+    /// Share of the work that is done, 0 to 1.
+    pub(super) share: f64,
+    /// Time that it has taken.
+    pub(super) worked: Duration,
+    /// Estimated time until its end.
+    pub(super) left: Option<Duration>,
+}
+
+impl Watch {
+    /// The stage that runs; `None` between two.
+    pub(super) fn stage(&self) -> Option<StageProgress> {
+        let mut stage = self.0.stage();
+        let Stage { name, pace, .. } = stage.as_mut()?;
+        self.0.update(pace);
+        let (share, worked, left) = (pace.share(), pace.worked(), pace.left());
+        Some(StageProgress { name: name.clone(), share, worked, left })
+    }
+
+    /// The error of the picture so far, where that is known.
+    pub(super) fn reached(&self) -> Option<ReachedError> {
+        *self.0.reached()
+    }
+}
+
 impl Console {
-    /// Bars where stderr is a terminal, otherwise lines, with the time of `clock`.
-    pub(super) fn new(clock: Arc<Clock>) -> Self {
+    /// Nothing where it is `quiet`, bars where stderr is a terminal, otherwise lines, with the time of `clock`.
+    pub(super) fn new(clock: Arc<Clock>, quiet: bool) -> Self {
+        let style = match (quiet, std::io::stderr().is_terminal()) {
+            (true, _) => Style::Hidden,
+            (false, true) => Style::Bars,
+            (false, false) => Style::Lines,
+        };
         let shown = Arc::new(Shown {
             clock,
-            terminal: std::io::stderr().is_terminal(),
+            style,
             done: AtomicU64::new(0),
             once: AtomicU64::new(0),
             stage: Mutex::new(None),
+            reached: Mutex::new(None),
         });
         let seen = Arc::downgrade(&shown);
         let watch = move || {
@@ -78,11 +127,20 @@ impl Console {
         let _ = std::thread::Builder::new().name("progress".into()).spawn(watch);
         Self { shown }
     }
+
+    /// For others to look at.
+    pub(super) fn watch(&self) -> Watch {
+        Watch(self.shown.clone())
+    }
 }
 
 impl Shown {
     fn stage(&self) -> MutexGuard<'_, Option<Stage>> {
         self.stage.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn reached(&self) -> MutexGuard<'_, Option<ReachedError>> {
+        self.reached.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Reads clock and work, and shows them.
@@ -109,6 +167,9 @@ impl Stage {
             let shown = left
                 .map_or_else(|| units::brief(worked), |left| format!("ETA {}", units::brief(left)));
             bar.set_prefix(shown);
+            return;
+        }
+        if self.style == Style::Hidden {
             return;
         }
         let part = (self.pace.share() * LINES) as u64;
@@ -142,7 +203,8 @@ impl Progress for Console {
         *self.shown.stage() = Some(Stage {
             name: name.to_owned(),
             pace: Pace::new(total, self.shown.clock.elapsed()),
-            bar: self.shown.terminal.then(bar),
+            style: self.shown.style,
+            bar: (self.shown.style == Style::Bars).then(bar),
             printed: None,
         });
     }
@@ -173,13 +235,19 @@ impl Progress for Console {
             bar.set_position(done);
             bar.set_prefix(units::brief(stage.pace.worked()));
             bar.abandon();
-        } else {
+        } else if stage.style == Style::Lines {
             let took = stage.pace.worked().as_secs_f64();
             console::message(&format!("{}: {took:.2} s", stage.name));
         }
     }
 
     fn warn(&self, text: &str) {
-        console::message(&format!("warning: {text}"));
+        if self.shown.style != Style::Hidden {
+            console::message(&format!("warning: {text}"));
+        }
+    }
+
+    fn reached(&self, error: &ReachedError) {
+        *self.shown.reached() = Some(*error);
     }
 }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use super::console;
 use super::interrupt::Interrupt;
+use super::live::Live;
 use super::load;
 use super::memory_limit;
 use super::output::Output;
@@ -15,11 +16,19 @@ use super::sequence;
 use crate::error::Result;
 use crate::render::{Clock, Earlier};
 
-/// Renders and writes the pictures.
+/// Renders and writes the pictures, and shows them meanwhile.
 pub(super) fn run(args: &Args) -> Result<()> {
-    if let Some(frames) = &args.frames.frames {
-        return sequence::run(args, frames);
-    }
+    let live = Live::open(&args.live, &args.paths.output)?;
+    let result = match &args.frames.frames {
+        Some(frames) => sequence::run(args, frames, &live),
+        None => render(args, &live),
+    };
+    live.close(&result);
+    result
+}
+
+/// Renders and writes one picture.
+fn render(args: &Args, live: &Live) -> Result<()> {
     let (clock, program) = (Clock::start(), memory_limit::program());
     let mut denoiser = early_denoiser(args)?;
     let output = Output::check(&args.paths.output)?;
@@ -42,6 +51,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
         output: &output,
         limits: &args.limits,
         interrupt: &interrupt,
+        live,
         method: args.method(),
         quiet: args.run.quiet,
         clock: &clock,

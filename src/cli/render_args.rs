@@ -9,6 +9,7 @@ use super::console;
 use super::frames::FrameArgs;
 use super::header::Method;
 use super::limit_args::LimitArgs;
+use super::live::LiveArgs;
 use super::load;
 use super::look::LookArgs;
 use super::picture::PictureReport;
@@ -50,6 +51,8 @@ pub(super) struct Args {
     pub(super) plan: Planning,
     #[command(flatten)]
     pub(super) limits: LimitArgs,
+    #[command(flatten)]
+    pub(super) live: LiveArgs,
     #[command(flatten)]
     pub(super) frames: FrameArgs,
     #[command(flatten)]

@@ -12,6 +12,7 @@ use super::frames::{Frame, Reader};
 use super::header;
 use super::interrupt::Interrupt;
 use super::limit_args::checkpoint_path;
+use super::live::Live;
 use super::load::{self, Preparation};
 use super::memory;
 use super::memory_limit;
@@ -27,8 +28,8 @@ use crate::scene::{Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
 use crate::strategy::Assignment;
 
-/// Renders `frames`, each as it would be alone.
-pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
+/// Renders `frames`, each as it would be alone, and shows them in `live`.
+pub(super) fn run(args: &Args, frames: &Frames, live: &Live) -> Result<()> {
     let program = memory_limit::program();
     let denoiser = render_args::early_denoiser(args)?;
     let frames = frames.numbers();
@@ -51,7 +52,7 @@ pub(super) fn run(args: &Args, frames: &Frames) -> Result<()> {
         scene.film.exposure = scene.film.exposure.or(exposure);
         render_args::write_scene(args, &scene)?;
     }
-    let mut run = FrameLoop::new(args, &interrupt, program, frames.len());
+    let mut run = FrameLoop::new(args, &interrupt, live, program, frames.len());
     (run.denoiser, run.strategies) = (denoiser, strategies);
     std::thread::scope(|scope| {
         for frame in reader.ahead(scope, frames)? {
@@ -111,6 +112,7 @@ fn target(path: &Path) -> Pattern {
 struct FrameLoop<'a> {
     args: &'a Args,
     interrupt: &'a Interrupt,
+    live: &'a Live,
     clock: Arc<Clock>,
     /// Bytes in memory before anything was loaded.
     program: u64,
@@ -133,10 +135,17 @@ struct FrameLoop<'a> {
 }
 
 impl<'a> FrameLoop<'a> {
-    fn new(args: &'a Args, interrupt: &'a Interrupt, program: u64, frames: usize) -> Self {
+    fn new(
+        args: &'a Args,
+        interrupt: &'a Interrupt,
+        live: &'a Live,
+        program: u64,
+        frames: usize,
+    ) -> Self {
         Self {
             args,
             interrupt,
+            live,
             clock: Clock::start(),
             program,
             frames,
@@ -207,6 +216,7 @@ impl<'a> FrameLoop<'a> {
             output,
             limits: &self.args.limits,
             interrupt: self.interrupt,
+            live: self.live,
             method: self.args.method(),
             quiet: self.args.run.quiet,
             clock: &self.clock,

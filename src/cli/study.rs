@@ -13,7 +13,7 @@ use super::look::LookArgs;
 use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
-use crate::render::{Clock, Progress, Silent};
+use crate::render::{Clock, Progress};
 use crate::scene::{LoadOptions, MAX_RAYS};
 use crate::study::{
     CANDIDATES, Effect, Estimate, MOST_SEEDS, Metric, Request, Study, write_report,
@@ -90,8 +90,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     request.check()?;
     let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
     let (scene, pool, _) = load::scene_to_show(&args.scene, options, &args.run)?;
-    let console = Console::new(Clock::start());
-    let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
+    let console = Console::new(Clock::start(), args.run.quiet);
+    let progress: &dyn Progress = &console;
     let results = pool.install(|| {
         let study = Study::new(&scene, &args.output, &request, args.resume)?;
         let results = study.run(&command(), progress)?;

@@ -12,7 +12,7 @@ use super::look::LookArgs;
 use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
-use crate::render::{Clock, Progress, Silent};
+use crate::render::{Clock, Progress};
 use crate::scene::LoadOptions;
 use crate::study::forced_choice::{
     PAGE, Pair, Server, Tally, check_scenes, read_answers, tally, write_trial,
@@ -78,8 +78,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
 }
 
 fn make(args: &Args, folder: &Path) -> Result<()> {
-    let console = Console::new(Clock::start());
-    let progress: &dyn Progress = if args.run.quiet { &Silent } else { &console };
+    let console = Console::new(Clock::start(), args.run.quiet);
+    let progress: &dyn Progress = &console;
     let mut loaded = Vec::new();
     // All are loaded before the first is rendered, so that a bad file is found at once.
     for path in &args.scenes {

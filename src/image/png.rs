@@ -12,21 +12,19 @@ pub fn png_path_beside(exr: &Path) -> PathBuf {
     exr.with_extension("png")
 }
 
-/// The bytes of a PNG at `path` of `image`: opaque 8-bit RGB marked as sRGB. Radiance is
-/// premultiplied, so what is partly covered stands before black.
+/// The bytes of a PNG at `path` of `picture`: 8-bit RGB marked as sRGB.
 ///
 /// # Errors
 /// Where the picture is larger than a PNG can be.
-pub fn png_bytes(path: &Path, image: &Image, view: &View) -> Result<Vec<u8>> {
-    let picture = Picture::developed(image, view);
-    let size = png_size(path, &picture)?;
+pub fn png_bytes(path: &Path, picture: &Picture) -> Result<Vec<u8>> {
+    let size = png_size(path, picture)?;
     let mut bytes = Vec::new();
-    encode(&mut bytes, size, &picture)
+    encode(&mut bytes, size, picture)
         .map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
     Ok(bytes)
 }
 
-/// Writes the [`png_bytes`] of `image`.
+/// Writes `image` as an opaque PNG. Radiance is premultiplied, so what is partly covered stands before black.
 ///
 /// # Errors
 /// As [`write_picture`].

@@ -12,7 +12,7 @@ use super::rendered::Rendered;
 const PERIOD: Duration = Duration::from_millis(5);
 
 /// Least ratio of the time between two previews to the time that showing one takes: rays wait a fifth of the time at most.
-const PREVIEW_RATIO: u32 = 4;
+pub const PREVIEW_RATIO: u32 = 4;
 
 /// A request to a running render to end or to pause, made from any thread.
 #[derive(Debug, Default)]
@@ -71,13 +71,17 @@ impl Stop {
 /// Shows the picture while it gets better.
 #[derive(Clone, Copy)]
 pub struct Preview<'a> {
-    /// Time between two pictures; `None` where they are only shown when asked for.
+    /// Time between two moments to show it; `None` where it is only shown when asked for.
     pub every: Option<Duration>,
     /// Set by any thread that asks for a picture at once.
     pub asked: &'a AtomicBool,
-    /// Takes a picture, which is marked as [stopped](super::Ended::Stopped). Rays wait for it.
-    pub show: &'a (dyn Fn(Rendered) + Sync),
+    /// Called at each such moment, and after each round of a render to a stated error, while rays wait: with whether a
+    /// picture was asked for, and with what makes it, which is left alone where nobody wants to see it.
+    pub show: &'a (dyn Fn(bool, PictureSoFar<'_>) + Sync),
 }
+
+/// Makes the picture so far, which is marked as [stopped](super::Ended::Stopped).
+pub type PictureSoFar<'a> = &'a dyn Fn() -> Rendered;
 
 /// When the next picture is shown.
 pub(super) struct PreviewTimer<'a> {
@@ -98,13 +102,14 @@ impl<'a> PreviewTimer<'a> {
     }
 
     /// Shows the `picture` where one is due or asked for.
-    pub fn show(&mut self, picture: impl FnOnce() -> Rendered) {
+    pub fn show(&mut self, picture: PictureSoFar<'_>) {
         let Some(Preview { every, asked, show }) = self.preview else { return };
         let start = Instant::now();
-        if !asked.swap(false, Ordering::Relaxed) && self.due.is_none_or(|due| start < due) {
+        let asked = asked.swap(false, Ordering::Relaxed);
+        if !asked && self.due.is_none_or(|due| start < due) {
             return;
         }
-        show(picture());
+        show(asked, picture);
         let pause = every.map(|every| every.max(start.elapsed() * PREVIEW_RATIO));
         self.due = pause.and_then(|pause| Instant::now().checked_add(pause));
     }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::checkpoint::Checkpoints;
 use super::control::Control;
-use super::exposure::{RenderRegion, Sampled, resolve, sample};
+use super::exposure::{RenderRegion, Sampled, picture_so_far, resolve, sample};
 use super::features::FeatureTracer;
 use super::photon_pass::{PhotonPass, aim};
 use super::photon_stage::{estimate, lazy_cells, shoot};
@@ -63,6 +63,20 @@ impl RoundsDone {
         }
     }
 
+    /// The error that it has by what is `stated`, and what it took.
+    fn reached(&self, goal: ErrorGoal, stated: Option<StatedError>) -> ReachedError {
+        let Extent { photons, rays } = total(&self.rounds);
+        ReachedError { goal, stated, photons, rays }
+    }
+
+    /// Shows the picture so far.
+    fn show(&self, region: &RenderRegion, control: &Control<'_>) {
+        let Sampled { film, work, .. } = &self.sampled;
+        if let Some(preview) = control.preview {
+            (preview.show)(false, &|| picture_so_far(region, |_, _| self.budget, film, work));
+        }
+    }
+
     /// The error of the picture so far.
     fn stated(&self, goal: ErrorGoal) -> Option<StatedError> {
         StatedError::new(&self.sampled.film.component_film(), goal)
@@ -106,6 +120,7 @@ pub(super) fn render_to_error<S: Spectrum, H: PhotonDirection>(
         let start = Instant::now();
         stated = done.stated(goal);
         stages.done("error", start);
+        control.progress.reached(&done.reached(goal, stated));
         if done.sampled.ended != Ended::Complete {
             break;
         }
@@ -116,15 +131,17 @@ pub(super) fn render_to_error<S: Spectrum, H: PhotonDirection>(
         if next.is_none() && time.is_some() && !stated.is_some_and(|stated| stated.reaches(goal)) {
             done.sampled.ended = Ended::OutOfTime;
         }
+        if next.is_some() {
+            done.show(&region, control);
+        }
     }
     // The picture of all rounds.
-    let RoundsDone { sampled, rounds, budget, radius, strategy } = done;
+    let reached = done.reached(goal, stated);
+    let RoundsDone { sampled, budget, radius, strategy, .. } = done;
     let mut exposed = resolve(&region, |_, _| budget, sampled);
     let mut work = finish::<S>(scene, settings, &region, &mut exposed, &mut stages);
     work.unseen_voxels = scene.unseen.map_or(0, |unseen| unseen.held());
     let rendered = exposed.rendered(work, stages, Some(radius));
-    let Extent { photons, rays } = total(&rounds);
-    let reached = ReachedError { goal, stated, photons, rays };
     Ok(Rendered { strategy, error: Some(reached), ..rendered })
 }
 

@@ -170,6 +170,19 @@ pub fn resolve(
     Exposure { film, components, work, ended, rays_left, checkpoint_error }
 }
 
+/// The picture of the samples that the `film` of `region` has so far, for which so much `work` was done.
+pub fn picture_so_far(
+    region: &RenderRegion,
+    budget: impl Fn(u32, u32) -> PixelBudget + Sync,
+    film: &TiledFilm,
+    work: &Work,
+) -> Rendered {
+    let (film, work) = (film.clone(), *work);
+    let sampled = Sampled { film, work, ended: Ended::Stopped, checkpoint_error: None };
+    let exposed = resolve(region, budget, sampled);
+    exposed.rendered(Work::default(), Stages::default(), None)
+}
+
 /// Whether each pixel has a ray or needs none, row by row from the top.
 fn has_rays(film: &mut TiledFilm, budget: impl Fn(u32, u32) -> PixelBudget) -> Vec<bool> {
     let Window { left, top, width, .. } = film.window;
@@ -256,22 +269,10 @@ where
             if ended != Ended::Complete {
                 break;
             }
-            previews.show(|| self.picture_so_far(&film, &work));
+            previews.show(&|| picture_so_far(&self.region, &self.budget, &film, &work));
         }
         control.progress.finish();
         Sampled { film, work, ended, checkpoint_error: writer.problem() }
-    }
-
-    /// The picture of the samples that `film` has so far, for which so much `work` was done.
-    fn picture_so_far(&self, film: &TiledFilm, work: &Work) -> Rendered {
-        let sampled = Sampled {
-            film: film.clone(),
-            work: *work,
-            ended: Ended::Stopped,
-            checkpoint_error: None,
-        };
-        let exposed = resolve(&self.region, &self.budget, sampled);
-        exposed.rendered(Work::default(), Stages::default(), None)
     }
 
     /// Takes the samples of a checkpoint, if there is one, into `film`, and the work done for them into `work`.

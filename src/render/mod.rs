@@ -49,7 +49,7 @@ mod without_photons;
 
 pub use checkpoint::Checkpoints;
 pub use clock::{Clock, Deadline};
-pub use control::{Control, Preview, Stop};
+pub use control::{Control, PREVIEW_RATIO, PictureSoFar, Preview, Stop};
 pub use costs::{Costs, StageSeconds, costs, memory_needed};
 pub use director_pass::{DirectorMaps, Earlier, Extent, maps};
 pub use memory::{Memory, MemoryParts, memory_without_photons};

@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use super::rendered::ReachedError;
+
 /// Receives the progress of a render, from any thread.
 pub trait Progress: Sync {
     /// A stage of `total` units of work begins; 0 where the number is unknown.
@@ -15,6 +17,8 @@ pub trait Progress: Sync {
     fn weigh(&self, _done: u64, _total: u64) {}
     /// The stage is over.
     fn finish(&self);
+    /// A round of a render to a stated error is over, and the picture has this one.
+    fn reached(&self, _error: &ReachedError) {}
     /// Something failed that does not end the render; `problem` is one sentence.
     fn warn(&self, _problem: &str) {}
 }

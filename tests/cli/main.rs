@@ -9,6 +9,7 @@ mod help;
 mod merge;
 mod messages;
 mod terminal;
+mod tev;
 
 use std::path::Path;
 

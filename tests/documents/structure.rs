@@ -25,7 +25,7 @@ const FEW: usize = 5;
 
 /// Rooms from the lowest floor to the highest. A room uses those on floors below its own.
 const FLOORS: [&[&str]; 10] = [
-    &["error", "file", "math", "sequence", "work"],
+    &["error", "file", "loopback", "math", "sequence", "work"],
     &["vdb", "image", "shape"],
     &["medium", "surface", "light", "make"],
     &["scene"],

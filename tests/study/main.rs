@@ -11,5 +11,6 @@ mod skip;
 
 mod answers;
 mod browser;
+mod live;
 mod metrics;
 mod runs;

@@ -3,16 +3,17 @@
 use std::collections::HashSet;
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Write};
-use std::net::Ipv4Addr;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use tiny_http::{Header, Method, Request, Response};
+use tiny_http::{Method, Request};
 
 use super::answers::{Answer, AnswerKey, read_answers};
 use super::page::{EXPERIMENT, PAGE};
 use super::pair::Experiment;
 use crate::error::{Error, Result};
 use crate::file;
+use crate::loopback::{Loopback, Reply, header, send};
 
 /// The file of answers beside the page.
 pub const ANSWERS: &str = "answers.csv";
@@ -23,10 +24,12 @@ const MAX_ANSWER: u64 = 4096;
 /// The most bytes of a page.
 const MAX_PAGE: u64 = 1 << 30;
 
+/// How long a request is waited for before the next try: any time does.
+const PATIENCE: Duration = Duration::from_secs(3600);
+
 /// Serves the page of a folder to this machine alone, and adds each answer to [`ANSWERS`].
 pub struct Server {
-    http: tiny_http::Server,
-    port: u16,
+    http: Loopback,
     page: Vec<u8>,
     scenes: Vec<String>,
     answers: PathBuf,
@@ -34,9 +37,6 @@ pub struct Server {
     /// Keys of the answers stored.
     stored: HashSet<AnswerKey>,
 }
-
-/// A response: HTTP status and text. Without text the page is sent.
-type Reply = (u16, String);
 
 impl Server {
     /// Opens `port` of 127.0.0.1, any free one for 0, for what [`write_trial`](super::write_trial)
@@ -53,16 +53,14 @@ impl Server {
         let page = file::read(&folder.join(PAGE), MAX_PAGE)?;
         let answers = folder.join(ANSWERS);
         let (log, stored) = open_answers(&answers)?;
-        let taken = |e| Error::Usage(format!("port {port} cannot be had: {e}; give another"));
-        let http = tiny_http::Server::http((Ipv4Addr::LOCALHOST, port)).map_err(taken)?;
-        let port = http.server_addr().to_ip().map_or(port, |address| address.port());
+        let http = Loopback::bind(port)?;
         let scenes = experiment.scenes.into_iter().map(|scene| scene.name).collect();
-        Ok(Self { http, port, page, scenes, answers, log, stored })
+        Ok(Self { http, page, scenes, answers, log, stored })
     }
 
     /// Where the page is.
     pub fn url(&self) -> String {
-        format!("http://127.0.0.1:{}/", self.port)
+        self.http.url()
     }
 
     /// The file of answers.
@@ -75,12 +73,13 @@ impl Server {
     /// # Errors
     /// Where an answer cannot be stored; the participant gets the message too.
     pub fn run(mut self) -> Result<()> {
-        while let Ok(mut request) = self.http.recv() {
+        while let Ok(request) = self.http.receive(PATIENCE) {
+            let Some(mut request) = request else { continue };
             let (reply, failed) = match self.reply(&mut request) {
                 Ok(reply) => (reply, None),
-                Err(error) => ((500, error.to_string()), Some(error)),
+                Err(error) => (Reply::text(500, error.to_string()), Some(error)),
             };
-            self.send(request, reply);
+            send(request, reply);
             if let Some(error) = failed {
                 return Err(error);
             }
@@ -89,26 +88,18 @@ impl Server {
     }
 
     fn reply(&mut self, request: &mut Request) -> Result<Reply> {
-        if !self.is_local(request) {
-            return Ok((403, "only this machine is answered".into()));
-        }
         match (request.method(), request.url()) {
-            (Method::Get | Method::Head, "/") => Ok((200, String::new())),
-            (Method::Post, "/answers") => self.store(request),
-            (_, "/" | "/answers") => Ok((405, "GET / or POST /answers".into())),
-            _ => Ok((404, "there is / and /answers".into())),
+            (Method::Get | Method::Head, "/") => Ok(Reply::page(self.page.clone())),
+            (Method::Post, "/answers") => {
+                self.store(request).map(|(status, text)| Reply::text(status, text))
+            }
+            (_, "/" | "/answers") => Ok(Reply::text(405, "GET / or POST /answers")),
+            _ => Ok(Reply::text(404, "there is / and /answers")),
         }
     }
 
-    /// Whether the request is for this server by its own name: a foreign page cannot reach it
-    /// through a name of its own that leads here.
-    fn is_local(&self, request: &Request) -> bool {
-        let names = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", self.port));
-        header(request, "Host").is_some_and(|host| names.contains(&host))
-    }
-
-    /// Stores the answer in a request.
-    fn store(&mut self, request: &mut Request) -> Result<Reply> {
+    /// Stores the answer in a request. Returns HTTP status and text.
+    fn store(&mut self, request: &mut Request) -> Result<(u16, String)> {
         // A foreign page cannot send this type without asking first, and is not answered then.
         let is_json = header(request, "Content-Type").is_some_and(|t| t == "application/json");
         if !is_json {
@@ -137,36 +128,12 @@ impl Server {
         self.stored.insert(answer.key());
         Ok((200, "stored".into()))
     }
-
-    /// Sends a reply, or the page where its text is empty. A browser that has closed the connection is no
-    /// failure.
-    fn send(&self, request: Request, (status, text): Reply) {
-        let is_page = text.is_empty();
-        let kind = if is_page { "text/html; charset=utf-8" } else { "text/plain; charset=utf-8" };
-        let body = if is_page { self.page.clone() } else { text.into_bytes() };
-        let mut response = Response::from_data(body).with_status_code(status);
-        for (name, value) in [
-            ("Content-Type", kind),
-            ("X-Content-Type-Options", "nosniff"),
-            ("Cache-Control", "no-store"),
-        ] {
-            if let Ok(header) = Header::from_bytes(name, value) {
-                response.add_header(header);
-            }
-        }
-        let _ = request.respond(response);
-    }
 }
 
 impl std::fmt::Debug for Server {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Server").field("url", &self.url()).finish_non_exhaustive()
+        f.debug_struct("Server").field("http", &self.http).finish_non_exhaustive()
     }
-}
-
-fn header(request: &Request, name: &'static str) -> Option<String> {
-    let found = request.headers().iter().find(|header| header.field.equiv(name));
-    found.map(|header| header.value.as_str().to_ascii_lowercase())
 }
 
 /// Opens a file of answers for appending; also the keys of the answers in it.
