@@ -296,6 +296,11 @@ fn fifty_rounds_of_killing() {
     kills(50, "smoke.toml", "96x64", &["--rays", "40"]);
 }
 
+/// Whether the last chunk of a PNG is there.
+fn is_whole_png(path: &Path) -> bool {
+    std::fs::read(path).unwrap().ends_with(b"IEND\xae\x42\x60\x82")
+}
+
 /// Previews are whole whenever they are read, and the finished picture has the bytes of one without them.
 #[test]
 fn previews_are_whole_and_change_no_byte() {
@@ -311,6 +316,7 @@ fn previews_are_whole_and_change_no_byte() {
                 continue;
             }
             let layers = read_layers(&picture).unwrap();
+            assert!(is_whole_png(&picture.with_extension("png")));
             if is_incomplete(&layers) {
                 let rays: f32 = layers.channels["rays"].iter().sum();
                 looks.insert(rays as u64);
