@@ -305,7 +305,7 @@ fn is_whole_png(path: &Path) -> bool {
 #[test]
 fn previews_are_whole_and_change_no_byte() {
     let folder = TempDir::new().unwrap();
-    for more in [&["--rays", "600"][..], &["--error", "0.02"]] {
+    for more in [&["--rays", "200"][..], &["--error", "0.04"]] {
         succeeds(render(folder.path(), "smoke.toml", "whole.exr", "64x48", more));
         let more = [more, &["--preview", "20ms", "--quiet"]].concat();
         let mut child = start(render(folder.path(), "smoke.toml", "out.exr", "64x48", &more));

@@ -197,7 +197,7 @@ fn a_port_that_is_taken_is_told_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port().to_string();
-    let output = render(folder.path(), &["--view", &port]).output().unwrap();
+    let output = render(folder.path(), &[&format!("--view={port}")]).output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{message}");
     assert!(message.contains(&format!("port {port} cannot be had")), "{message}");

@@ -28,7 +28,14 @@ const FILMS: u64 = 2;
 pub(super) struct LiveArgs {
     /// Show the picture while it gets better on a page for this machine alone, with all layers; its address is printed. Any
     /// free port where none is given.
-    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "0")]
+    #[arg(
+        long,
+        value_name = "PORT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "0",
+        value_parser = port
+    )]
     view: Option<u16>,
     /// Send the picture while it gets better, and in the end, to the viewer tev; its own port is 14158.
     #[arg(long, value_name = "HOST:PORT", value_parser = address)]
@@ -123,6 +130,12 @@ impl Live {
 /// What a picture is called.
 fn name(output: &Path) -> String {
     output.display().to_string()
+}
+
+/// A port, 0 for any.
+fn port(text: &str) -> std::result::Result<u16, String> {
+    let problem = "give a port, as 8080; the view transform is --view-transform";
+    text.parse().map_err(|_| problem.into())
 }
 
 /// A host and a port.

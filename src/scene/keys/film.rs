@@ -29,6 +29,6 @@ pub(in crate::scene) const VIEW: Key = Key::new(
     Default("\"agx\""),
     "View transform of the PNG: AgX for looking at, or the sRGB curve alone for measuring.",
 )
-.flag("view");
+.flag("view-transform");
 
 pub(in crate::scene) const FILM: Table = Table { what: "[film]", keys: &[&SIZE, &EXPOSURE, &VIEW] };

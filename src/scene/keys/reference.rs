@@ -103,10 +103,14 @@ mod tests {
         assert_eq!(given("radius", ".5").unwrap(), "0.5");
         assert_eq!(given("exposure", "auto").unwrap(), "\"auto\"");
         assert_eq!(given("exposure", "-1").unwrap(), "-1.0");
-        assert_eq!(given("view", "srgb").unwrap(), "\"srgb\"");
-        for (flag, wrong) in
-            [("size", "9"), ("rays", "0"), ("rays", "2.5"), ("radius", "-1"), ("view", "film")]
-        {
+        assert_eq!(given("view-transform", "srgb").unwrap(), "\"srgb\"");
+        for (flag, wrong) in [
+            ("size", "9"),
+            ("rays", "0"),
+            ("rays", "2.5"),
+            ("radius", "-1"),
+            ("view-transform", "film"),
+        ] {
             assert!(given(flag, wrong).unwrap_err().starts_with("give "), "{flag} {wrong}");
         }
     }
