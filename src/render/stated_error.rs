@@ -20,11 +20,16 @@ const BLOCKS_PER_WORST: usize = 100;
 /// Epsilon of relative errors over the mean radiance: that of the metric of studies.
 const EPSILON: f64 = 0.5;
 
+/// Standard deviations of a pixel's noise that are to be invisible.
+///
+/// Unit: none. Derivation: of noise with a normal distribution three pixels in a thousand are further off.
+const DEVIATIONS: f64 = 3.0;
+
 /// Error of a picture: of the worst hundredth of its blocks of 8 x 8 pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StatedError {
-    /// Root of the mean square over those blocks: relative to the mean radiance of each and half of that of the picture,
-    /// or in least visible differences.
+    /// Root of the mean square over those blocks: relative to the mean radiance of each and half of that of the picture, or
+    /// three times as much in least visible differences, so that hardly a pixel is further off.
     pub value: f64,
     /// Standard error of `value` over it.
     pub uncertainty: f64,
@@ -63,8 +68,9 @@ impl StatedError {
             }),
             ErrorGoal::Visible => {
                 let visible = visible_differences(&picture, &squares);
-                let in_differences =
-                    |&pixel: &usize| f64::from(squares[pixel]) / f64::from(visible[pixel]).powi(2);
+                let in_differences = |&pixel: &usize| {
+                    f64::from(squares[pixel]) * (DEVIATIONS / f64::from(visible[pixel])).powi(2)
+                };
                 block_errors([width, height], |block| block.iter().map(in_differences).collect())
             }
         };
@@ -198,6 +204,18 @@ mod tests {
         let (mut film, _) = film(1, |_, _| 1.0, |_, _| 0.1);
         film.pixels[77].halves[1] = Default::default();
         assert_eq!(StatedError::new(&film, ErrorGoal::Visible), None);
+    }
+
+    /// Even light shows the same differences everywhere, and its noise is to be a third of them.
+    #[test]
+    fn three_deviations_are_to_be_invisible() {
+        let (film, errors) = film(4, |_, _| 1.0, |_, _| 0.1);
+        let even = Image::new(SIZE[0], SIZE[1], vec![[1.0; 3]; errors.len()]);
+        let visible = f64::from(visible_differences(&even, &vec![0.0; errors.len()])[0]);
+        let seen = |block: &[usize]| block.iter().map(|&p| errors[p] / visible.powi(2)).collect();
+        let truth = 3.0 * StatedError::of_blocks(block_errors(SIZE, seen)).value;
+        let stated = StatedError::new(&film, ErrorGoal::Visible).unwrap();
+        assert!((stated.value / truth - 1.0).abs() < 0.25, "{stated:?} for {truth}");
     }
 
     #[test]

@@ -122,7 +122,7 @@ impl FinalGather {
 pub enum ErrorGoal {
     /// So much of the radiance, in the worst hundredth of the picture's blocks.
     Relative(f64),
-    /// The least difference that is visible, in those.
+    /// The least difference that is visible, in those: hardly a pixel is further off.
     Visible,
 }
 

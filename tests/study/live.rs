@@ -294,7 +294,7 @@ fn the_page_of_a_render_works() {
     browser.resize(1400, 900);
     choose(&mut browser, "layer", "beauty");
     browser.click("#reset");
-    shown(&mut browser, "layer=beauty&exposure=-");
+    shown(&mut browser, "layer=beauty&exposure=0&transform=agx");
 
     // The end: the page keeps the picture, and the program does not wait long.
     kill_process(Pid::from_child(&running.0.child), Signal::TERM).unwrap();
