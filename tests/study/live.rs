@@ -215,8 +215,14 @@ const VERSION: &str = "Number(document.body.dataset.version ?? 0)";
 /// Waits until a picture that was asked for with `query` is shown; all its bytes, red, green, blue and alpha.
 fn shown(browser: &mut Browser, query: &str) -> Vec<f64> {
     browser.wait_for(&format!("(document.body.dataset.shown ?? '').includes({query:?})"));
+    // Of a copy: reading the page's own canvas again and again makes Chromium advise against it.
     let bytes = browser.evaluate(
-        "[...canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data]",
+        "(() => {
+            const { width, height } = canvas;
+            const copy = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
+            copy.drawImage(canvas, 0, 0);
+            return [...copy.getImageData(0, 0, width, height).data];
+        })()",
     );
     bytes.as_array().unwrap().iter().map(|byte| byte.as_f64().unwrap()).collect()
 }
