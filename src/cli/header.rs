@@ -81,6 +81,9 @@ pub(super) fn settings(
     if let Some(crop) = render.crop {
         settings.insert("crop".into(), json!(crop.to_string()));
     }
+    if let Some(pass) = render.pass {
+        settings.insert("pass".into(), json!(pass.to_string()));
+    }
     if render.director != Director::Fixed && !reference {
         let directing = render.effective_directing();
         settings.insert(

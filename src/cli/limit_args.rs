@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::units::{bytes, time};
 use crate::error::{Error, Result};
 use crate::image::Window;
-use crate::scene::Scene;
+use crate::scene::{PicturePass, Scene};
 
 /// Limits and checkpoints of a render.
 #[derive(Debug, clap::Args)]
@@ -34,30 +34,49 @@ pub(super) struct LimitArgs {
     /// Render only this part of the film: its upper left pixel and its size.
     #[arg(long, value_name = "X,Y,WxH")]
     pub(super) crop: Option<Window>,
+    /// Render only this of several equal passes, such as 3/8: its share of rays and photons, with radii and cells of
+    /// the whole; fogbow merge makes that of all passes.
+    #[arg(long, value_name = "K/N", conflicts_with = "time")]
+    pub(super) pass: Option<PicturePass>,
 }
 
 impl LimitArgs {
-    /// Gives `scene` the part of its film that is rendered.
+    /// Gives `scene` the part of its picture that is rendered.
     ///
     /// # Errors
-    /// Where that lies beyond the film, or an error is the goal: it is that of the whole picture, and a reference has none.
-    pub(super) fn set_crop(&self, scene: &mut Scene, is_reference: bool) -> Result<()> {
-        if scene.render.error.is_some() && (is_reference || self.crop.is_some()) {
-            return Err(Error::Usage(format!(
-                "{} and an error as the goal exclude each other: give rays{} instead of the error",
-                if is_reference { "--reference" } else { "--crop" },
-                if is_reference { "" } else { " and photons" },
-            )));
-        }
-        let Some(crop) = self.crop else { return Ok(()) };
+    /// Where the crop reaches beyond the film, the picture cannot be rendered in such passes, or an error is the goal: it is
+    /// that of the whole picture, and a reference has none.
+    pub(super) fn set_part(&self, scene: &mut Scene, is_reference: bool) -> Result<()> {
+        self.check_goal(scene, is_reference)?;
         let [width, height] = scene.film.size;
-        if !crop.fits(scene.film.size) {
-            return Err(Error::Usage(format!(
-                "--crop {crop} reaches beyond the film of {width}x{height} pixels"
-            )));
+        if let Some(crop) = self.crop.filter(|crop| !crop.fits(scene.film.size)) {
+            let problem =
+                format!("--crop {crop} reaches beyond the film of {width}x{height} pixels");
+            return Err(Error::Usage(problem));
         }
-        scene.render.crop = Some(crop);
+        if let Some(pass) = self.pass {
+            let wrong = |problem| Error::Usage(format!("--pass {pass}: {problem}"));
+            scene.render.check_pass(pass).map_err(wrong)?;
+        }
+        scene.render.crop = self.crop;
+        scene.render.pass = self.pass.filter(|pass| pass.count > 1);
         Ok(())
+    }
+
+    /// Refuses what has no error of its own where that is the goal of `scene`.
+    fn check_goal(&self, scene: &Scene, is_reference: bool) -> Result<()> {
+        let parts = [
+            (is_reference, "--reference", "rays"),
+            (self.crop.is_some(), "--crop", "rays and photons"),
+            (self.pass.is_some(), "--pass", "rays and photons"),
+        ];
+        let has_goal = scene.render.error.is_some();
+        match parts.into_iter().find(|(is_asked, ..)| has_goal && *is_asked) {
+            Some((_, flag, instead)) => Err(Error::Usage(format!(
+                "{flag} and an error as the goal exclude each other: give {instead} instead of the error"
+            ))),
+            None => Ok(()),
+        }
     }
 }
 

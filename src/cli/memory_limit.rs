@@ -74,7 +74,7 @@ pub(super) fn fit_photons(
         limit.holds(&denoising(scene, &without))?;
     }
     let caches = CACHE_BYTES.saturating_mul(scene.media.len() as u64);
-    let most = scene.render.photons.saturating_mul(PATH_BYTES).saturating_add(caches);
+    let most = scene.render.path_count().saturating_mul(PATH_BYTES).saturating_add(caches);
     if method.reference || without.peak.saturating_add(most) <= bytes {
         return Ok(None);
     }

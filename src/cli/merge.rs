@@ -26,10 +26,12 @@ Parts with different seeds are passes: frames, whole or in crops. The merged pic
 weighed by rays and photons as they were asked for, never by measured noise. The layer rays is the sum, Z \
 the nearest, variance that of the mean by the spread between passes. fogbow:passes in the header lists \
 them.\n\n\
+Parts of --pass 1/N to N/N are equal passes of one picture, whole or in crops. All must be there; their mean \
+has the rays and photons of the picture.\n\n\
 The order of parts changes no byte. Parts of another scene, version or settings, unfinished ones, gaps and \
 overlaps are refused.")]
 pub(super) struct Args {
-    /// Pictures of fogbow render: crops that fill the frame, or frames with different seeds.
+    /// Pictures of fogbow render: crops that fill the frame, frames with different seeds, or equal passes.
     #[arg(value_name = "PART.exr", required = true)]
     parts: Vec<PathBuf>,
     /// The EXR to write, which is none of the parts; a PNG is written beside it.

@@ -109,7 +109,7 @@ impl PictureJob<'_> {
         earlier: Earlier<'_>,
     ) -> Result<PictureReport> {
         let requested = scene.render.photons;
-        self.limits.set_crop(scene, self.method.reference)?;
+        self.limits.set_part(scene, self.method.reference)?;
         let start = Instant::now();
         let fewer_photons = pool.install(|| self.fit_photons(scene))?;
         let fitting = start.elapsed();

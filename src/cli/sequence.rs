@@ -169,7 +169,7 @@ impl<'a> FrameLoop<'a> {
             self.report(json!({ "frame": number, "state": "skipped", "problem": problem }));
             return Ok(());
         };
-        scene.render.crop = self.args.limits.crop;
+        self.args.limits.set_part(&mut scene, self.args.reference)?;
         self.pictures += 1;
         if let (Some(held), Some(problem)) = (held, &problem) {
             self.warn(number, &format!("{problem}; frame {held} is rendered again"));

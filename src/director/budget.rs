@@ -1,6 +1,8 @@
 //! The budget of a pixel: camera rays, gathers, gather radius and march step.
 
-use crate::scene::Directing;
+use std::ops::Range;
+
+use crate::scene::{Directing, RenderSettings};
 use crate::strategy::places_at;
 
 /// What rendering a pixel may spend. It is fixed before the pixel's first sample, so that sampling stays
@@ -9,6 +11,8 @@ use crate::strategy::places_at;
 pub struct PixelBudget {
     /// Camera rays.
     pub rays: u32,
+    /// Number of the first of them in the sequence of the pixel: other passes of the picture have those before.
+    pub first: u32,
     /// The first of them, which measured the error before there was a budget. Each gathers indirect light.
     pub pilot: u32,
     /// The first of them, by photons and caches of earlier rounds. Each of those counts as the pilot's do.
@@ -43,7 +47,18 @@ impl PixelBudget {
     pub const fn fixed(rays: u32, radius: f64, step: f64) -> Self {
         let (saliency, xs) = (1.0, 1.0);
         let places = places_at(0);
-        Self { rays, pilot: 0, earlier: 0, gathers: GATHERS, radius, places, step, saliency, xs }
+        Self {
+            rays,
+            first: 0,
+            pilot: 0,
+            earlier: 0,
+            gathers: GATHERS,
+            radius,
+            places,
+            step,
+            saliency,
+            xs,
+        }
     }
 
     /// The budget of a pixel of the importance `xs`, 0 to 1, where `self` is the gold standard's. Rays
@@ -88,6 +103,21 @@ impl PixelBudget {
         Self { rays: self.rays + rays, pilot: self.rays, earlier: self.rays, ..self }
     }
 
+    /// The part of it that the pass of a picture under `settings` spends; all where that is no pass. Each pass has a
+    /// ray of its own in each pixel that has any, so that it is unbiased: where there are more passes than rays, one
+    /// beyond those of the whole. As many rays in a hundred gather indirect light as in the whole, and at least one.
+    #[must_use]
+    pub fn of_pass(self, settings: &RenderSettings) -> Self {
+        let Some(pass) = settings.pass.filter(|_| self.rays > 0) else { return self };
+        let Range { start, end } = pass.share(self.rays.into(), settings.rays);
+        let (first, rays) = match end - start {
+            0 => (self.rays + pass.number - 1, 1),
+            rays => (start as u32, rays as u32),
+        };
+        let gathers = (self.gathers * rays).div_ceil(self.rays).max(1);
+        Self { rays, first, gathers, ..self }
+    }
+
     /// Rays after the pilot's, some of which gather for others.
     pub const fn shared_rays(&self) -> u32 {
         self.rays.saturating_sub(self.pilot)
@@ -118,7 +148,7 @@ pub fn radius_level(directing: &Directing, xs: f32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Directed;
+    use crate::scene::{Directed, PicturePass};
     use proptest::prelude::*;
 
     const GOLD: PixelBudget = PixelBudget::fixed(16, 0.1, 0.02);
@@ -149,6 +179,34 @@ mod tests {
                 [budget.rays < GOLD.rays, budget.radius > GOLD.radius, budget.step > GOLD.step];
             assert_eq!(changed, changes, "{directed:?}");
         }
+    }
+
+    #[test]
+    fn passes_share_the_rays_of_a_pixel() {
+        for (rays, of_pixel, count) in
+            [(16, 16, 4), (16, 16, 8), (10, 10, 4), (16, 5, 8), (9, 1, 9)]
+        {
+            let whole = PixelBudget { rays: of_pixel, ..GOLD };
+            let mut numbers = Vec::new();
+            for number in 1..=count {
+                let pass = Some(PicturePass { count, number });
+                let budget =
+                    whole.of_pass(&RenderSettings { rays, pass, ..RenderSettings::default() });
+                assert!(budget.rays > 0 && budget.gathers > 0);
+                let share = f64::from(budget.rays) / f64::from(of_pixel);
+                assert!(f64::from(budget.gathers) < f64::from(whole.gathers) * share + 1.0);
+                numbers.extend(budget.first..budget.first + budget.rays);
+            }
+            numbers.sort_unstable();
+            let all = numbers.len();
+            numbers.dedup();
+            assert_eq!(all, numbers.len(), "a ray is shot twice");
+            assert!((0..of_pixel).all(|number| numbers.contains(&number)));
+            assert!(of_pixel < count || numbers.len() == of_pixel as usize);
+        }
+        let none = PixelBudget { rays: 0, ..GOLD };
+        let pass = Some(PicturePass { count: 4, number: 2 });
+        assert_eq!(none.of_pass(&RenderSettings { pass, ..RenderSettings::default() }), none);
     }
 
     proptest! {

@@ -97,13 +97,16 @@ impl<'a> AimedPhotons<'a> {
 
     /// As [`all`](Self::all), the first `count` of them in two halves, each of which stands for all.
     pub fn halves(&self, settings: &PhotonSettings, count: u64) -> [PathSample; 2] {
+        let end = self.all(settings).paths.end.min(count);
+        [0..end / 2, end / 2..end].map(|half| self.some(settings, half))
+    }
+
+    /// As [`all`](Self::all), those of these indices alone, which stand for all.
+    pub fn some(&self, settings: &PhotonSettings, paths: Range<u64>) -> PathSample {
         let all = self.all(settings);
-        let (whole, end) = (all.paths.end, all.paths.end.min(count));
-        [0..end / 2, end / 2..end].map(|half| PathSample {
-            represents: whole as f64 / (half.end - half.start).max(1) as f64,
-            paths: half,
-            ..all.clone()
-        })
+        let [start, end] = [paths.start, paths.end].map(|path| path.min(all.paths.end));
+        let represents = all.paths.end as f64 / (end - start).max(1) as f64;
+        PathSample { represents, paths: start..end, ..all }
     }
 
     /// Traces the paths of `part`, if anything needs them, which leave what `recording` says, and builds

@@ -194,7 +194,7 @@ fn photon_memory<S: Spectrum, H: PhotonDirection>(
     Ok(photon_pass_memory(&work, settings, &photons, assignment.pilot_bytes))
 }
 
-/// Photon maps of a few of the paths, and the work that all paths are.
+/// Photon maps of a few of the paths, and the work that all paths of the picture or its pass are.
 fn sample_photons<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
@@ -202,7 +202,7 @@ fn sample_photons<S: Spectrum, H: PhotonDirection>(
 ) -> Result<(PhotonPass<S, H>, Work)> {
     let (shooting, paths) = sampled_pass_settings(scene, settings);
     let (photons, shot) = PhotonPass::new(scene, &shooting, assignment, &|_| ())?;
-    Ok((photons, scaled(&shot, settings.photons as f64 / paths.max(1) as f64)))
+    Ok((photons, scaled(&shot, settings.path_count() as f64 / paths.max(1) as f64)))
 }
 
 fn scaled(work: &Work, factor: f64) -> Work {

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::checkpoint::Checkpoints;
 use super::control::Control;
 use super::exposure::{RenderRegion, Sampled, sample};
-use super::photon_pass::{PhotonPass, aim};
+use super::photon_pass::{PhotonPass, ShotPaths, aim};
 use super::progress::Stages;
 use super::rendered::Ended;
 use super::stage_settings::{finest_step, pass_settings, render_region};
@@ -98,8 +98,9 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
     let pass = pass_settings(scene, settings);
     let aimed = aim::<S, H>(scene, &pass)?;
     let demand = photon_demand(settings, assignment);
+    let shot = ShotPaths::Halves(demand.paths);
     let (photons, mut work) =
-        PhotonPass::<S, H>::shoot(scene, &pass, assignment, aimed, Some(demand.paths), &|_| ());
+        PhotonPass::<S, H>::shoot(scene, &pass, assignment, aimed, shot, &|_| ());
     let integrators: Vec<_> =
         photons.iter().map(|half| half.integrator(scene, pass.photons.needs)).collect();
     let radius = PhotonPass::finest_radius(&photons);

@@ -6,7 +6,7 @@ use super::checkpoint::Checkpoints;
 use super::control::Control;
 use super::exposure::{RenderRegion, Sampled, picture_so_far, resolve, sample};
 use super::features::FeatureTracer;
-use super::photon_pass::{PhotonPass, aim};
+use super::photon_pass::{PhotonPass, ShotPaths, aim};
 use super::photon_stage::{estimate, lazy_cells, shoot};
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
@@ -166,8 +166,8 @@ fn expose_round<S: Spectrum, H: PhotonDirection>(
     let pass = pass_settings(scene, &of_round);
     let aimed = aim::<S, H>(scene, &pass)?;
     let paths = round.adds.photons;
-    let (photons, shot) =
-        shoot::<S, H>(scene, &pass, strategies, aimed, Some(paths), paths, control);
+    let halves = ShotPaths::Halves(paths);
+    let (photons, shot) = shoot::<S, H>(scene, &pass, strategies, aimed, halves, paths, control);
     done.sampled.work += shot;
     stages.done("photons", start);
     // Rays, after those of the rounds before.

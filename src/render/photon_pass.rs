@@ -1,5 +1,6 @@
 //! The photon pass: strategy, photons and caches of a render, tied together.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::integrator::Integrator;
@@ -25,6 +26,22 @@ const SECOND_HALF_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Seed of the pilot of strategies. Any number does; this one has no pattern (e in hexadecimal).
 const PILOT_SEED: u64 = 0xb7e1_5162_8aed_2a6a;
+
+/// Which photons of a picture are shot, and into how many maps.
+#[derive(Debug, Clone)]
+pub(super) enum ShotPaths {
+    /// All, into one map.
+    Whole,
+    /// So many of them into two maps, of a half each that stands for all.
+    Halves(u64),
+    /// The `paths` of one pass of a picture with this `seed`, into one map that stands for all.
+    Pass {
+        /// Seed of the paths.
+        seed: u64,
+        /// Their indices.
+        paths: Range<u64>,
+    },
+}
 
 /// What rays read: photon maps, caches, and the strategy that says which.
 #[derive(Debug)]
@@ -69,18 +86,19 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<(Self, Work)> {
         let aimed = aim::<S, H>(scene, settings)?;
-        let (mut passes, work) = Self::shoot(scene, settings, assignment, aimed, None, advance);
+        let (mut passes, work) =
+            Self::shoot(scene, settings, assignment, aimed, ShotPaths::Whole, advance);
         Ok((passes.swap_remove(0), work))
     }
 
-    /// As [`new`](Self::new), by photons that were [aimed](aim) with these settings, of any seed. With `in_halves`, one
-    /// pass for each half of so many of the photons, which stand for all and share caches of direct light.
+    /// As [`new`](Self::new), by photons that were [aimed](aim) with these settings, of any seed. One pass for
+    /// each map that is asked for; all share caches of direct light.
     pub(super) fn shoot(
         scene: &Scene,
         settings: &PassSettings,
         assignment: &Assignment,
         aimed: Option<AimedPhotons<'_>>,
-        in_halves: Option<u64>,
+        shot: ShotPaths,
         advance: &(dyn Fn(u64) + Sync),
     ) -> (Vec<Self>, Work) {
         let Some(mut aimed) = aimed else {
@@ -88,9 +106,12 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
             return (vec![Self::empty(radius)], Work::default());
         };
         let planned = PlannedPass::new(scene, settings, assignment, &aimed);
-        let parts = match in_halves {
-            Some(count) => aimed.halves(&settings.photons, count).to_vec(),
-            None => vec![aimed.all(&settings.photons)],
+        let parts = match shot {
+            ShotPaths::Whole => vec![aimed.all(&settings.photons)],
+            ShotPaths::Halves(count) => aimed.halves(&settings.photons, count).to_vec(),
+            ShotPaths::Pass { seed, paths } => {
+                vec![PathSample { seed, ..aimed.some(&settings.photons, paths) }]
+            }
         };
         let mut work = aimed.importance().work;
         let passes = parts.iter().map(|part| {

@@ -6,7 +6,7 @@ use super::control::{Control, Stop};
 use super::features::FeatureTracer;
 use super::integrator::Integrator;
 use super::pass_settings::PassSettings;
-use super::photon_pass::PhotonPass;
+use super::photon_pass::{PhotonPass, ShotPaths};
 use super::pixel_sampling::{CameraRay, Workspace};
 use crate::cache::LazyCells;
 use crate::error::Result;
@@ -17,14 +17,14 @@ use crate::scene::Scene;
 use crate::strategy::Assignment;
 use crate::work::Work;
 
-/// Shoots `paths` of the `aimed` photons by the strategies of `assignment` and builds the photon maps: of all, or where
-/// the picture is in halves of two. See [`PhotonPass::shoot`].
+/// Shoots those of the `aimed` photons that `shot` says, `paths` in number, by the strategies of `assignment` and builds
+/// the photon maps of them. See [`PhotonPass::shoot`].
 pub(super) fn shoot<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &PassSettings,
     assignment: &Assignment,
     aimed: Option<AimedPhotons<'_>>,
-    in_halves: Option<u64>,
+    shot: ShotPaths,
     paths: u64,
     control: &Control<'_>,
 ) -> (Vec<PhotonPass<S, H>>, Work) {
@@ -39,9 +39,9 @@ pub(super) fn shoot<S: Spectrum, H: PhotonDirection>(
             progress.stage("photon map", 0);
         }
     };
-    let shot = PhotonPass::shoot(scene, settings, assignment, aimed, in_halves, &advance);
+    let passes = PhotonPass::shoot(scene, settings, assignment, aimed, shot, &advance);
     progress.finish();
-    shot
+    passes
 }
 
 /// All cells that rays fill, those that passes share once, with what a checkpoint knows of them.

@@ -40,7 +40,7 @@ pub(super) enum Numbering {
 /// A sample of a pixel, numbered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct NumberedSample {
-    /// Its number among all samples of the pixel.
+    /// Its number among all samples of the pixel, in a pass of the picture among those of the pass.
     pub index: u32,
     /// Its half, 0 or 1, where there are halves.
     pub half: Option<usize>,
@@ -140,8 +140,9 @@ pub(super) fn begin_sample(
     stage: Stage,
     sample: &NumberedSample,
 ) -> [f64; 4] {
-    let point = sobol_point(seed, pixel, sample.half, sample.number);
-    ctx.rng = Stream::new(seed, stage, pixel, u64::from(sample.index));
+    let first = sample.budget.first;
+    let point = sobol_point(seed, pixel, sample.half, first + sample.number);
+    ctx.rng = Stream::new(seed, stage, pixel, u64::from(first + sample.index));
     ctx.stratified = StratifiedSample::new(point);
     ctx.work.rays += 1;
     point.film_and_lens()

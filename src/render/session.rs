@@ -8,7 +8,7 @@ use super::error_pilot::{ErrorMaps, after_pilot, budgets, measure_importance, ph
 use super::error_session::{ErrorJob, foretell, render_to_error};
 use super::exposure::{Exposure, RenderRegion, Sampled, resolve, sample};
 use super::features::FeatureTracer;
-use super::photon_pass::{PhotonPass, aim, strategies, strategies_by};
+use super::photon_pass::{PhotonPass, ShotPaths, aim, strategies, strategies_by};
 use super::photon_stage::{estimate, lazy_cells, shoot};
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
@@ -25,6 +25,7 @@ use crate::photon::{AimedPhotons, PhotonDirection};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::strategy::Assignment;
+use crate::work::Work;
 
 /// Renders `scene` by photon maps and ray marching, directed as `settings` say. The picture is the
 /// same on any number of threads of the rayon pool it is called in, and however often it was
@@ -127,17 +128,14 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
     control: &Control<'_>,
     mut stages: Stages,
 ) -> Result<Rendered> {
-    let Directed { scene, settings, maps, strategies, demand } = *job;
+    let Directed { scene, settings, maps, .. } = *job;
     let mut work = maps.work;
     work += maps.pilot_work;
     work.unseen_voxels = scene.unseen.map_or(0, |unseen| unseen.held());
 
     // Photons.
     let start = Instant::now();
-    let in_halves = settings.in_halves().then_some(demand.paths);
-    let pass = maps.pass_settings(scene, settings);
-    let (photons, shot) =
-        shoot::<S, H>(scene, &pass, strategies, aimed, in_halves, demand.paths, control);
+    let (photons, shot) = shoot_photons::<S, H>(job, aimed, control);
     work += shot;
     stages.done("photons", start);
 
@@ -148,6 +146,27 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
     work += finish::<S>(scene, settings, &region, &mut exposed, &mut stages);
     let rendered = exposed.rendered(work, stages, Some(radius));
     Ok(Rendered { strategy: Some(photons[0].choice.summary()), ..rendered })
+}
+
+/// Shoots the `aimed` photons, with what the director's maps ask for, and builds the photon maps: of all, of a pass of the
+/// picture, or where that is reconstructed of two halves.
+fn shoot_photons<S: Spectrum, H: PhotonDirection>(
+    job: &Directed<'_>,
+    aimed: Option<AimedPhotons<'_>>,
+    control: &Control<'_>,
+) -> (Vec<PhotonPass<S, H>>, Work) {
+    let Directed { scene, settings, maps, strategies, demand } = *job;
+    let mut photons = maps.pass_settings(scene, settings);
+    let (shot, count) = match settings.pass {
+        _ if settings.in_halves() => (ShotPaths::Halves(demand.paths), demand.paths),
+        None => (ShotPaths::Whole, demand.paths),
+        Some(pass) => {
+            photons.photons.seed = pass.seed(settings.seed);
+            let (seed, paths) = (settings.seed, settings.paths());
+            (ShotPaths::Pass { seed, paths }, settings.path_count())
+        }
+    };
+    shoot(scene, &photons, strategies, aimed, shot, count, control)
 }
 
 /// Exposes the film of `region` by `photons`, with what the director gives each pixel: by its maps, or by what it measures
@@ -197,8 +216,10 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
     // Rays.
     let start = Instant::now();
     let width = scene.film.size[0] as usize;
-    let budget =
-        |x: u32, y: u32| budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold);
+    let budget = |x: u32, y: u32| {
+        let whole = budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold);
+        whole.of_pass(settings)
+    };
     let sampled = sample(*region, camera, budget, estimate, begun, &caches, control);
     let exposed = resolve(region, budget, sampled);
     stages.done("march", start);

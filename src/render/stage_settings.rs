@@ -2,6 +2,7 @@
 
 use super::exposure::RenderRegion;
 use super::pass_settings::PassSettings;
+use crate::director::PixelBudget;
 use crate::film::FilmContents;
 use crate::image::Window;
 use crate::math::Stage;
@@ -76,7 +77,7 @@ pub(super) fn render_region(
         window: settings.crop.unwrap_or(Window::whole(size)),
         seed: settings.seed,
         stage,
-        rays: settings.rays,
+        rays: PixelBudget::fixed(settings.rays, 0.0, 0.0).of_pass(settings).rays,
         needs: Needs::new(scene, settings),
         contents: FilmContents { features: settings.denoise, components: settings.in_halves() },
     }

@@ -43,7 +43,7 @@ fn trace_reference<S: Spectrum>(
     let start = Instant::now();
     let paths = PathTracer::new(scene, settings.max_scatter);
     let tracer = FeatureTracer::new(scene, settings.denoise);
-    let budget = PixelBudget::fixed(settings.rays, 0.0, 0.0);
+    let budget = PixelBudget::fixed(settings.rays, 0.0, 0.0).of_pass(settings);
     let exposed = expose(
         RenderRegion {
             contents: FilmContents { features: settings.denoise, components: false },

@@ -14,6 +14,7 @@ mod load;
 mod open;
 mod options;
 mod outline;
+mod picture_pass;
 pub mod plan;
 mod reader;
 mod sanity;
@@ -36,6 +37,7 @@ pub use directing::{
 };
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
 pub use options::LoadOptions;
+pub use picture_pass::PicturePass;
 pub use reader::{FileReference, MAX_MAGNITUDE, Place, Setting};
 pub use sequence::Sequence;
 pub use settings::{

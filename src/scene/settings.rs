@@ -2,10 +2,12 @@
 //! [`keys`](super::keys).
 
 use std::fmt;
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
 use super::directing::{Directing, Director, Importance, name_of};
+use super::picture_pass::PicturePass;
 use crate::image::{View, ViewTransform, Window};
 
 /// Largest width and height of a film, in pixels.
@@ -191,9 +193,54 @@ pub struct RenderSettings {
     pub error: Option<ErrorGoal>,
     /// The part of the film that is rendered; `None` for all of it.
     pub crop: Option<Window>,
+    /// The pass of the picture that is rendered; `None` for all of it.
+    pub pass: Option<PicturePass>,
 }
 
 impl RenderSettings {
+    /// The photon paths that are traced, by their indices: those of the pass, or all.
+    pub fn paths(&self) -> Range<u64> {
+        self.pass.map_or(0..self.photons, |pass| pass.share(self.photons, self.rays))
+    }
+
+    /// How many photon paths are traced.
+    pub fn path_count(&self) -> u64 {
+        let Range { start, end } = self.paths();
+        end - start
+    }
+
+    /// Why the picture cannot be rendered in `pass` and others of as many, and what would be right.
+    ///
+    /// # Errors
+    /// With that.
+    pub fn check_pass(&self, pass: PicturePass) -> Result<(), String> {
+        let Self { rays, photons, director, .. } = *self;
+        let crops = "leave it out, or render crops of the frame by --crop";
+        if pass.count > rays {
+            return Err(format!(
+                "a pixel has {rays} rays, and each pass needs one of its own; give at most {rays} passes or more --rays"
+            ));
+        }
+        if (1..u64::from(rays)).contains(&photons) {
+            return Err(format!(
+                "the picture has {photons} photons, fewer than rays a pixel; give at least {rays} --photons"
+            ));
+        }
+        if self.denoise || self.reconstruct {
+            return Err(format!(
+                "noise is taken off a whole picture, and off one pass it would leave a blur that no other pass \
+                 mends; {crops}"
+            ));
+        }
+        if self.measures_error() || director == Director::Variance {
+            let name = director.name();
+            return Err(format!(
+                "the director {name} measures noise by photons that one pass has not; {crops}"
+            ));
+        }
+        Ok(())
+    }
+
     /// The director's settings as its kind takes them.
     pub fn effective_directing(&self) -> Directing {
         self.directing.of(self.director)
@@ -215,5 +262,34 @@ impl RenderSettings {
     /// is left after it, unless the picture is denoised.
     pub fn reconstructs(&self) -> bool {
         self.reconstruct || (self.measures_error() && !self.denoise)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_that_need_all_of_their_photons_at_once_have_no_passes() {
+        let pass = PicturePass { count: 8, number: 3 };
+        let whole = RenderSettings { rays: 8, photons: 1000, ..RenderSettings::default() };
+        assert_eq!(whole.check_pass(pass), Ok(()));
+        for free in [
+            RenderSettings { photons: 0, ..whole },
+            RenderSettings { director: Director::XsPaper, ..whole },
+        ] {
+            assert_eq!(free.check_pass(pass), Ok(()));
+        }
+        for (settings, says) in [
+            (RenderSettings { rays: 7, ..whole }, "give at most 7 passes or more --rays"),
+            (RenderSettings { photons: 7, ..whole }, "give at least 8 --photons"),
+            (RenderSettings { denoise: true, ..whole }, "noise is taken off"),
+            (RenderSettings { reconstruct: true, ..whole }, "noise is taken off"),
+            (RenderSettings { director: Director::Xs, ..whole }, "the director xs measures"),
+            (RenderSettings { director: Director::Variance, ..whole }, "the director variance"),
+        ] {
+            let problem = settings.check_pass(pass).unwrap_err();
+            assert!(problem.contains(says), "{problem}");
+        }
     }
 }

@@ -8,6 +8,7 @@ mod error;
 mod help;
 mod merge;
 mod messages;
+mod passes;
 mod terminal;
 mod tev;
 

@@ -6,8 +6,9 @@ use serde_json::{Map, Value, json};
 
 use super::super::header::{PREFIX, WORK};
 use super::part::{PASSES, Part};
-use super::pass::{OF_PASSES, Pass};
+use super::pass::{OF_PASSES, PASS, Pass};
 use crate::error::{Error, Result};
+use crate::image::merge::PassWork;
 
 /// The attributes that all parts agree in, without crop and recipe, the work of all parts, and where there are
 /// several passes those.
@@ -47,7 +48,8 @@ pub(super) fn work(passes: &[Pass]) -> Result<BTreeMap<String, u64>> {
     Ok(work)
 }
 
-/// The attributes in which passes may differ of each pass, its share of the mean, and the number of its parts.
+/// The attributes in which passes may differ of each pass, its share of the mean, and the number of its parts. Rays and
+/// photons of an equal pass are its own.
 pub(super) fn passes(passes: &[Pass], weights: &[f64]) -> Vec<Value> {
     let total: f64 = weights.iter().sum();
     let entry = |(pass, weight): (&Pass, &f64)| {
@@ -57,6 +59,12 @@ pub(super) fn passes(passes: &[Pass], weights: &[f64]) -> Vec<Value> {
             // Each is JSON in the header.
             let value = first.attribute(name).and_then(|text| serde_json::from_str(text).ok());
             entry.insert(name.into(), value.unwrap_or(Value::Null));
+        }
+        if let Some(of_picture) = first.pass {
+            let PassWork { rays, photons } = pass.work();
+            entry.insert(PASS.into(), json!(of_picture.to_string()));
+            entry.insert("rays".into(), json!(rays));
+            entry.insert("photons".into(), json!(photons));
         }
         entry.insert("weight".into(), json!(weight / total));
         entry.insert("parts".into(), json!(pass.parts.len()));

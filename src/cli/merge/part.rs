@@ -6,6 +6,7 @@ use super::super::header::PREFIX;
 use super::super::partial::{COMPLETE, PREVIEW};
 use crate::error::{Error, Result};
 use crate::image::{Layers, LayersHeader, View, Window, read_header, read_layers};
+use crate::scene::PicturePass;
 
 /// The attribute that lists the passes of a merged picture.
 pub(super) const PASSES: &str = "fogbow:passes";
@@ -23,6 +24,8 @@ pub(super) struct Part {
     pub(super) layers: Vec<String>,
     /// Seed of its random streams.
     pub(super) seed: u64,
+    /// Which pass it is of a picture of that seed, where that was rendered in equal passes.
+    pub(super) pass: Option<PicturePass>,
     header: LayersHeader,
 }
 
@@ -30,7 +33,8 @@ impl Part {
     /// The part in the file `path`, of which the header alone is read.
     ///
     /// # Errors
-    /// Where the file cannot be read, is no picture of `fogbow render`, is unfinished, or merged of passes.
+    /// Where the file cannot be read, is no picture of `fogbow render`, is unfinished, was rendered to an error, or is
+    /// merged of passes.
     pub(super) fn read(path: &Path) -> Result<Self> {
         let header = read_header(path)?;
         if header.attributes.contains_key(PASSES) {
@@ -48,10 +52,19 @@ impl Part {
             let problem = "is unfinished; finish it by fogbow render --resume";
             return Err(Error::file(path, problem));
         }
+        if let Some(goal) = header.attributes.get(&format!("{PREFIX}error")) {
+            let problem = format!(
+                "was rendered to the error {goal}: its rays follow from its noise, and weights by them would bias the \
+                 mean; give pictures whose rays and photons were asked for"
+            );
+            return Err(Error::file(path, problem));
+        }
         let (window, size) = place(path, &header)?;
         let layers = header.channels.clone();
-        let mut part = Self { path: path.to_path_buf(), window, size, layers, seed: 0, header };
+        let mut part =
+            Self { path: path.to_path_buf(), window, size, layers, seed: 0, pass: None, header };
         part.seed = part.count("seed")?;
+        part.pass = part.attribute("pass").map(|text| part.pass_of(text)).transpose()?;
         part.count("rays")?;
         part.count("photons")?;
         Ok(part)
@@ -79,6 +92,14 @@ impl Part {
                 &self.path,
                 format!("{PREFIX}{name} is `{text}`; it must be a whole number"),
             )
+        })
+    }
+
+    /// The pass that `text` tells.
+    fn pass_of(&self, text: &str) -> Result<PicturePass> {
+        text.parse().map_err(|_| {
+            let problem = format!("{PREFIX}pass is `{text}`; it must be a pass, such as 3/8");
+            Error::file(&self.path, problem)
         })
     }
 

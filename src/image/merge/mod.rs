@@ -1,8 +1,8 @@
 //! One picture of parts that were rendered apart.
 //!
-//! A *pass* is a frame rendered with one seed; a *part* is one file: a pass, or a crop of it. The crops of
-//! a pass must fill its display window once ([`check_coverage`]). One pass is pasted together, with the
-//! values of the parts as they are. Several are averaged ([`PassMean`]) with a weight each that follows
+//! A *pass* is a frame rendered with one seed, or with a share of its rays and photons; a *part* is one file: a pass, or
+//! a crop of it. The crops of a pass must fill its display window once ([`check_coverage`]). One pass is pasted together,
+//! with the values of the parts as they are. Several are averaged ([`PassMean`]) with a weight each that follows
 //! from the work that was asked for ([`pass_weights`]).
 //!
 //! Parts are added one at a time. In memory are the part at hand and the whole picture: as f32 where it is

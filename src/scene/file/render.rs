@@ -53,5 +53,6 @@ pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<Rend
         error: error.map(|number| number.map_or(ErrorGoal::Visible, ErrorGoal::Relative)),
         planning: Planning::Needed,
         crop: None,
+        pass: None,
     })
 }
