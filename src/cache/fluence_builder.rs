@@ -33,14 +33,14 @@ const THINNING: usize = 4;
 pub struct FluenceBuilder<'a, S: Spectrum> {
     cells: SparseCells,
     /// 8³ cells a brick, z fastest, for each plane.
-    sums: Vec<S::F32>,
+    pub(super) sums: Vec<S::F32>,
     /// Where values are few: their sums before the last flights were added.
-    totals: Vec<S>,
+    pub(super) totals: Vec<S>,
     /// The origin of flights, in cell coordinates.
     origin: DVec3,
     contents: CellContents<'a>,
     /// Second moments, on cells twice as wide.
-    second: Option<Box<Self>>,
+    pub(super) second: Option<Box<Self>>,
 }
 
 /// What a cell holds of the light that flies through it.

@@ -19,6 +19,7 @@ mod final_gather;
 mod flight;
 mod fluence_builder;
 mod fluence_grid;
+mod fluence_state;
 mod gather_origin;
 mod lazy_cells;
 mod mip;

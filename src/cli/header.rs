@@ -81,6 +81,9 @@ pub(super) fn settings(
     if let Some(crop) = render.crop {
         settings.insert("crop".into(), json!(crop.to_string()));
     }
+    if let Some(name) = render.saved_photons {
+        settings.insert("photons_saved".into(), json!(name.to_string()));
+    }
     if let Some(pass) = render.pass {
         settings.insert("pass".into(), json!(pass.to_string()));
     }

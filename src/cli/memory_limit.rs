@@ -5,7 +5,7 @@ use bytesize::ByteSize;
 use super::header::Method;
 use super::memory;
 use crate::error::{Error, Result};
-use crate::render::{self, Memory, MemoryParts};
+use crate::render::{self, Memory, MemoryParts, SavedPhotons};
 use crate::scene::{RenderSettings, Scene};
 
 /// Bytes of the program and its libraries where the system does not tell.
@@ -64,10 +64,8 @@ pub(super) fn fit_photons(
     method: Method,
     program: u64,
 ) -> Result<Option<String>> {
-    let free = || memory::available().map(|free| free + memory::resident().unwrap_or(0));
-    let Some(bytes) = limit.or_else(free) else { return Ok(None) };
-    let is_given = limit.is_some();
-    let limit = Limit { bytes, is_given };
+    let Some(limit) = Limit::new(limit) else { return Ok(None) };
+    let Limit { bytes, is_given } = limit;
     let without = render::memory_without_photons(scene, &scene.render, program);
     limit.holds(&without.at_peak)?;
     if scene.render.denoise {
@@ -90,6 +88,21 @@ pub(super) fn fit_photons(
         both(peak)
     );
     Ok((photons < all).then_some(warning))
+}
+
+/// Checks that a render of `scene` with `saved` photons fits into `limit`, or without one into the machine's free memory.
+/// The program took `program` bytes before the scene was loaded.
+///
+/// # Errors
+/// Where it does not fit.
+pub(super) fn hold_saved(
+    scene: &Scene,
+    saved: &SavedPhotons,
+    limit: Option<u64>,
+    program: u64,
+) -> Result<()> {
+    let Some(limit) = Limit::new(limit) else { return Ok(()) };
+    limit.holds(&saved.memory(scene, &scene.render, program).at_peak)
 }
 
 /// The number of photons that fits into `limit`, at most as many as `scene` has, and the bytes that the
@@ -150,6 +163,12 @@ struct Limit {
 }
 
 impl Limit {
+    /// The one that is given, else the free memory of the machine; `None` where the system does not tell that.
+    fn new(given: Option<u64>) -> Option<Self> {
+        let free = || memory::available().map(|free| free + memory::resident().unwrap_or(0));
+        given.or_else(free).map(|bytes| Self { bytes, is_given: given.is_some() })
+    }
+
     /// Whether `peak` fits and leaves `spare` bytes.
     const fn leaves(self, spare: u64, peak: u64) -> bool {
         peak.saturating_add(spare) <= self.bytes

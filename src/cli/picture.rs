@@ -23,6 +23,7 @@ use crate::error::{Error, Result};
 use crate::image::Denoiser;
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Earlier, Ended, Preview, ReachedError, Rendered,
+    SavedPhotons,
 };
 use crate::scene::Scene;
 
@@ -67,6 +68,8 @@ pub(super) struct PictureJob<'a> {
     pub(super) program: u64,
     /// The denoiser, for a scene that is denoised.
     pub(super) denoiser: Option<&'a Denoiser>,
+    /// Photons that are read in place of shooting them.
+    pub(super) photons: Option<&'a SavedPhotons>,
 }
 
 /// The report on a picture that was written.
@@ -109,7 +112,6 @@ impl PictureJob<'_> {
         earlier: Earlier<'_>,
     ) -> Result<PictureReport> {
         let requested = scene.render.photons;
-        self.limits.set_part(scene, self.method.reference)?;
         let start = Instant::now();
         let fewer_photons = pool.install(|| self.fit_photons(scene))?;
         let fitting = start.elapsed();
@@ -164,12 +166,16 @@ impl PictureJob<'_> {
     }
 
     /// Reduces the photons of `scene` to those of the checkpoint that is resumed, or to as many as fit the
-    /// limits of memory and time. Returns a warning where memory or time are too small for all.
+    /// limits of memory and time. Returns a warning where memory or time are too small for all. Saved photons are all read.
     fn fit_photons(&self, scene: &mut Scene) -> Result<Option<String>> {
+        let taken = self.program + self.live.memory(scene.window().pixels());
+        if let Some(saved) = self.photons {
+            return memory_limit::hold_saved(scene, saved, self.limits.memory, taken)
+                .map(|()| None);
+        }
         let requested = scene.render.photons;
         let before = self.photons_before(requested)?;
         scene.render.photons = before.unwrap_or(requested);
-        let taken = self.program + self.live.memory(scene.window().pixels());
         let warning = memory_limit::fit_photons(scene, self.limits.memory, self.method, taken)?;
         let (Some(deadline), None, false) = (self.deadline(scene), before, self.method.reference)
         else {
@@ -180,16 +186,12 @@ impl PictureJob<'_> {
             return Ok(warning);
         }
         let left = deadline.left().mul_f64(PHOTON_SHARE);
-        let photons = scene.render.photons;
-        scene.render.photons = render::photons_within(scene, &scene.render, left)?;
-        Ok((scene.render.photons < photons)
-            .then(|| {
-                format!(
-                    "{} photons instead of {requested}, for which --time is too short",
-                    scene.render.photons
-                )
-            })
-            .or(warning))
+        let all = scene.render.photons;
+        let photons = render::photons_within(scene, &scene.render, left)?;
+        scene.render.photons = photons;
+        let too_short =
+            || format!("{photons} photons instead of {requested}, for which --time is too short");
+        Ok((photons < all).then(too_short).or(warning))
     }
 
     /// The photons of the checkpoint that is resumed, where `requested` photons were reduced to them.

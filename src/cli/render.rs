@@ -12,13 +12,17 @@ use super::picture::PictureJob;
 use super::render_args::{
     Args, advice, early_denoiser, find_denoiser, note, plan, print_report, write_scene,
 };
+use super::save_photons;
 use super::sequence;
 use crate::error::Result;
 use crate::render::{Clock, Earlier};
 
 /// Renders and writes the pictures, and shows them meanwhile.
 pub(super) fn run(args: &Args) -> Result<()> {
-    let live = Live::open(&args.live, &args.paths.output)?;
+    if let Some(path) = &args.photons.photons_to {
+        return save_photons::run(args, path);
+    }
+    let live = Live::open(&args.live, args.output()?)?;
     let result = match &args.frames.frames {
         Some(frames) => sequence::run(args, frames, &live),
         None => render(args, &live),
@@ -31,7 +35,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
 fn render(args: &Args, live: &Live) -> Result<()> {
     let (clock, program) = (Clock::start(), memory_limit::program());
     let mut denoiser = early_denoiser(args)?;
-    let output = Output::check(&args.paths.output)?;
+    let output = Output::check(args.output()?)?;
     let interrupt = Interrupt::listen()?;
     let (mut scene, pool, preparation) =
         load::scene_to_show(&args.paths.scene, args.options(), &args.run)?;
@@ -47,6 +51,8 @@ fn render(args: &Args, live: &Live) -> Result<()> {
     let advice = advice(args, &scene);
     console::warn(&advice);
     let warnings = [scene.warnings.clone(), advice].concat();
+    args.limits.set_part(&mut scene, args.reference)?;
+    let photons = args.photons.open(&mut scene)?;
     let job = PictureJob {
         output: &output,
         limits: &args.limits,
@@ -59,8 +65,10 @@ fn render(args: &Args, live: &Live) -> Result<()> {
         preparation,
         program,
         denoiser: denoiser.as_ref(),
+        photons: photons.as_ref(),
     };
-    let picture = job.run(&mut scene, &pool, warnings, Earlier::default())?;
+    let earlier = Earlier { photons: photons.as_ref(), ..Earlier::default() };
+    let picture = job.run(&mut scene, &pool, warnings, earlier)?;
     print_report(args, &picture);
     picture.end(&interrupt)
 }

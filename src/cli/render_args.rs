@@ -12,6 +12,7 @@ use super::limit_args::LimitArgs;
 use super::live::LiveArgs;
 use super::load;
 use super::look::LookArgs;
+use super::photon_args::PhotonArgs;
 use super::picture::PictureReport;
 use super::settings::{PathArgs, RunArgs, SettingArgs};
 use crate::error::{Error, Result};
@@ -54,6 +55,8 @@ pub(super) struct Args {
     #[command(flatten)]
     pub(super) live: LiveArgs,
     #[command(flatten)]
+    pub(super) photons: PhotonArgs,
+    #[command(flatten)]
     pub(super) frames: FrameArgs,
     #[command(flatten)]
     pub(super) run: RunArgs,
@@ -63,6 +66,15 @@ pub(super) struct Args {
 }
 
 impl Args {
+    /// The file of `-o`.
+    ///
+    /// # Errors
+    /// Where none is given.
+    pub(super) fn output(&self) -> Result<&Path> {
+        let missing = || Error::Usage("-o OUT.exr is missing; name the picture".into());
+        self.paths.output.as_deref().ok_or_else(missing)
+    }
+
     /// Settings that override the scene file's, and the look of a VDB file alone.
     pub(super) fn options(&self) -> LoadOptions {
         let mut options = load::options(&self.settings, &self.look);

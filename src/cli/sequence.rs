@@ -23,7 +23,7 @@ use super::units;
 use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
 use crate::image::{Denoiser, read_layers};
-use crate::render::{Clock, Earlier};
+use crate::render::{Clock, Earlier, SavedPhotons};
 use crate::scene::{Scene, Sequence};
 use crate::sequence::{Frames, Pattern};
 use crate::strategy::Assignment;
@@ -33,7 +33,7 @@ pub(super) fn run(args: &Args, frames: &Frames, live: &Live) -> Result<()> {
     let program = memory_limit::program();
     let denoiser = render_args::early_denoiser(args)?;
     let frames = frames.numbers();
-    let target = target(&args.paths.output);
+    let target = target(args.output()?);
     let first = frames.first().copied().unwrap_or_default();
     Output::check(&target.at(first))?;
     let interrupt = Interrupt::listen()?;
@@ -45,8 +45,9 @@ pub(super) fn run(args: &Args, frames: &Frames, live: &Live) -> Result<()> {
     if let Some(warning) = reader.check(frames)? {
         console::warn(&[warning]);
     }
+    let chooses_strategies = !args.reference && args.photons.photons_from.is_none();
     let Shot { metered, exposure, strategies } =
-        pool.install(|| Shot::new(&sequence, args.reference))?;
+        pool.install(|| Shot::new(&sequence, !chooses_strategies))?;
     if let Some(scene) = metered.filter(|_| args.write_scene.is_some()) {
         let mut scene = scene?;
         scene.film.exposure = scene.film.exposure.or(exposure);
@@ -78,22 +79,33 @@ struct Shot {
     metered: Option<Result<Scene>>,
     /// The exposure, where the scene leaves it open.
     exposure: Option<f64>,
-    /// The strategies; none of a reference.
+    /// The strategies; none of a reference, nor where photons are read that bring theirs.
     strategies: Option<Assignment>,
 }
 
 impl Shot {
-    fn new(sequence: &Sequence, is_reference: bool) -> Result<Self> {
+    fn new(sequence: &Sequence, chooses_none: bool) -> Result<Self> {
         let metered = sequence.metered_frame().map(|frame| sequence.load(frame));
         let (mut exposure, mut strategies) = (None, None);
         if let Some(Ok(scene)) = &metered {
             let is_open = scene.film.exposure.is_none();
             exposure = is_open.then(|| crate::render::exposure(scene)).transpose()?;
             let choose = || crate::render::shot_strategies(scene, &scene.render);
-            strategies = (!is_reference).then(choose).transpose()?;
+            strategies = (!chooses_none).then(choose).transpose()?;
         }
         Ok(Self { metered, exposure, strategies })
     }
+}
+
+/// A frame to render.
+struct FrameJob<'a> {
+    output: &'a Output,
+    /// Photons that are read in place of shooting them.
+    photons: Option<&'a SavedPhotons>,
+    /// When its time began.
+    start: Duration,
+    /// How long it took to load.
+    loading: Duration,
 }
 
 /// The pattern that `-o path` is; a name without one gets `.####` before its ending.
@@ -170,6 +182,7 @@ impl<'a> FrameLoop<'a> {
             return Ok(());
         };
         self.args.limits.set_part(&mut scene, self.args.reference)?;
+        let photons = self.args.photons.open(&mut scene)?;
         self.pictures += 1;
         if let (Some(held), Some(problem)) = (held, &problem) {
             self.warn(number, &format!("{problem}; frame {held} is rendered again"));
@@ -190,7 +203,8 @@ impl<'a> FrameLoop<'a> {
         self.say(number, &self.progress());
         render_args::find_denoiser(&mut self.denoiser, &scene)?;
         let warnings = self.print_notes(&scene);
-        let picture = self.picture(&mut scene, output, pool, warnings, (start, loading))?;
+        let frame = FrameJob { output, photons: photons.as_ref(), start, loading };
+        let picture = self.picture(&mut scene, pool, warnings, &frame)?;
         self.rendered.0 += 1;
         self.rendered.1 += self.clock.elapsed() - start;
         let state = if held.is_some() { "held" } else { "rendered" };
@@ -201,14 +215,13 @@ impl<'a> FrameLoop<'a> {
         picture.end(self.interrupt)
     }
 
-    /// Renders and writes the picture of `scene`, which took `loading`; its time began at `start`.
+    /// Renders and writes the picture of `scene`.
     fn picture(
         &mut self,
         scene: &mut Scene,
-        output: &Output,
         pool: &rayon::ThreadPool,
         warnings: Vec<String>,
-        (start, loading): (Duration, Duration),
+        &FrameJob { output, photons, start, loading }: &FrameJob<'_>,
     ) -> Result<PictureReport> {
         // The frame that is read meanwhile will be about as large as this one.
         let next: usize = scene.media.grid_bytes().iter().sum();
@@ -224,9 +237,10 @@ impl<'a> FrameLoop<'a> {
             preparation: Preparation { loading, metering: None },
             program: self.program + next as u64,
             denoiser: self.denoiser.as_ref(),
+            photons,
         };
-        let earlier =
-            Earlier { snapshot: self.snapshot.take(), strategies: self.strategies.as_ref() };
+        let strategies = self.strategies.as_ref();
+        let earlier = Earlier { snapshot: self.snapshot.take(), strategies, photons };
         let mut picture = job.run(scene, pool, warnings, earlier)?;
         self.snapshot = picture.snapshot.take();
         Ok(picture)

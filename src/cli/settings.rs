@@ -106,6 +106,6 @@ pub(super) struct PathArgs {
     pub(super) scene: PathBuf,
     /// The EXR to write; a PNG is written beside it. With --frames their numbers go where #### or %04d
     /// stands, else before the ending.
-    #[arg(short, long, value_name = "OUT.exr")]
-    pub(super) output: PathBuf,
+    #[arg(short, long, value_name = "OUT.exr", required_unless_present = "photons_to")]
+    pub(super) output: Option<PathBuf>,
 }

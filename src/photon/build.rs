@@ -9,33 +9,76 @@ use super::extents::Extents;
 use super::maps::THINNING;
 use super::path::Deposits;
 use super::radius::{self, Probes, Radii};
-use super::{BeamMap, Photon, PhotonAt, PhotonDirection, SurfaceMap};
+use super::traced::{PathSample, ShotPart, TracedPhotons};
+use super::{BeamMap, Photon, PhotonAt, PhotonDirection, PhotonMaps, SurfaceMap};
 
 /// Largest radius of a surface photon, as a share of the diagonal of all surfaces and media.
 ///
 /// Unit: none. Limit: on how far a photon without neighbours spreads, and on the places that find it.
 const MAX_SURFACE_RADIUS: f64 = 0.1;
 
-/// What maps are built with.
-pub(super) struct MapBuilder<'a> {
-    pub scene: &'a Scene,
-    pub extents: &'a Extents,
-    pub importance: &'a CameraImportance,
-    /// Number of photons that each stands for: radii on surfaces are chosen for all of those.
-    pub represents: f64,
+/// What maps are built with: the scene, and what its camera sees.
+#[derive(Debug)]
+pub struct MapBuilder<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) extents: Extents,
+    pub(super) importance: CameraImportance,
 }
 
-impl MapBuilder<'_> {
+/// What the maps of some photons depend on beside those.
+struct MapSettings {
+    /// What positions are relative to.
+    origin: WorldPoint,
+    /// Number of photons that each stands for: radii on surfaces are chosen for all of those.
+    represents: f64,
+}
+
+impl<'a> MapBuilder<'a> {
+    /// For photons that were shot before, in `scene`, of which the camera sees what `importance` tells. Radii
+    /// are `radius` metres where that is given.
+    pub fn new(scene: &'a Scene, importance: CameraImportance, radius: Option<f64>) -> Self {
+        let extents = Extents::new(scene, &importance, radius);
+        Self { scene, extents, importance }
+    }
+
+    /// The maps of the photons that the paths of `part` left. `phases` scatter those of each medium when they are
+    /// gathered.
+    pub fn build<S: Spectrum, H: PhotonDirection>(
+        &self,
+        phases: &[Phase],
+        part: &PathSample,
+        traced: &TracedPhotons<S, H>,
+    ) -> ShotPart<S, H> {
+        let TracedPhotons { deposits, origin, units } = traced;
+        let PathSample { represents, levels, .. } = *part;
+        let of = MapSettings { origin: *origin, represents };
+        let ((volume, [volume_radius, radius_of_all]), surface) = rayon::join(
+            || self.in_media(&of, levels, phases, deposits),
+            || self.on_surfaces(&of, &deposits.surface),
+        );
+        let [volume_unit, surface_unit] =
+            [units.volume, units.surface].map(|unit| unit * represents);
+        let free_paths = match self.extents.radius {
+            Some(_) => f64::INFINITY,
+            None => volume_radius / radius_of_all,
+        };
+        let maps =
+            PhotonMaps { volume, volume_radius, free_paths, surface, volume_unit, surface_unit };
+        ShotPart { maps, work: deposits.work, radius_of_all }
+    }
+
     /// The map of the photons in media with `levels` thinned ones, and the gather radii in metres that
     /// are typical of what the camera sees: of these photons, and of all that they stand for. `phases` scatter
     /// the photons of each medium.
-    pub fn in_media<S: Spectrum, H: PhotonDirection>(
+    fn in_media<S: Spectrum, H: PhotonDirection>(
         &self,
+        of: &MapSettings,
         levels: u32,
         phases: &[Phase],
         deposits: &Deposits<S, H>,
     ) -> (Vec<BeamMap<S, H>>, [f64; 2]) {
-        let Extents { origin, depth, margin, .. } = *self.extents;
+        let Extents { depth, margin, .. } = self.extents;
+        let origin = of.origin;
         let photons = &deposits.volume;
         let radii = match self.extents.radius {
             Some(radius) => Radii::constant(radius, photons.len()),
@@ -45,7 +88,7 @@ impl MapBuilder<'_> {
                 let independent = deposits.independent.iter();
                 let independent: Vec<PhotonAt<S, H>> =
                     independent.map(|index| photons[*index]).collect();
-                let probes = self.probes(&independent, photons.len());
+                let probes = of.probes(&independent, photons.len());
                 let visible = &self.importance.media;
                 Radii::adaptive(origin, photons, &probes, visible, depth, weight, margin)
             }
@@ -54,6 +97,22 @@ impl MapBuilder<'_> {
         (thinned_maps(origin, photons, &radii.each, levels), typical)
     }
 
+    /// The map of the photons on surfaces.
+    fn on_surfaces<S: Spectrum>(&self, of: &MapSettings, photons: &[PhotonAt<S>]) -> SurfaceMap<S> {
+        let origin = of.origin;
+        let radii = match self.extents.radius {
+            Some(radius) => vec![radius as f32; photons.len()],
+            None => {
+                let most = MAX_SURFACE_RADIUS * self.extents.full_size();
+                let probes = of.probes(photons, photons.len());
+                radius::on_surfaces(origin, photons, &probes, most)
+            }
+        };
+        SurfaceMap::new(origin, photons, &radii)
+    }
+}
+
+impl MapSettings {
     /// Photons that sample the distribution of `count`, each of which represents as many.
     fn probes<'a, S: Spectrum, H>(
         &self,
@@ -62,20 +121,6 @@ impl MapBuilder<'_> {
     ) -> Probes<'a, S, H> {
         let count = count as f64;
         Probes { photons, count, all: count * self.represents }
-    }
-
-    /// The map of the photons on surfaces.
-    pub fn on_surfaces<S: Spectrum>(&self, photons: &[PhotonAt<S>]) -> SurfaceMap<S> {
-        let Extents { origin, radius, .. } = *self.extents;
-        let radii = match radius {
-            Some(radius) => vec![radius as f32; photons.len()],
-            None => {
-                let most = MAX_SURFACE_RADIUS * self.extents.full_size();
-                let probes = self.probes(photons, photons.len());
-                radius::on_surfaces(origin, photons, &probes, most)
-            }
-        };
-        SurfaceMap::new(origin, photons, &radii)
     }
 }
 

@@ -24,12 +24,15 @@ mod shoot;
 mod split;
 mod stored;
 mod surface;
+mod traced;
 
 pub use beam::{BeamHit, BeamMap};
+pub use build::MapBuilder;
 pub use camera_importance::CameraImportance;
 pub use map::PhotonMap;
 pub use maps::{PhotonMaps, Response};
 pub use settings::{PhotonMemory, PhotonSettings, memory};
-pub use shoot::{AimedPhotons, FlightSink, PathSample, Recording, ShotPart};
+pub use shoot::{AimedPhotons, FlightSink, Recording};
 pub use stored::{NoDirection, Octahedral, Photon, PhotonAt, PhotonDirection};
 pub use surface::SurfaceMap;
+pub use traced::{Fill, PathSample, Put, ShotPart, TracedHead, TracedPhotons};

@@ -47,6 +47,8 @@ pub struct PhotonSettings {
     pub levels: u32,
     /// Which photons are needed.
     pub needs: Needs,
+    /// Whether they serve any camera: they are not aimed at what that of the scene sees.
+    pub any_camera: bool,
 }
 
 /// Bytes of photon maps and caches.

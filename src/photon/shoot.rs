@@ -9,7 +9,6 @@ use crate::math::{Aabb, Spectrum, World, WorldPoint};
 use crate::medium::Phase;
 use crate::scene::Scene;
 use crate::transport::{FlightSegment, camera_position, is_camera_outside};
-use crate::work::Work;
 
 use super::build::MapBuilder;
 use super::camera_importance::{AIM_SEED, CameraImportance};
@@ -19,7 +18,8 @@ use super::extents::{Extents, endless};
 use super::path::{Deposits, PhotonTracer, Units};
 use super::pilot::PathPilot;
 use super::settings::{BATCH, CHUNK};
-use super::{PhotonDirection, PhotonMaps, PhotonSettings, emission_target, emitter_importance};
+use super::traced::{PathSample, ShotPart, TracedPhotons};
+use super::{PhotonDirection, PhotonSettings, emission_target, emitter_importance};
 
 /// Takes the flights of a batch of paths, one slice a task.
 pub type FlightSink<'a, S> = dyn FnMut(&[&[FlightSegment<S>]]) + Send + 'a;
@@ -39,16 +39,15 @@ pub struct Recording<'a, S: Spectrum> {
 #[derive(Debug)]
 pub struct AimedPhotons<'a> {
     tracer: PhotonTracer<'a>,
-    extents: Extents,
-    importance: CameraImportance,
+    builder: MapBuilder<'a>,
     pilot: PathPilot,
     /// Paths of a whole render.
     count: u64,
 }
 
 impl<'a> AimedPhotons<'a> {
-    /// Aims photons at what the camera sees, of which `importance` tells, and traces a pilot of the
-    /// paths. `records_sky` says whether flights straight from the sky are recorded: where they are not,
+    /// Aims photons at what the camera sees, of which `importance` tells, or for any camera at the whole scene, and
+    /// traces a pilot of the paths. `records_sky` says whether flights straight from the sky are recorded: where they are not,
     /// its light is sampled.
     ///
     /// # Errors
@@ -61,16 +60,18 @@ impl<'a> AimedPhotons<'a> {
     ) -> Result<Self> {
         let settings = PhotonSettings { seed: AIM_SEED, ..*settings };
         let extents = Extents::new(scene, &importance, settings.radius);
-        let mut tracer = tracer(scene, &settings, &importance, &extents, records_sky)?;
+        let nothing = CameraImportance::default();
+        let aim = if settings.any_camera { &nothing } else { &importance };
+        let mut tracer = tracer(scene, &settings, aim, &extents, records_sky)?;
         let count = if tracer.emitters.is_empty() { 0 } else { settings.photons };
-        emitter_importance::choose_emitters::<S, H>(&mut tracer, &importance);
+        emitter_importance::choose_emitters::<S, H>(&mut tracer, aim);
         let pilot = PathPilot::with_weight_window::<S, H>(&mut tracer, count);
-        Ok(Self { tracer, extents, importance, pilot, count })
+        Ok(Self { tracer, builder: MapBuilder { scene, extents, importance }, pilot, count })
     }
 
     /// The point, in world space, that stored positions and flights are relative to.
     pub const fn origin(&self) -> WorldPoint {
-        self.extents.origin
+        self.tracer.origin
     }
 
     /// Estimated length of all flights through media together, in metres.
@@ -83,9 +84,14 @@ impl<'a> AimedPhotons<'a> {
         self.tracer.units.surface
     }
 
+    /// What maps of them are built with.
+    pub const fn builder(&self) -> &MapBuilder<'a> {
+        &self.builder
+    }
+
     /// What the camera sees.
     pub const fn importance(&self) -> &CameraImportance {
-        &self.importance
+        &self.builder.importance
     }
 
     /// All paths that `settings` ask for, each of which stands for itself.
@@ -119,6 +125,17 @@ impl<'a> AimedPhotons<'a> {
         part: &PathSample,
         advance: &(dyn Fn(u64) + Sync),
     ) -> ShotPart<S, H> {
+        let traced = self.trace(recording, part, advance);
+        self.builder.build(phases, part, &traced)
+    }
+
+    /// As [`shoot`](Self::shoot), without building the maps.
+    pub fn trace<S: Spectrum, H: PhotonDirection>(
+        &mut self,
+        recording: Recording<'_, S>,
+        part: &PathSample,
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> TracedPhotons<S, H> {
         // What paths leave behind.
         let Recording { volume_photons, flight_bounds, flights } = recording;
         let volume = volume_photons || flight_bounds.is_some();
@@ -127,63 +144,22 @@ impl<'a> AimedPhotons<'a> {
             if volume_photons { self.pilot.store_probability } else { 0.0 };
         self.tracer.flight_bounds = flight_bounds;
         // Trace them.
-        let PathSample { seed, paths, represents, levels } = part;
+        let PathSample { seed, paths, .. } = part;
         let paths = if is_needed { paths.clone() } else { 0..0 };
         self.tracer.settings.seed = *seed;
-        let deposits = trace::<S, H>(&self.tracer, paths.clone(), flights, advance);
-        // Build the maps.
-        let Self { tracer, extents, importance, .. } = self;
-        let build =
-            MapBuilder { scene: tracer.scene, extents, importance, represents: *represents };
-        let ((volume, [volume_radius, radius_of_all]), surface) = rayon::join(
-            || build.in_media(*levels, phases, &deposits),
-            || build.on_surfaces(&deposits.surface),
-        );
+        let mut deposits = trace::<S, H>(&self.tracer, paths.clone(), flights, advance);
         // Count the work.
-        let mut work = deposits.work;
+        let work = &mut deposits.work;
         work.photon_paths = paths.end - paths.start;
         work.volume_photons = deposits.volume.len() as u64;
         work.surface_photons = deposits.surface.len() as u64;
-        let [volume_unit, surface_unit] =
-            [tracer.units.volume, tracer.units.surface].map(|unit| unit * represents);
-        let free_paths = match extents.radius {
-            Some(_) => f64::INFINITY,
-            None => volume_radius / radius_of_all,
-        };
-        let maps =
-            PhotonMaps { volume, volume_radius, free_paths, surface, volume_unit, surface_unit };
-        ShotPart { maps, work, radius_of_all }
+        TracedPhotons { deposits, origin: self.tracer.origin, units: self.tracer.units }
     }
 
     /// Paths of a whole render.
     pub const fn count(&self) -> u64 {
         self.count
     }
-}
-
-/// Some photon paths that stand for all of a render.
-#[derive(Debug, Clone)]
-pub struct PathSample {
-    /// Seed of their random streams.
-    pub seed: u64,
-    /// Their indices.
-    pub paths: Range<u64>,
-    /// Number of paths of the render that each represents: its light counts as often, and kernels on
-    /// surfaces are as narrow as they are for all paths.
-    pub represents: f64,
-    /// Levels of thinned volume photons beside the full one.
-    pub levels: u32,
-}
-
-/// What some photon paths leave.
-#[derive(Debug)]
-pub struct ShotPart<S: Spectrum, H: PhotonDirection> {
-    /// Their photons.
-    pub maps: PhotonMaps<S, H>,
-    /// The work of shooting them.
-    pub work: Work,
-    /// Gather radius in metres in media that is typical of all paths that they stand for.
-    pub radius_of_all: f64,
 }
 
 /// What all paths share, for pilots that record all photons and flights.
@@ -206,7 +182,7 @@ fn tracer<'a>(
         emitters,
         settings: *settings,
         reflection_target,
-        deposit_regions: if inside {
+        deposit_regions: if inside && !settings.any_camera {
             regions.with_camera(camera_position(scene), extents.depth)
         } else {
             regions

@@ -52,6 +52,12 @@ pub trait PhotonDirection: Copy + Debug + Send + Sync + 'static {
 
     /// Value of `phase`, 1/sr, for scattering into the unit direction `wo`.
     fn scattered(self, phase: &Phase, wo: DVec3) -> f64;
+
+    /// What is stored, as a number for a file.
+    fn to_bits(self) -> u32;
+
+    /// The direction of which [`to_bits`](Self::to_bits) made this number.
+    fn from_bits(bits: u32) -> Self;
 }
 
 /// A direction in 4 bytes, to about 3e-5 rad.
@@ -67,6 +73,15 @@ impl PhotonDirection for Octahedral {
 
     fn scattered(self, phase: &Phase, wo: DVec3) -> f64 {
         phase.eval(decode(self.0).dot(wo))
+    }
+
+    fn to_bits(self) -> u32 {
+        let [x, y] = self.0.map(|v| u32::from(v as u16));
+        x | y << 16
+    }
+
+    fn from_bits(bits: u32) -> Self {
+        Self([bits as u16 as i16, (bits >> 16) as i16])
     }
 }
 
@@ -84,6 +99,14 @@ impl PhotonDirection for NoDirection {
     fn scattered(self, _: &Phase, _: DVec3) -> f64 {
         warp::uniform_sphere_pdf()
     }
+
+    fn to_bits(self) -> u32 {
+        0
+    }
+
+    fn from_bits(_: u32) -> Self {
+        Self
+    }
 }
 
 /// A photon with its position: 28 bytes in colour and with its direction, 16 without either.
@@ -96,6 +119,35 @@ pub struct PhotonAt<S: Spectrum = Rgb, H = Octahedral> {
 }
 
 impl<S: Spectrum, H: PhotonDirection> PhotonAt<S, H> {
+    /// Bytes of it in a file.
+    ///
+    /// Unit: bytes. Definition: 32 bits for each coordinate and channel, and for the direction where that is stored.
+    pub(super) const FILE_BYTES: usize = 4 * (3 + S::CHANNELS + H::KNOWN as usize);
+
+    /// Writes its bits to `bytes`, of which there are [`FILE_BYTES`](Self::FILE_BYTES).
+    pub(super) fn write(&self, bytes: &mut [u8]) {
+        let Photon { power, direction } = self.photon;
+        let power = S::unpack(power);
+        let channels = (0..S::CHANNELS).map(|channel| S::channel_f32(power, channel));
+        let numbers = self.place.into_iter().chain(channels).map(f32::to_bits);
+        let words = numbers.chain(H::KNOWN.then(|| direction.to_bits()));
+        for (bytes, word) in bytes.chunks_exact_mut(4).zip(words) {
+            bytes.copy_from_slice(&word.to_le_bytes());
+        }
+    }
+
+    /// The photon that [`write`](Self::write) wrote.
+    pub(super) fn read(bytes: &[u8]) -> Self {
+        let word = |index: usize| {
+            let bytes = &bytes[4 * index..4 * index + 4];
+            u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
+        };
+        let number = |index: usize| f32::from_bits(word(index));
+        let power = S::pack(S::from_channels(|channel| number(3 + channel)));
+        let direction = H::from_bits(if H::KNOWN { word(3 + S::CHANNELS) } else { 0 });
+        Self { place: [0, 1, 2].map(number), photon: Photon { power, direction } }
+    }
+
     /// Its position in world space, `origin` being the map's.
     pub fn at(&self, origin: WorldPoint) -> WorldPoint {
         origin + DVec3::from(self.place.map(f64::from))
@@ -119,4 +171,33 @@ fn decode(code: [i16; 2]) -> DVec3 {
     let z = 1.0 - x.abs() - y.abs();
     let fold = (-z).max(0.0);
     DVec3::new(x - fold.copysign(x), y - fold.copysign(y), z).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check<S: Spectrum, H: PhotonDirection>(power: S) {
+        let direction = DVec3::new(-0.3, 0.4, -0.87).normalize();
+        let photon =
+            PhotonAt { place: [1.5, -2e-9, 3e7], photon: Photon::<S, H>::new(power, direction) };
+        let mut bytes = vec![0xff; PhotonAt::<S, H>::FILE_BYTES];
+        photon.write(&mut bytes);
+        let read = PhotonAt::<S, H>::read(&bytes);
+        assert_eq!((read.place, read.photon.power()), (photon.place, photon.photon.power()));
+        let bits = |photon: &PhotonAt<S, H>| photon.photon.stored_direction().to_bits();
+        assert_eq!(bits(&read), bits(&photon));
+    }
+
+    #[test]
+    fn photons_in_files_keep_every_bit() {
+        check::<Rgb, Octahedral>(Rgb::new(0.1, 2e-30, 7.0));
+        check::<Rgb, NoDirection>(Rgb::new(0.1, 2e-30, 7.0));
+        check::<f64, Octahedral>(0.3);
+        check::<f64, NoDirection>(0.3);
+        assert_eq!(
+            [PhotonAt::<Rgb, Octahedral>::FILE_BYTES, PhotonAt::<f64, NoDirection>::FILE_BYTES],
+            [28, 16]
+        );
+    }
 }

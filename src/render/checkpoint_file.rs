@@ -1,28 +1,27 @@
 //! The file format of checkpoints.
 //!
-//! 1. name and version, 12 bytes
-//! 2. length of the head in bytes, u64; all numbers are little-endian
-//! 3. head in JSON: key, work, rounds, and how much follows
-//! 4. samples of each pixel, then features and components where they are gathered, as the bits of their numbers
-//! 5. XS and saliency of each pixel of the whole film, where a director has measured them
-//! 6. for each cache a bit a cell, set where it is filled, in words of 64; then the filled cells' values
-//! 7. BLAKE3 hash of all before it
+//! A [state file](super::state_file): its head is key, work, rounds, and how much follows. Its body:
+//!
+//! 1. samples of each pixel, then features and components where they are gathered, as the bits of their numbers
+//! 2. XS and saliency of each pixel of the whole film, where a director has measured them
+//! 3. for each cache a bit a cell, set where it is filled, in words of 64; then the filled cells' values
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Write};
+use std::io::{self, BufReader, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use crate::cache::LazyCells;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::file;
 use crate::film::{Accumulator, FeatureMean, FilmState, Importance, PixelComponents, TiledFilm};
 use crate::math::Spectrum;
 use crate::work::Work;
 
 use super::rounds::Round;
+use super::state_file::{FileKind, Hashing, Opened};
 
 /// The filled cells of a cache.
 #[derive(Debug, PartialEq)]
@@ -46,15 +45,14 @@ pub(super) struct CheckpointState {
     pub caches: Vec<CacheState>,
 }
 
-/// Name and version of the format.
-const MAGIC: [u8; 12] = *b"fogbow cp 7\n";
-
-/// Bytes of the hash.
-const HASH: u64 = blake3::OUT_LEN as u64;
-
-/// Largest length of a head, in bytes: many times a real one's, so that a damaged file cannot ask for all
-/// memory.
-const MAX_HEAD: u64 = 1 << 20;
+/// Checkpoints, with name and version of their format.
+const CHECKPOINT: FileKind = FileKind {
+    magic: *b"fogbow cp 7\n",
+    is_none: "is not a checkpoint that can be resumed",
+    remedy: "delete it, or leave out --resume, to start from the beginning",
+    is_other: "is the checkpoint of another render",
+    other_remedy: "ask for the same, or delete it or leave out --resume to start anew",
+};
 
 /// The head of a file.
 #[derive(Debug, Serialize, Deserialize)]
@@ -115,43 +113,44 @@ pub(super) fn write<S: Spectrum>(
         importance: film.importance.len() as u64,
         caches: caches.iter().map(counts).collect(),
     };
-    let head = serde_json::to_vec(&head)
-        .map_err(|e| Error::file(path, format!("cannot be written: {e}")))?;
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(".new");
     file::write_by_way_of(Path::new(&temporary), path, |out| {
-        let mut out = Hashing::new(out);
-        out.put(&MAGIC)?;
-        out.put(&(head.len() as u64).to_le_bytes())?;
-        out.put(&head)?;
-        for samples in film.samples() {
-            out.put(samples.to_bits().map(u64::to_le_bytes).as_flattened())?;
-        }
-        for features in film.features() {
-            out.put(features.to_bits().map(u64::to_le_bytes).as_flattened())?;
-        }
-        for components in film.components() {
-            out.put(components.to_bits().map(u64::to_le_bytes).as_flattened())?;
-        }
-        for Importance { xs, saliency } in &film.importance {
-            out.put([*xs, *saliency].map(f32::to_le_bytes).as_flattened())?;
-        }
-        for cache in caches {
-            let known = |cell: &usize| cache.stored(*cell);
-            for first in (0..cache.count()).step_by(64) {
-                let cells = first..cache.count().min(first + 64);
-                let bits = cells
-                    .rev()
-                    .fold(0_u64, |bits, cell| bits << 1 | u64::from(cache.stored(cell).is_some()));
-                out.put(&bits.to_le_bytes())?;
-            }
-            for value in (0..cache.count()).filter_map(|cell| known(&cell)) {
-                out.put(value.map(u32::to_le_bytes).as_flattened())?;
-            }
-        }
-        let hash = out.hash.finalize();
-        out.inner.write_all(hash.as_bytes())
+        CHECKPOINT.write(out, &head, |out| write_body(out, film, caches))
     })
+}
+
+/// Writes what lies between head and hash.
+fn write_body<S: Spectrum, W: Write>(
+    out: &mut Hashing<W>,
+    film: &TiledFilm,
+    caches: &[&LazyCells<S>],
+) -> io::Result<()> {
+    for samples in film.samples() {
+        out.put(samples.to_bits().map(u64::to_le_bytes).as_flattened())?;
+    }
+    for features in film.features() {
+        out.put(features.to_bits().map(u64::to_le_bytes).as_flattened())?;
+    }
+    for components in film.components() {
+        out.put(components.to_bits().map(u64::to_le_bytes).as_flattened())?;
+    }
+    for Importance { xs, saliency } in &film.importance {
+        out.put([*xs, *saliency].map(f32::to_le_bytes).as_flattened())?;
+    }
+    for cache in caches {
+        for first in (0..cache.count()).step_by(64) {
+            let cells = first..cache.count().min(first + 64);
+            let bits = cells
+                .rev()
+                .fold(0_u64, |bits, cell| bits << 1 | u64::from(cache.stored(cell).is_some()));
+            out.put(&bits.to_le_bytes())?;
+        }
+        for value in (0..cache.count()).filter_map(|cell| cache.stored(cell)) {
+            out.put(value.map(u32::to_le_bytes).as_flattened())?;
+        }
+    }
+    Ok(())
 }
 
 /// Reads the key of the checkpoint `path`.
@@ -159,7 +158,7 @@ pub(super) fn write<S: Spectrum>(
 /// # Errors
 /// Where it cannot be read or is damaged.
 pub(super) fn key(path: &Path) -> Result<Map<String, Value>> {
-    Opened::open(path).map(|opened| opened.head.key)
+    CHECKPOINT.open(path, Head::body).map(|opened| opened.head.key)
 }
 
 /// Reads the checkpoint `path`.
@@ -167,65 +166,11 @@ pub(super) fn key(path: &Path) -> Result<Map<String, Value>> {
 /// # Errors
 /// Where it cannot be read, is damaged or has another key than `key`.
 pub(super) fn read(path: &Path, key: &Map<String, Value>) -> Result<CheckpointState> {
-    let Opened { mut input, head } = Opened::open(path)?;
-    check_key(path, &head.key, key)?;
-    let body = body(&mut input, &head).map_err(|e| cut(path, &e))?;
-    let hash = input.hash.finalize();
-    let mut stored = [0; HASH as usize];
-    input.inner.read_exact(&mut stored).map_err(|e| cut(path, &e))?;
-    if hash != stored {
-        return Err(damaged(path, "its hash does not fit its content"));
-    }
-    body.ok_or_else(|| damaged(path, "it has not as many cells as it says"))
-}
-
-/// A file whose head was read.
-struct Opened {
-    input: Hashing<BufReader<File>>,
-    head: Head,
-}
-
-impl Opened {
-    fn open(path: &Path) -> Result<Self> {
-        let file = file::open(path)?;
-        let length = file.metadata().map_or(0, |data| data.len());
-        let mut input = Hashing::new(BufReader::new(file));
-        let magic: [u8; MAGIC.len()] = input.take().map_err(|e| cut(path, &e))?;
-        if magic != MAGIC {
-            return Err(damaged(path, "it is of another version of fogbow, or none of its files"));
-        }
-        let size = u64::from_le_bytes(input.take().map_err(|e| cut(path, &e))?);
-        if size > MAX_HEAD.min(length) {
-            return Err(damaged(path, "its head is too large"));
-        }
-        let mut head = vec![0; size as usize];
-        input.fill(&mut head).map_err(|e| cut(path, &e))?;
-        let head: Head = serde_json::from_slice(&head)
-            .map_err(|_| damaged(path, "its head cannot be understood"))?;
-        let before = MAGIC.len() as u64 + 8 + size;
-        let whole = head.body().and_then(|body| body.checked_add(before + HASH));
-        if whole != Some(length) {
-            return Err(damaged(path, "it is not as long as it says"));
-        }
-        Ok(Self { input, head })
-    }
-}
-
-fn damaged(path: &Path, what: &str) -> Error {
-    Error::file(
-        path,
-        format!(
-            "is not a checkpoint that can be resumed: {what}; delete it, or leave out \
-             --resume, to start from the beginning"
-        ),
-    )
-}
-
-fn cut(path: &Path, e: &io::Error) -> Error {
-    match e.kind() {
-        io::ErrorKind::UnexpectedEof => damaged(path, "it ends too early"),
-        _ => Error::file(path, format!("cannot be read: {e}")),
-    }
+    let Opened { mut input, head } = CHECKPOINT.open(path, Head::body)?;
+    CHECKPOINT.check_key(path, &head.key, key)?;
+    let body = body(&mut input, &head).map_err(|e| CHECKPOINT.cut(path, &e))?;
+    CHECKPOINT.check_hash(path, &mut input)?;
+    body.ok_or_else(|| CHECKPOINT.damaged(path, "it has not as many cells as it says"))
 }
 
 /// Reads what lies between head and hash; `None` where bits and number of filled cells disagree.
@@ -270,68 +215,4 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
     }
     let film = FilmState { samples, features, components, importance };
     Ok(Some(CheckpointState { work: head.work, rounds: head.rounds.clone(), film, caches }))
-}
-
-/// Refuses a checkpoint of another picture; the error names the entries of the key that differ.
-fn check_key(path: &Path, found: &Map<String, Value>, wanted: &Map<String, Value>) -> Result<()> {
-    let none = Value::Null;
-    let names = wanted.keys().chain(found.keys().filter(|name| !wanted.contains_key(*name)));
-    let differs = |name: &&String| found.get(*name) != wanted.get(*name);
-    let entry = |map: &Map<String, Value>, name: &str| map.get(name).unwrap_or(&none).to_string();
-    let differences: Vec<String> = names
-        .filter(differs)
-        .map(|name| {
-            format!("{name} is {} there and {} here", entry(found, name), entry(wanted, name))
-        })
-        .collect();
-    if differences.is_empty() {
-        return Ok(());
-    }
-    Err(Error::file(
-        path,
-        format!(
-            "is the checkpoint of another render: {}; ask for the same, or delete it or leave out \
-             --resume to start anew",
-            differences.join(", ")
-        ),
-    ))
-}
-
-/// A reader or writer that hashes the bytes that pass.
-struct Hashing<T> {
-    inner: T,
-    hash: blake3::Hasher,
-}
-
-impl<T> Hashing<T> {
-    fn new(inner: T) -> Self {
-        Self { inner, hash: blake3::Hasher::new() }
-    }
-}
-
-impl<T: Write> Hashing<T> {
-    fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.hash.update(bytes);
-        self.inner.write_all(bytes)
-    }
-}
-
-impl<T: Read> Hashing<T> {
-    fn fill(&mut self, bytes: &mut [u8]) -> io::Result<()> {
-        self.inner.read_exact(bytes)?;
-        self.hash.update(bytes);
-        Ok(())
-    }
-
-    fn take<const N: usize>(&mut self) -> io::Result<[u8; N]> {
-        let mut bytes = [0; N];
-        self.fill(&mut bytes)?;
-        Ok(bytes)
-    }
-
-    fn words<const N: usize>(&mut self) -> io::Result<[u64; N]> {
-        let mut words = [[0; 8]; N];
-        self.fill(words.as_flattened_mut())?;
-        Ok(words.map(u64::from_le_bytes))
-    }
 }

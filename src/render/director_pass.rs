@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use super::error_pilot::{ErrorMaps, error_maps};
 use super::pass_settings::PassSettings;
+use super::photon_file::SavedPhotons;
 use super::photon_pass::strategies;
 use super::pilot::director_pilot;
 use super::progress::Stages;
@@ -71,6 +72,8 @@ pub struct Earlier<'a> {
     pub snapshot: Option<CachedSnapshot>,
     /// The strategies of the shot, of [`shot_strategies`](super::shot_strategies).
     pub strategies: Option<&'a Assignment>,
+    /// Photons that were saved, with the strategies of their own.
+    pub photons: Option<&'a SavedPhotons>,
 }
 
 /// Makes the maps of the director that `settings` name, or of `xs` where they name one without maps.

@@ -60,6 +60,7 @@ impl PassSettings {
             rays,
             film_pixels,
             volume_photons: photons.needs.volume_photons,
+            any_camera: photons.any_camera,
         }
     }
 }

@@ -1,28 +1,23 @@
 //! The photon pass: strategy, photons and caches of a render, tied together.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use super::integrator::Integrator;
-use super::pass_settings::{PassSettings, fluence_builders};
+use super::pass_settings::PassSettings;
+use super::photon_file::SavedPhotons;
+use super::planned_pass::{Flights, LitPart, PlannedPass, Recorded, direct_caches, widths};
 use super::strategy_pilot::StrategyPilot;
-use crate::cache::{Caches, DirectLightCache, FluenceBuilder, FluenceGrid};
+use crate::cache::Caches;
 use crate::error::Result;
-use crate::math::{Aabb, Rgb, Spectrum};
-use crate::medium::SparseCells;
+use crate::math::{Rgb, Spectrum};
 use crate::photon::{
-    AimedPhotons, CameraImportance, Octahedral, PathSample, PhotonDirection, PhotonMaps,
-    PhotonSettings, Recording, ShotPart,
+    AimedPhotons, CameraImportance, MapBuilder, Octahedral, PathSample, PhotonDirection,
+    PhotonMaps, PhotonSettings,
 };
 use crate::scene::plan::Needs;
 use crate::scene::{Scene, StrategyRequest};
 use crate::strategy::{self, Assignment, Choice, Evidence};
-use crate::transport::FlightSegment;
 use crate::work::Work;
-
-/// Flips bits of the seed for gathers of the second half of the photons. Any number does; this one has no pattern (2^64
-/// over the golden ratio).
-const SECOND_HALF_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Seed of the pilot of strategies. Any number does; this one has no pattern (e in hexadecimal).
 const PILOT_SEED: u64 = 0xb7e1_5162_8aed_2a6a;
@@ -41,6 +36,19 @@ pub(super) enum ShotPaths {
         /// Their indices.
         paths: Range<u64>,
     },
+}
+
+impl ShotPaths {
+    /// The paths of each map.
+    pub fn parts(self, aimed: &AimedPhotons<'_>, settings: &PhotonSettings) -> Vec<PathSample> {
+        match self {
+            Self::Whole => vec![aimed.all(settings)],
+            Self::Halves(count) => aimed.halves(settings, count).to_vec(),
+            Self::Pass { seed, paths } => {
+                vec![PathSample { seed, ..aimed.some(settings, paths) }]
+            }
+        }
+    }
 }
 
 /// What rays read: photon maps, caches, and the strategy that says which.
@@ -105,102 +113,44 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
             let radius = settings.photons.radius.unwrap_or(0.0);
             return (vec![Self::empty(radius)], Work::default());
         };
-        let planned = PlannedPass::new(scene, settings, assignment, &aimed);
-        let parts = match shot {
-            ShotPaths::Whole => vec![aimed.all(&settings.photons)],
-            ShotPaths::Halves(count) => aimed.halves(&settings.photons, count).to_vec(),
-            ShotPaths::Pass { seed, paths } => {
-                vec![PathSample { seed, ..aimed.some(&settings.photons, paths) }]
-            }
-        };
+        let flights = Flights { length: aimed.flight_length(), filled: None };
+        let planned = PlannedPass::new(scene, settings, assignment, aimed.importance(), flights);
         let mut work = aimed.importance().work;
+        let parts = shot.parts(&aimed, &settings.photons);
         let passes = parts.iter().map(|part| {
-            let (pass, shot) = planned.shoot(&mut aimed, part, advance);
-            work += shot;
-            pass
+            let recorded = planned.record::<H>(&mut aimed, part, advance);
+            work += *recorded.traced.work();
+            Self::of(&planned, recorded, aimed.builder())
         });
         (passes.collect(), work)
     }
-}
 
-/// A photon pass of which all is decided but the photons.
-struct PlannedPass<'a, S: Spectrum> {
-    scene: &'a Scene,
-    settings: &'a PassSettings,
-    choice: Choice,
-    /// Cells of fluence grids.
-    fluence: Vec<Option<SparseCells>>,
-    /// Cells of final gathers.
-    gathers: Vec<Option<SparseCells>>,
-    /// Empty caches of direct light.
-    direct: Arc<[Option<DirectLightCache<S>>]>,
-}
-
-impl<'a, S: Spectrum> PlannedPass<'a, S> {
-    /// Decides how light is estimated, and makes caches that photons do not fill.
-    fn new(
-        scene: &'a Scene,
-        settings: &'a PassSettings,
-        assignment: &Assignment,
-        aimed: &AimedPhotons<'_>,
-    ) -> Self {
-        let direct = direct_caches(scene, settings, aimed.importance());
-        let widths = widths(&direct);
-        let evidence = Evidence::new(&aimed.importance().media, &widths, aimed.flight_length());
-        let (mut choice, cells) =
-            strategy::choose(scene, &settings.conditions(), &evidence, assignment);
-        for (medium, cache) in choice.media.iter_mut().zip(&direct) {
-            let has_cells = cache.as_ref().is_some_and(|cache| cache.cells().is_some());
-            medium.direct_cell_width = medium.direct_cell_width.filter(|_| has_cells);
-        }
-        let (fluence, gathers) =
-            cells.into_iter().map(|cells| (cells.fluence, cells.final_gathers)).unzip();
-        Self { scene, settings, choice, fluence, gathers, direct: direct.into() }
+    /// That of photons which were `saved`, by the strategies that they were saved with.
+    ///
+    /// # Errors
+    /// Where they cannot be read, or do not serve the camera of `scene`.
+    pub(super) fn read(
+        scene: &Scene,
+        settings: &PassSettings,
+        saved: &SavedPhotons,
+    ) -> Result<(Vec<Self>, Work)> {
+        let importance = CameraImportance::look(scene, settings.photons.needs);
+        let (work, flights) = (importance.work, saved.flights());
+        let planned = PlannedPass::new(scene, settings, saved.strategies(), &importance, flights);
+        let recorded = saved.read(&planned, settings)?;
+        let builder = MapBuilder::new(scene, importance, settings.photons.radius);
+        let pass = |recorded| Self::of(&planned, recorded, &builder);
+        Ok((recorded.into_iter().map(pass).collect(), work))
     }
 
-    /// Shoots the photons of `part` and fills the caches that hold their light.
-    fn shoot<H: PhotonDirection>(
-        &self,
-        aimed: &mut AimedPhotons<'_>,
-        part: &PathSample,
-        advance: &(dyn Fn(u64) + Sync),
-    ) -> (PhotonPass<S, H>, Work) {
-        let Self { scene, settings, choice, .. } = self;
-        let mut builders = fluence_builders(scene, choice, self.fluence.clone(), aimed.origin());
-        // Gathers of halves are independent, as their photons are.
-        let flipped = if part.paths.start > 0 { SECOND_HALF_SEED } else { 0 };
-        let seed = settings.photons.seed ^ flipped;
-        let own =
-            PassSettings { photons: PhotonSettings { seed, ..settings.photons }, ..**settings };
-        let is_pilot = settings.photons.traced.is_some();
-        let final_gathers = own.final_gathers(scene, self.gathers.clone(), is_pilot);
-        let direct = Arc::clone(&self.direct);
-        let mut caches = Caches { direct, final_gathers, ..Caches::default() };
-        // Shoot photons, whose flights fill the fluence grids.
-        let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
-        let bounds = builders.iter().flatten().map(FluenceBuilder::bounds);
-        let recording = Recording {
-            volume_photons: choice.stores_photons,
-            flight_bounds: bounds.reduce(Aabb::union),
-            flights: &mut |segments: &[&[FlightSegment<S>]]| {
-                builders.iter_mut().flatten().for_each(|builder| builder.add(segments));
-            },
-        };
-        let ShotPart { maps, work, radius_of_all } = aimed.shoot(recording, &phases, part, advance);
-        // Finish the grids.
-        let unit = aimed.flight_unit() * part.represents;
-        let finish = |builder: FluenceBuilder<'_, S>| builder.finish(part.levels, unit);
-        caches.fluence = builders.into_iter().map(|builder| builder.map(finish)).collect();
-        // Cells are as narrow as kernels of all photons, and both are widened together.
-        let widths = caches.fluence.iter().flatten().map(FluenceGrid::cell_width);
-        let radius = widths.fold(radius_of_all, f64::min);
-        let maps = if radius < radius_of_all {
-            let narrower = maps.volume_radius * (radius / radius_of_all);
-            maps.with_radius_at_most(narrower)
-        } else {
-            maps
-        };
-        (PhotonPass { maps, caches, choice: choice.clone(), radius }, work)
+    /// That of what was `recorded`.
+    fn of(
+        planned: &PlannedPass<'_, S>,
+        recorded: Recorded<'_, S, H>,
+        builder: &MapBuilder<'_>,
+    ) -> Self {
+        let LitPart { maps, caches, radius } = planned.finish(recorded, builder);
+        Self { maps, caches, choice: planned.choice.clone(), radius }
     }
 }
 
@@ -262,26 +212,4 @@ pub(super) fn strategies<S: Spectrum, H: PhotonDirection>(
         StrategyRequest::Auto => aim::<S, H>(scene, settings)?,
     };
     Ok(strategies_by::<S, H>(scene, settings, aimed.as_mut()))
-}
-
-/// Empty caches of direct light of each medium that has any: they serve any strategy.
-fn direct_caches<S: Spectrum>(
-    scene: &Scene,
-    settings: &PassSettings,
-    importance: &CameraImportance,
-) -> Vec<Option<DirectLightCache<S>>> {
-    let (conditions, visible) = (settings.conditions(), &importance.media);
-    let cells = strategy::direct_cells(scene, &conditions, visible);
-    let cache = |(medium, cells): (usize, Option<SparseCells>)| {
-        let cells = cells?;
-        let are_shared = strategy::shares_direct_cells(scene, &conditions, visible, medium, &cells);
-        Some(DirectLightCache::new(scene, medium, cells, are_shared, settings.photons.seed))
-    };
-    cells.into_iter().enumerate().map(cache).collect()
-}
-
-/// Width in metres of the cells of each cache.
-fn widths<S: Spectrum>(caches: &[Option<DirectLightCache<S>>]) -> Vec<Option<f64>> {
-    let width = |cache: &Option<DirectLightCache<S>>| Some(cache.as_ref()?.width());
-    caches.iter().map(width).collect()
 }

@@ -8,6 +8,7 @@ use super::error_pilot::{ErrorMaps, after_pilot, budgets, measure_importance, ph
 use super::error_session::{ErrorJob, foretell, render_to_error};
 use super::exposure::{Exposure, RenderRegion, Sampled, resolve, sample};
 use super::features::FeatureTracer;
+use super::photon_file::SavedPhotons;
 use super::photon_pass::{PhotonPass, ShotPaths, aim, strategies, strategies_by};
 use super::photon_stage::{estimate, lazy_cells, shoot};
 use super::pixel_sampling::{CameraRay, Workspace};
@@ -85,10 +86,14 @@ pub fn render_next<'a>(
     let pass = pass_settings(scene, settings);
     // Strategies.
     let start = Instant::now();
-    let mut aimed = specialised!(needs, aim(scene, &pass))?;
+    let saved = earlier.photons;
+    let mut aimed = match saved {
+        Some(_) => None,
+        None => specialised!(needs, aim(scene, &pass))?,
+    };
     let own;
-    let strategies = match earlier.strategies {
-        Some(of_shot) => of_shot,
+    let strategies = match saved.map(SavedPhotons::strategies).or(earlier.strategies) {
+        Some(decided) => decided,
         None => {
             own = specialised!(needs, strategies_by(scene, &pass, aimed.as_mut()));
             &own
@@ -101,7 +106,7 @@ pub fn render_next<'a>(
     let (director, snapshot) = (maps.director_work(), maps.snapshot.take());
     // Photons, caches, rays and film.
     let demand = photon_demand(settings, strategies);
-    let job = Directed { scene, settings, maps: &maps, strategies, demand };
+    let job = Directed { scene, settings, maps: &maps, strategies, demand, saved };
     let rendered = match settings.error {
         Some(goal) => {
             let job = ErrorJob { scene, settings, goal, strategies };
@@ -119,6 +124,8 @@ struct Directed<'a> {
     maps: &'a DirectorMaps,
     strategies: &'a Assignment,
     demand: PhotonDemand,
+    /// Photons that are read in place of shooting them.
+    saved: Option<&'a SavedPhotons>,
 }
 
 /// Renders the picture that maps direct. `stages` are those that ran before.
@@ -135,7 +142,10 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
 
     // Photons.
     let start = Instant::now();
-    let (photons, shot) = shoot_photons::<S, H>(job, aimed, control);
+    let (photons, shot) = match job.saved {
+        Some(saved) => read_photons::<S, H>(job, saved, control)?,
+        None => shoot_photons::<S, H>(job, aimed, control),
+    };
     work += shot;
     stages.done("photons", start);
 
@@ -155,7 +165,7 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
     aimed: Option<AimedPhotons<'_>>,
     control: &Control<'_>,
 ) -> (Vec<PhotonPass<S, H>>, Work) {
-    let Directed { scene, settings, maps, strategies, demand } = *job;
+    let Directed { scene, settings, maps, strategies, demand, .. } = *job;
     let mut photons = maps.pass_settings(scene, settings);
     let (shot, count) = match settings.pass {
         _ if settings.in_halves() => (ShotPaths::Halves(demand.paths), demand.paths),
@@ -167,6 +177,20 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
         }
     };
     shoot(scene, &photons, strategies, aimed, shot, count, control)
+}
+
+/// Reads photons that were `saved`, and builds the photon maps of them.
+fn read_photons<S: Spectrum, H: PhotonDirection>(
+    job: &Directed<'_>,
+    saved: &SavedPhotons,
+    control: &Control<'_>,
+) -> Result<(Vec<PhotonPass<S, H>>, Work)> {
+    let mut photons = job.maps.pass_settings(job.scene, job.settings);
+    photons.photons.any_camera = saved.any_camera();
+    control.progress.stage("saved photons", 0);
+    let read = PhotonPass::read(job.scene, &photons, saved);
+    control.progress.finish();
+    read
 }
 
 /// Exposes the film of `region` by `photons`, with what the director gives each pixel: by its maps, or by what it measures

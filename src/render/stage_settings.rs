@@ -41,6 +41,7 @@ pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSet
             radius: settings.radius,
             levels: 0,
             needs: Needs::new(scene, settings),
+            any_camera: false,
         },
         strategy: settings.strategy,
         measures_one: settings.measures_error() || settings.error.is_some(),

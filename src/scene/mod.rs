@@ -42,7 +42,7 @@ pub use reader::{FileReference, MAX_MAGNITUDE, Place, Setting};
 pub use sequence::Sequence;
 pub use settings::{
     ErrorGoal, FilmSettings, FinalGather, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE,
-    Planning, RenderSettings, Strategy, StrategyRequest,
+    PhotonsName, Planning, RenderSettings, Strategy, StrategyRequest,
 };
 
 /// All that a picture depends on.
@@ -67,6 +67,9 @@ pub struct Scene {
     /// Hash, in hexadecimal, of what is seen without media: camera, film size, surfaces and lights
     /// with the content of their files.
     pub static_hash: String,
+    /// Hash, in hexadecimal, of what light in the scene depends on: media, surfaces and lights with the content of
+    /// their files, and not the camera.
+    pub light_hash: String,
     /// Voxels out of the camera's sight, where nothing else asks for voxels.
     pub unseen: Option<Unseen>,
     /// What was mended or is likely not meant, one line each.

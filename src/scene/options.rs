@@ -54,6 +54,12 @@ impl LoadOptions {
         of_scene.map(|setting| format!("{:?}\n", setting.parts())).collect()
     }
 
+    /// Those of them that change light in the scene, whoever looks.
+    pub(super) fn hashed_light(&self) -> String {
+        let settings = self.settings.iter().filter(|s| outline::is_of_light(s.table()));
+        settings.map(|setting| format!("{:?}\n", setting.parts())).collect()
+    }
+
     /// Those of them that change what is seen of surfaces and lights.
     pub(super) fn hashed_static(&self) -> String {
         let is_static = |setting: &&Setting| outline::STATIC.contains(&setting.table());

@@ -9,6 +9,9 @@ use crate::sequence::Pattern;
 /// Tables of what is seen where there are no media, beside the camera.
 pub(super) const STATIC: [&str; 2] = ["surface", "light"];
 
+/// Tables of what no light depends on.
+const OF_PICTURE: [&str; 4] = ["camera", "film", "render", "director"];
+
 /// Keys that name files.
 const FILES: [&str; 3] = ["file", "texture", "mesh"];
 
@@ -18,6 +21,18 @@ pub(super) fn static_tables(text: &str) -> String {
     let mut table = parsed(text);
     table.retain(|key, _| STATIC.contains(&key));
     table.to_string()
+}
+
+/// What `text` says of all that light depends on, however it is laid out: media, surfaces and lights.
+pub(super) fn light_tables(text: &str) -> String {
+    let mut table = parsed(text);
+    table.retain(|key, _| is_of_light(key));
+    table.to_string()
+}
+
+/// Whether light depends on settings of the top table `table`.
+pub(super) fn is_of_light(table: &str) -> bool {
+    !OF_PICTURE.contains(&table)
 }
 
 /// The sequences of files that a scene names.

@@ -195,6 +195,19 @@ pub struct RenderSettings {
     pub crop: Option<Window>,
     /// The pass of the picture that is rendered; `None` for all of it.
     pub pass: Option<PicturePass>,
+    /// Name of the saved photons that are read in place of shooting any.
+    pub saved_photons: Option<PhotonsName>,
+}
+
+/// The name of saved photons: the first bytes of the hash of their file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PhotonsName(pub [u8; 8]);
+
+impl fmt::Display for PhotonsName {
+    /// In hexadecimal.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:016x}", u64::from_be_bytes(self.0))
+    }
 }
 
 impl RenderSettings {

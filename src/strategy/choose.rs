@@ -121,9 +121,9 @@ pub fn cell_width(
     let chooser = Chooser { scene, conditions, evidence, assignment, blurred: &blurred };
     let of = scene.media.get(medium);
     let (width, values) = match strategy {
-        Strategy::FluenceTowardEye => (chooser.width(of, &blurred[medium])?, 1),
+        Strategy::FluenceTowardEye => (chooser.width(medium, &blurred[medium])?, 1),
         Strategy::Moments | Strategy::SharedGathers => {
-            (chooser.width_of_moments(of)?, FIRST_DEGREE_VALUES)
+            (chooser.width_of_moments(medium)?, FIRST_DEGREE_VALUES)
         }
         Strategy::Beams | Strategy::Traced => return None,
     };
@@ -206,19 +206,25 @@ impl Chooser<'_> {
             _ if !volume_photons => return None,
             Strategy::Traced => (),
             _ if self.conditions.photons == 0 => return None,
+            // Such cells hold nothing toward one camera where all directions are alike.
+            Strategy::FluenceTowardEye
+                if self.conditions.any_camera && !medium.phase.is_isotropic() =>
+            {
+                return None;
+            }
             Strategy::FluenceTowardEye => {
-                let width = self.width(medium, &self.blurred[index]);
+                let width = self.width(index, &self.blurred[index]);
                 let width = width.filter(|_| outside || self.splits_rays(medium));
                 fluence = Some(covering(width?, 1)?);
             }
             Strategy::Moments => {
-                fluence = Some(covering(self.width_of_moments(medium)?, FIRST_DEGREE_VALUES)?);
+                fluence = Some(covering(self.width_of_moments(index)?, FIRST_DEGREE_VALUES)?);
             }
             Strategy::SharedGathers => {
                 let Conditions { film_pixels, rays, .. } = *self.conditions;
                 let visible = self.evidence.visible;
                 self.evidence.direct[index].filter(|_| outside)?;
-                fluence = Some(covering(self.width_of_moments(medium)?, FIRST_DEGREE_VALUES)?);
+                fluence = Some(covering(self.width_of_moments(index)?, FIRST_DEGREE_VALUES)?);
                 final_gathers =
                     Some(final_gather_cells(self.scene, index, visible, film_pixels, rays)?);
             }
@@ -247,14 +253,18 @@ impl Chooser<'_> {
     }
 
     /// Width, in metres, of cells that hold moments.
-    fn width_of_moments(&self, medium: &Medium) -> Option<f64> {
+    fn width_of_moments(&self, medium: usize) -> Option<f64> {
         let width = self.width(medium, &Phase::ISOTROPIC)?;
         Some(self.evidence.moment_widening * width)
     }
 
-    /// Width of cells, in metres: that which is asked for, or noise-optimal for flights that `phase`
-    /// weighs; `None` where more is asked for than light allows, or the medium has no end.
-    fn width(&self, medium: &Medium, phase: &Phase) -> Option<f64> {
+    /// Width of cells, in metres: that of cells that are filled, that which is asked for, or noise-optimal for flights
+    /// that `phase` weighs; `None` where more is asked for than light allows, or the medium has no end.
+    fn width(&self, medium: usize, phase: &Phase) -> Option<f64> {
+        if let Some(filled) = self.evidence.filled {
+            return filled.get(medium).copied().flatten();
+        }
+        let medium = self.scene.media.get(medium);
         let most = max_fluence_width(medium, self.evidence.visible);
         let flight_length = self.evidence.flight_length;
         let suited = width_for_flights(self.scene, medium, flight_length, phase)?;
@@ -290,6 +300,7 @@ mod tests {
         rays: 16,
         film_pixels: 1.0,
         volume_photons: true,
+        any_camera: false,
     };
 
     /// What is chosen for a camera at this distance, where a strategy is asked for.
@@ -323,6 +334,16 @@ mod tests {
         let evidence = Evidence::new(&visible, &direct, 1e6);
         let assignment = Assignment { strategies: vec![asked], ..Assignment::default() };
         choose(&scene, conditions, &evidence, &assignment).0
+    }
+
+    #[test]
+    fn cells_for_any_camera_hold_nothing_toward_one() {
+        use Strategy::{Beams, FluenceTowardEye, Moments};
+        let any = &Conditions { any_camera: true, ..CONDITIONS };
+        let strategy = |g, asked| chosen_by(g, 6.0, any, asked).media[0].strategy;
+        assert_eq!(strategy(0.8, FluenceTowardEye), Beams);
+        assert_eq!(strategy(0.0, FluenceTowardEye), FluenceTowardEye);
+        assert_eq!(strategy(0.8, Moments), Moments);
     }
 
     #[test]

@@ -74,6 +74,8 @@ pub struct Conditions {
     pub film_pixels: f64,
     /// Whether photons are stored in media at all.
     pub volume_photons: bool,
+    /// Whether photons and the grids that they fill serve any camera.
+    pub any_camera: bool,
 }
 
 /// What the camera and a pilot of the photons tell of a scene.
@@ -87,6 +89,8 @@ pub struct Evidence<'a> {
     pub flight_length: f64,
     /// Width of cells of moments over that which suits those flights.
     pub moment_widening: f64,
+    /// Width in metres of the cells of each medium's grid, where that was filled before; `None` where none was.
+    pub filled: Option<&'a [Option<f64>]>,
 }
 
 impl<'a> Evidence<'a> {
@@ -96,12 +100,12 @@ impl<'a> Evidence<'a> {
         direct: &'a [Option<f64>],
         flight_length: f64,
     ) -> Self {
-        Self { visible, direct, flight_length, moment_widening: 1.0 }
+        Self { visible, direct, flight_length, moment_widening: 1.0, filled: None }
     }
 }
 
 /// A strategy for each medium, and why.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Assignment {
     /// The strategies, in the scene's order of media.
     pub strategies: Vec<Strategy>,

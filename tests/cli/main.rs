@@ -9,6 +9,7 @@ mod help;
 mod merge;
 mod messages;
 mod passes;
+mod saved_photons;
 mod terminal;
 mod tev;
 

@@ -47,8 +47,16 @@ const FORWARD: &str = "{ type = 'henyey-greenstein', g = 0.5 }";
 
 fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> PhotonPass {
     let needs = Needs::EVERYTHING;
-    let photons =
-        PhotonSettings { photons, seed: 3, max_scatter, radius: None, levels, needs, traced: None };
+    let photons = PhotonSettings {
+        photons,
+        seed: 3,
+        max_scatter,
+        radius: None,
+        levels,
+        needs,
+        traced: None,
+        any_camera: false,
+    };
     let settings = PassSettings {
         photons,
         strategy: StrategyRequest::Asked(Strategy::FluenceTowardEye),

@@ -8,7 +8,10 @@ use crate::image::merge::{CoverageError, PassWork, check_coverage};
 use crate::scene::PicturePass;
 
 /// Attributes in which the crops of a pass may differ. Those that begin with `work:` may, too.
-const OF_CROPS: [&str; 3] = ["crop", "recipe", "photons_asked"];
+const OF_CROPS: [&str; 4] = ["crop", "recipe", "photons_asked", SAVED];
+
+/// The attribute that names saved photons, which were read in place of shooting any.
+const SAVED: &str = "photons_saved";
 
 /// Attributes in which passes may differ as well: seeds, the work that weighs them, and what follows from that,
 /// gather radius and estimators.
@@ -44,7 +47,9 @@ impl Pass {
     pub(super) fn work(&self) -> PassWork {
         let first = self.first();
         let count = |name| first.count(name).unwrap_or(0);
-        let shot = self.parts.iter().all(|part| part.count("work:photon_paths").unwrap_or(0) > 0);
+        let is_shot = |part: &Part| part.count("work:photon_paths").unwrap_or(0) > 0;
+        let has_photons = |part: &Part| is_shot(part) || part.attribute(SAVED).is_some();
+        let shot = self.parts.iter().all(has_photons);
         let (rays, photons) = (count("rays"), if shot { count("photons") } else { 0 });
         let Some(pass) = first.pass else { return PassWork { rays, photons } };
         let of_pixel = u32::try_from(rays).unwrap_or(u32::MAX);

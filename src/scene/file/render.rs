@@ -54,5 +54,6 @@ pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<Rend
         planning: Planning::Needed,
         crop: None,
         pass: None,
+        saved_photons: None,
     })
 }

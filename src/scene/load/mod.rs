@@ -154,6 +154,7 @@ pub(super) fn build(
     context.warnings.append(&mut context.grids.warnings);
     context.warnings.extend(sanity::notes(&media, &camera));
     context.notes.append(&mut context.grids.notes);
+    let light = outline::light_tables(text.as_str()) + &options.hashed_light();
     let made = match text {
         Text::File(_) => None,
         Text::Bare(made) => Some(made.clone()),
@@ -167,6 +168,7 @@ pub(super) fn build(
         render: RenderSettings { planning: options.planning, ..file.render },
         path: path.to_path_buf(),
         hash: context.sources.hash(&format!("{}{}", text.as_str(), options.hashed()))?,
+        light_hash: context.sources.hash(&light)?,
         static_hash,
         unseen: culling.map(|_| Unseen { voxels: context.unseen, left_out: leaves_out }),
         warnings: context.warnings,

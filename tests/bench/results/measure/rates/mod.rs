@@ -99,6 +99,7 @@ fn shot(scene: &Scene, strategy: Strategy) -> (PhotonMaps, Work) {
         radius: None,
         levels: 0,
         needs,
+        any_camera: false,
     };
     let settings = PassSettings {
         photons,
