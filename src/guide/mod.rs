@@ -20,6 +20,7 @@ pages! {
     directing, "directing.md";
     studies, "studies.md";
     sequences, "sequences.md";
+    farms, "farms.md";
     verification, "verification.md";
     how_it_works, "how_it_works.md";
     limits, "limits.md";
