@@ -21,7 +21,7 @@ pub(super) struct PhotonArgs {
     pub(super) photons_from: Option<PathBuf>,
     /// With --photons-to: save photons that serve any camera, aimed at the whole scene in place of what this camera
     /// sees.
-    #[arg(long, requires = "photons_to")]
+    #[arg(long)]
     pub(super) any_camera: bool,
 }
 
@@ -29,9 +29,14 @@ impl PhotonArgs {
     /// The photons that `scene` is rendered with, where they were saved.
     ///
     /// # Errors
-    /// Where they cannot be read, are those of another picture, or an error is the goal.
+    /// Where they cannot be read, are those of another picture, an error is the goal, or they are to be for any camera.
     pub(super) fn open(&self, scene: &mut Scene) -> Result<Option<SavedPhotons>> {
         self.check_goal(scene)?;
+        if self.any_camera {
+            let problem =
+                "--any-camera says for whom --photons-to saves photons; give both, or neither";
+            return Err(Error::Usage(problem.into()));
+        }
         let path = self.photons_from.as_ref();
         let saved = path.map(|path| SavedPhotons::open(path, scene)).transpose()?;
         scene.render.saved_photons = saved.as_ref().map(SavedPhotons::name);

@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
+use crate::cache::FluenceBuilder;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::math::Spectrum;
@@ -153,7 +154,7 @@ impl PhotonsToSave<'_> {
 /// Bytes of each medium's grid in a file; 0 where it has none.
 fn grid_bytes<S: Spectrum, H: PhotonDirection>(recorded: &Recorded<'_, S, H>) -> Vec<u64> {
     let grids = recorded.grids.iter();
-    grids.map(|grid| grid.as_ref().map_or(0, |grid| grid.state_bytes())).collect()
+    grids.map(|grid| grid.as_ref().map_or(0, FluenceBuilder::state_bytes)).collect()
 }
 
 /// A file of saved photons, of which the head was read.

@@ -293,12 +293,16 @@ mod tests {
         ] {
             assert_eq!(free.check_pass(pass), Ok(()));
         }
+        let directing = Directing { x: Importance::Error, ..whole.directing };
         for (settings, says) in [
             (RenderSettings { rays: 7, ..whole }, "give at most 7 passes or more --rays"),
             (RenderSettings { photons: 7, ..whole }, "give at least 8 --photons"),
             (RenderSettings { denoise: true, ..whole }, "noise is taken off"),
             (RenderSettings { reconstruct: true, ..whole }, "noise is taken off"),
-            (RenderSettings { director: Director::Xs, ..whole }, "the director xs measures"),
+            (
+                RenderSettings { director: Director::Xs, directing, ..whole },
+                "the director xs measures",
+            ),
             (RenderSettings { director: Director::Variance, ..whole }, "the director variance"),
         ] {
             let problem = settings.check_pass(pass).unwrap_err();

@@ -257,7 +257,10 @@ fn what_cannot_be_rendered_in_passes_is_told() {
         (&["--pass", "9/9"][..], "--pass 9/9: a pixel has 8 rays"),
         (&["--pass", "1/2", "--photons", "5"], "--pass 1/2: the picture has 5 photons"),
         (&["--pass", "1/2", "--reconstruct"], "--pass 1/2: noise is taken off a whole picture"),
-        (&["--pass", "1/2", "--director", "xs"], "--pass 1/2: the director xs measures noise"),
+        (
+            &["--pass", "1/2", "--director", "xs", "--x", "error"],
+            "--pass 1/2: the director xs measures noise",
+        ),
         (
             &["--pass", "1/2", "--error", "0.1"],
             "--pass and an error as the goal exclude each other",

@@ -95,9 +95,12 @@ fn pictures_by_saved_photons_have_the_pixels_of_those_that_shoot() {
         let [one, other] = ["shot.exr", "read.exr"].map(|name| layers(folder, name));
         assert!(one.channels == other.channels, "{more:?}: pixels differ");
         assert_eq!(shot["strategy"], read["strategy"], "{more:?}");
-        assert_eq!(shot["work"]["photon_paths"], saved["work"]["photon_paths"], "{more:?}");
         for name in ["photon_paths", "photons_emitted", "volume_photons", "surface_photons"] {
-            assert_eq!(read["work"][name], 0, "{more:?}: {name}");
+            let [shot, saved, read] =
+                [&shot, &saved, &read].map(|report| report["work"][name].as_u64().unwrap());
+            // A director's maps are made by a few photons of their own.
+            let is_directed = more.contains(&"--director");
+            assert!(shot == saved + read && (is_directed || read == 0), "{more:?}: {name}");
         }
         assert!(shot["work"]["photon_paths"].as_u64() > Some(1000));
         assert_eq!(saved["photons_saved"], read["settings"]["photons_saved"]);
@@ -196,7 +199,7 @@ fn photons_of_other_pictures_are_refused() {
         (&["--size", "25x20"], "camera is "),
         (&["--seed", "6"], "seed is 5 there and 6 here"),
         (&["--photons", "8001"], "photons is 8000 there and 8001 here"),
-        (&["--radius", "0.3"], "radius is null there and 0.3 here"),
+        (&["--radius", "0.05"], "radius is null there and 0.05 here"),
         (&["--max-scatter", "4"], "max_scatter is null there and 4 here"),
         (&["--strategy", "beams"], "strategy is \"auto\" there and \"beams\" here"),
         (&["--reconstruct"], "halves is false there and true here"),

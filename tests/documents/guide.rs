@@ -36,7 +36,7 @@ while [ "$left" -gt 0 ]; do
     --time) value=3s ;;
     --error) case $1 in 0*) value=0.5 ;; esac ;;
     --seeds) value=2 ;;
-    --crop) sized=yes ;;
+    --crop | --photons-to) sized=yes ;;
     --reference) case $1 in [0-9]*) value=4 ;; esac ;;
   esac
   set -- "$@" "$word"
