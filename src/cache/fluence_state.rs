@@ -78,7 +78,7 @@ fn write<S: Spectrum, T: Sync, const WIDE: usize>(
     Ok(())
 }
 
-/// Reads what [`write`] wrote; `value` makes one of the bytes of its channels, of which a single one stands for three.
+/// Reads what [`write()`] wrote; `value` makes one of the bytes of its channels, of which a single one stands for three.
 fn read<S: Spectrum, T: Send, const WIDE: usize>(
     values: &mut [T],
     value: impl Fn([[u8; WIDE]; 3]) -> T + Sync,
