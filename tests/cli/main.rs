@@ -8,6 +8,7 @@ mod error;
 mod help;
 mod merge;
 mod messages;
+mod parts;
 mod passes;
 mod saved_photons;
 mod terminal;

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use fogbow::image::{Layers, read_layers, write_exr_layers};
+use fogbow::image::{Layers, write_exr_layers};
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::parts::{copied, layers, merges, refuses, report};
 use crate::run;
 
 /// A ball of smoke before a wall.
@@ -40,9 +41,7 @@ radiance = [20, 16, 12]
 const CROPS: [&str; 4] = ["0,0,13x23", "13,0,20x7", "13,7,1x16", "14,7,19x16"];
 
 fn render(folder: &Path, name: &str, more: &[&str]) {
-    let args = [&["render", "s.toml", "-o", name, "--quiet"], more].concat();
-    let (code, _, err) = run(folder, &args);
-    assert_eq!((code, err.as_str()), (0, ""), "{args:?}");
+    report(folder, &[&["-o", name], more].concat());
 }
 
 /// A folder with the scene, its frame whole.exr and crop0.exr to crop3.exr of seed 0, and 1.exr, 2.exr and 3.exr of those
@@ -66,36 +65,7 @@ fn parts() -> &'static Path {
 
 /// A folder of one test with copies of all [`parts`].
 fn folder() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for entry in std::fs::read_dir(parts()).unwrap() {
-        let entry = entry.unwrap();
-        std::fs::copy(entry.path(), folder.path().join(entry.file_name())).unwrap();
-    }
-    folder
-}
-
-/// Merges without a warning; what is printed.
-fn merges(folder: &Path, parts: &[&str], output: &str) -> String {
-    let (code, out, err) = run(folder, &[&["merge"], parts, &["-o", output]].concat());
-    assert_eq!((code, err.as_str()), (0, ""), "{parts:?}");
-    out
-}
-
-/// That merging is refused with exit code 1 and one line that says all of `says`, and that an earlier output stays and
-/// nothing else is left.
-fn refuses(folder: &Path, parts: &[&str], says: &[&str]) {
-    let listing = || std::fs::read_dir(folder).unwrap().count();
-    std::fs::write(folder.join("out.exr"), "earlier").unwrap();
-    let before = listing();
-    let (code, out, err) = run(folder, &[&["merge"], parts, &["-o", "out.exr"]].concat());
-    assert_eq!((code, out.as_str(), err.lines().count()), (1, "", 1), "{parts:?}: {err}");
-    assert!(says.iter().all(|words| err.contains(words)), "{says:?}: {err}");
-    assert_eq!(std::fs::read(folder.join("out.exr")).unwrap(), b"earlier");
-    assert_eq!(listing(), before, "{err}");
-}
-
-fn layers(folder: &Path, name: &str) -> Layers {
-    read_layers(&folder.join(name)).unwrap()
+    copied(parts())
 }
 
 fn bytes(folder: &Path, name: &str) -> [Vec<u8>; 2] {

@@ -3,50 +3,19 @@
 use std::path::Path;
 use std::sync::OnceLock;
 
-use fogbow::image::{Layers, read_layers};
+use fogbow::image::Layers;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::parts::{copied, layers, light, merges, refuses, report, smoke};
 use crate::run;
-
-/// A ball of smoke over a floor, with an albedo that scatters light many times.
-const SCENE: &str = "\
-[camera]
-position = [0, 1, 8]
-target = [0, 1, 0]
-[film]
-size = [24, 20]
-[render]
-rays = 8
-photons = 20_000
-seed = 5
-[[medium]]
-region = { box = { min = [-1.0, 0.0, -1.0], max = [1.0, 2.0, 1.0] } }
-sigma_t = 3.0
-albedo = 0.95
-phase = { type = \"henyey-greenstein\", g = 0.5 }
-[[surface]]
-shape = \"plane\"
-point = [0, 0, 0]
-normal = [0, 1, 0]
-material = { type = \"diffuse\", reflectance = 0.7 }
-[[light]]
-type = \"area\"
-center = [2, 5, 2]
-u = [1, 0, 0]
-v = [0, 0, 1]
-radiance = [20, 16, 12]
-";
 
 /// Passes of the picture.
 const PASSES: u32 = 4;
 
 /// Renders with `more` arguments; the report.
 fn render(folder: &Path, name: &str, more: &[&str]) -> Value {
-    let args = [&["render", "s.toml", "-o", name, "--quiet", "--json"], more].concat();
-    let (code, out, err) = run(folder, &args);
-    assert_eq!((code, err.as_str()), (0, ""), "{args:?}");
-    serde_json::from_str(&out).unwrap()
+    report(folder, &[&["-o", name], more].concat())
 }
 
 /// Renders all passes of a picture with `more` arguments, as 1.exr and so on after `prefix`; their names.
@@ -64,7 +33,7 @@ fn rendered() -> &'static Path {
     static MADE: OnceLock<TempDir> = OnceLock::new();
     let made = MADE.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        std::fs::write(folder.path().join("s.toml"), SCENE).unwrap();
+        std::fs::write(folder.path().join("s.toml"), smoke(8, 20_000, "0.95")).unwrap();
         render(folder.path(), "whole.exr", &[]);
         passes(folder.path(), "p", PASSES, &[]);
         folder
@@ -74,44 +43,17 @@ fn rendered() -> &'static Path {
 
 /// A folder of one test with copies of all that is [`rendered`].
 fn folder() -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    for entry in std::fs::read_dir(rendered()).unwrap() {
-        let entry = entry.unwrap();
-        std::fs::copy(entry.path(), folder.path().join(entry.file_name())).unwrap();
-    }
-    folder
+    copied(rendered())
 }
 
-fn merge(folder: &Path, parts: &[impl AsRef<str>], output: &str) -> (i32, String) {
-    let parts: Vec<&str> = parts.iter().map(AsRef::as_ref).collect();
-    let (code, _, err) = run(folder, &[&["merge"], &parts[..], &["-o", output]].concat());
-    (code, err)
-}
-
-/// The merge of `parts`, without a warning.
+/// The merge of `parts`.
 fn merged(folder: &Path, parts: &[impl AsRef<str>], output: &str) -> Layers {
-    assert_eq!(merge(folder, parts, output), (0, String::new()));
+    merges(folder, parts, output);
     layers(folder, output)
-}
-
-/// That merging is refused in one line that says all of `says`.
-fn refuses(folder: &Path, parts: &[&str], says: &[&str]) {
-    let (code, err) = merge(folder, parts, "out.exr");
-    assert_eq!((code, err.lines().count()), (1, 1), "{parts:?}: {err}");
-    assert!(says.iter().all(|words| err.contains(words)), "{says:?}: {err}");
-    assert!(!folder.join("out.exr").exists());
-}
-
-fn layers(folder: &Path, name: &str) -> Layers {
-    read_layers(&folder.join(name)).unwrap()
 }
 
 fn work(layers: &Layers, name: &str) -> u64 {
     layers.attributes[&format!("fogbow:work:{name}")].parse().unwrap()
-}
-
-fn light(layers: &Layers) -> f64 {
-    layers.image().unwrap().luminances().sum()
 }
 
 #[test]

@@ -2,53 +2,19 @@
 
 use std::path::Path;
 
-use fogbow::image::{Layers, read_layers};
-use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::parts::{layers, light, report, smoke};
 use crate::run;
 
-/// A ball of smoke over a floor.
-const SCENE: &str = "\
-[camera]
-position = [0, 1, 8]
-target = [0, 1, 0]
-[film]
-size = [24, 20]
-[render]
-rays = 4
-photons = 8000
-seed = 5
-[[medium]]
-region = { box = { min = [-1.0, 0.0, -1.0], max = [1.0, 2.0, 1.0] } }
-sigma_t = 3.0
-albedo = [0.95, 0.9, 0.85]
-phase = { type = \"henyey-greenstein\", g = 0.5 }
-[[surface]]
-shape = \"plane\"
-point = [0, 0, 0]
-normal = [0, 1, 0]
-material = { type = \"diffuse\", reflectance = 0.7 }
-[[light]]
-type = \"area\"
-center = [2, 5, 2]
-u = [1, 0, 0]
-v = [0, 0, 1]
-radiance = [20, 16, 12]
-";
+fn scene() -> String {
+    smoke(4, 8000, "[0.95, 0.9, 0.85]")
+}
 
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("s.toml"), SCENE).unwrap();
+    std::fs::write(folder.path().join("s.toml"), scene()).unwrap();
     folder
-}
-
-/// Runs `fogbow render` with these arguments; the report.
-fn render(folder: &Path, args: &[&str]) -> Value {
-    let args = [&["render", "s.toml", "--quiet", "--json"], args].concat();
-    let (code, out, err) = run(folder, &args);
-    assert_eq!((code, err.as_str()), (0, ""), "{args:?}");
-    serde_json::from_str(&out).unwrap()
 }
 
 /// That a render is refused in one line that says all of `says`, and writes no picture.
@@ -58,14 +24,6 @@ fn refuses(folder: &Path, args: &[&str], says: &[&str]) {
     assert_eq!((code, out.as_str(), err.lines().count()), (1, "", 1), "{args:?}: {err}");
     assert!(says.iter().all(|words| err.contains(words)), "{says:?}: {err}");
     assert!(!folder.join("no.exr").exists());
-}
-
-fn layers(folder: &Path, name: &str) -> Layers {
-    read_layers(&folder.join(name)).unwrap()
-}
-
-fn light(layers: &Layers) -> f64 {
-    layers.image().unwrap().luminances().sum()
 }
 
 #[test]
@@ -88,10 +46,10 @@ fn pictures_by_saved_photons_have_the_pixels_of_those_that_shoot() {
         &[&grey[..], &even].concat(),
         &[&even[..], &["--strategy", "beams"]].concat(),
     ] {
-        let shot = render(folder, &[more, &["-o", "shot.exr"]].concat());
-        let saved = render(folder, &[more, &["--photons-to", "map.fog"]].concat());
+        let shot = report(folder, &[more, &["-o", "shot.exr"]].concat());
+        let saved = report(folder, &[more, &["--photons-to", "map.fog"]].concat());
         let read =
-            render(folder, &[more, &["-o", "read.exr", "--photons-from", "map.fog"]].concat());
+            report(folder, &[more, &["-o", "read.exr", "--photons-from", "map.fog"]].concat());
         let [one, other] = ["shot.exr", "read.exr"].map(|name| layers(folder, name));
         assert!(one.channels == other.channels, "{more:?}: pixels differ");
         assert_eq!(shot["strategy"], read["strategy"], "{more:?}");
@@ -112,10 +70,10 @@ fn pictures_by_saved_photons_have_the_pixels_of_those_that_shoot() {
 fn crops_by_saved_photons_merged_are_the_whole() {
     let folder = folder();
     let folder = folder.path();
-    render(folder, &["-o", "whole.exr"]);
-    render(folder, &["--photons-to", "map.fog"]);
+    report(folder, &["-o", "whole.exr"]);
+    report(folder, &["--photons-to", "map.fog"]);
     for (name, crop) in [("left.exr", "0,0,9x20"), ("right.exr", "9,0,15x20")] {
-        render(folder, &["-o", name, "--crop", crop, "--photons-from", "map.fog"]);
+        report(folder, &["-o", name, "--crop", crop, "--photons-from", "map.fog"]);
     }
     let (code, _, err) = run(folder, &["merge", "left.exr", "right.exr", "-o", "out.exr"]);
     assert_eq!((code, err.as_str()), (0, ""));
@@ -123,7 +81,7 @@ fn crops_by_saved_photons_merged_are_the_whole() {
     assert!(whole.channels == merged.channels, "pixels differ");
     assert_eq!(merged.attributes["fogbow:work:photon_paths"], "0");
     // A crop that shot its photons itself is a part of the same picture.
-    render(folder, &["-o", "left.exr", "--crop", "0,0,9x20"]);
+    report(folder, &["-o", "left.exr", "--crop", "0,0,9x20"]);
     let (code, _, err) = run(folder, &["merge", "left.exr", "right.exr", "-o", "out.exr"]);
     assert_eq!((code, err.as_str()), (0, ""));
 }
@@ -135,7 +93,7 @@ fn the_file_does_not_depend_on_threads() {
     for more in [&[][..], &["--strategy", "beams", "--reconstruct"], &["--any-camera"]] {
         let files = ["1", "2"].map(|threads| {
             let name = format!("{threads}.fog");
-            render(folder, &[more, &["--photons-to", &name, "--threads", threads]].concat());
+            report(folder, &[more, &["--photons-to", &name, "--threads", threads]].concat());
             std::fs::read(folder.join(name)).unwrap()
         });
         assert!(files[0] == files[1], "{more:?}");
@@ -152,13 +110,13 @@ fn photons_for_any_camera_light_what_each_sees() {
     for (medium, strategy) in [(&[][..], "moments"), (&[], "beams"), (&even, "fluence-toward-eye")]
     {
         let more = [&more[..], medium, &["--strategy", strategy]].concat();
-        render(folder, &[&more[..], &["--photons-to", "map.fog", "--any-camera"]].concat());
+        report(folder, &[&more[..], &["--photons-to", "map.fog", "--any-camera"]].concat());
         for camera in ["[0, 1, 8]", "[6, 3, -2]", "[-1, 5, 3]"] {
             let position = format!("camera.position={camera}");
             let more = [&more[..], &["--set", &position]].concat();
-            render(folder, &[&more[..], &["-o", "shot.exr"]].concat());
+            report(folder, &[&more[..], &["-o", "shot.exr"]].concat());
             let read = ["-o", "read.exr", "--photons-from", "map.fog"];
-            let read = render(folder, &[&more[..], &read].concat());
+            let read = report(folder, &[&more[..], &read].concat());
             assert_eq!(read["work"]["photon_paths"], 0);
             assert_eq!(read["strategy"]["media"][0]["strategy"], strategy, "{camera}");
             let [shot, read] = ["shot.exr", "read.exr"].map(|name| light(&layers(folder, name)));
@@ -173,13 +131,13 @@ fn photons_for_any_camera_hold_nothing_toward_one() {
     let folder = folder.path();
     let strategy = |more: &[&str]| {
         let more = [more, &["--photons-to", "map.fog", "--any-camera"]].concat();
-        render(folder, &more)["strategy"]["media"][0]["strategy"].clone()
+        report(folder, &more)["strategy"]["media"][0]["strategy"].clone()
     };
     assert_eq!(strategy(&["--strategy", "fluence-toward-eye"]), "beams");
     assert_ne!(strategy(&[]), "fluence-toward-eye");
     // A camera in the medium reads the same photons.
     let inside = ["--set", "camera.position=[0.2, 1.1, 0.3]"];
-    render(folder, &["--strategy", "beams", "--photons-to", "map.fog", "--any-camera"]);
+    report(folder, &["--strategy", "beams", "--photons-to", "map.fog", "--any-camera"]);
     let args = ["--strategy", "beams", "-o", "in.exr", "--photons-from", "map.fog"];
     let (code, _, err) =
         run(folder, &[&["render", "s.toml", "--quiet"], &args[..], &inside].concat());
@@ -190,7 +148,7 @@ fn photons_for_any_camera_hold_nothing_toward_one() {
 fn photons_of_other_pictures_are_refused() {
     let folder = folder();
     let folder = folder.path();
-    render(folder, &["--photons-to", "map.fog"]);
+    report(folder, &["--photons-to", "map.fog"]);
     let from = ["--photons-from", "map.fog"];
     for (more, says) in [
         (&["--set", "medium.0.sigma_t=2.9"][..], "light is "),
@@ -209,10 +167,10 @@ fn photons_of_other_pictures_are_refused() {
     }
     // The look of the picture, and its rays, are its own.
     let free = ["--rays", "2", "--exposure", "1", "--crop", "0,0,4x4"];
-    render(folder, &[&from[..], &free, &["-o", "free.exr"]].concat());
-    render(folder, &["--photons-to", "any.fog", "--any-camera"]);
+    report(folder, &[&from[..], &free, &["-o", "free.exr"]].concat());
+    report(folder, &["--photons-to", "any.fog", "--any-camera"]);
     let moved = ["--set", "camera.position=[0, 1, 7]", "--size", "25x20"];
-    render(folder, &[&["--photons-from", "any.fog", "-o", "any.exr"], &moved[..]].concat());
+    report(folder, &[&["--photons-from", "any.fog", "-o", "any.exr"], &moved[..]].concat());
     let says = ["any.fog", "light is "];
     refuses(
         folder,
@@ -230,7 +188,7 @@ fn photons_of_other_pictures_are_refused() {
 fn damaged_and_foreign_files_are_refused() {
     let folder = folder();
     let folder = folder.path();
-    render(folder, &["--photons-to", "map.fog"]);
+    report(folder, &["--photons-to", "map.fog"]);
     let whole = std::fs::read(folder.join("map.fog")).unwrap();
     let refuses = |bytes: &[u8]| {
         std::fs::write(folder.join("bad.fog"), bytes).unwrap();
@@ -246,7 +204,7 @@ fn damaged_and_foreign_files_are_refused() {
         refuses(&bytes);
     }
     refuses(&[&whole[..], b"more"].concat());
-    refuses(SCENE.as_bytes());
+    refuses(scene().as_bytes());
     self::refuses(folder, &["--photons-from", "gone.fog"], &["gone.fog: cannot be read"]);
     self::refuses(folder, &["--photons-from", "."], &[".: is a folder"]);
 }
