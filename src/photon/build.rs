@@ -41,19 +41,19 @@ impl<'a> MapBuilder<'a> {
         Self { scene, extents, importance }
     }
 
-    /// The maps of the photons that the paths of `part` left. `phases` scatter those of each medium when they are
-    /// gathered.
+    /// The maps of the photons that the paths of `part` left, which are freed. `phases` scatter those of each medium
+    /// when they are gathered.
     pub fn build<S: Spectrum, H: PhotonDirection>(
         &self,
         phases: &[Phase],
         part: &PathSample,
-        traced: &TracedPhotons<S, H>,
+        traced: TracedPhotons<S, H>,
     ) -> ShotPart<S, H> {
         let TracedPhotons { deposits, origin, units } = traced;
         let PathSample { represents, levels, .. } = *part;
-        let of = MapSettings { origin: *origin, represents };
+        let of = MapSettings { origin, represents };
         let ((volume, [volume_radius, radius_of_all]), surface) = rayon::join(
-            || self.in_media(&of, levels, phases, deposits),
+            || self.in_media(&of, levels, phases, &deposits),
             || self.on_surfaces(&of, &deposits.surface),
         );
         let [volume_unit, surface_unit] =

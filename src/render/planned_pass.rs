@@ -131,7 +131,7 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
         let final_gathers = own.final_gathers(scene, self.gathers.clone(), is_pilot);
         let direct = Arc::clone(&self.direct);
         let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
-        let ShotPart { maps, radius_of_all, .. } = builder.build(&phases, &part, &traced);
+        let ShotPart { maps, radius_of_all, .. } = builder.build(&phases, &part, traced);
         // Finish the grids.
         let unit = flight_unit * part.represents;
         let finish = |grid: FluenceBuilder<'_, S>| grid.finish(part.levels, unit);
