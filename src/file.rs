@@ -1,11 +1,15 @@
 //! Files that are opened only where they can be read, and appear whole or not at all.
 
+mod blocks;
+
 use std::fs::{File, Permissions};
 use std::io::{BufWriter, Read, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
+
+pub use blocks::{Fill, Put, read_blocks, write_blocks};
 
 use crate::error::{Error, Result};
 

@@ -1,17 +1,14 @@
 //! The sums of an unfinished fluence grid, as bytes of a file.
 
 use std::io;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::file::{self, Fill, Put};
 use crate::math::{Rgb, Spectrum};
 
 use super::fluence_builder::FluenceBuilder;
-
-/// Values that are turned into bytes, or out of them, at once.
-///
-/// Unit: count. Derivation: some megabytes, of which each thread has a part that takes longer than handing it out.
-const BLOCK: usize = 1 << 18;
 
 impl<S: Spectrum> FluenceBuilder<'_, S> {
     /// Bytes of its sums in a file.
@@ -25,7 +22,7 @@ impl<S: Spectrum> FluenceBuilder<'_, S> {
     ///
     /// # Errors
     /// Where writing fails.
-    pub fn write_state(&self, put: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
+    pub fn write_state(&self, put: &mut Put<'_>) -> io::Result<()> {
         if self.totals.is_empty() {
             let channel = |sum: &S::F32, c: usize| S::channel_f32(*sum, c).to_le_bytes();
             write::<S, S::F32, 4>(&self.sums, channel, put)?;
@@ -41,10 +38,7 @@ impl<S: Spectrum> FluenceBuilder<'_, S> {
     ///
     /// # Errors
     /// Where reading fails.
-    pub fn read_state(
-        &mut self,
-        fill: &mut dyn FnMut(&mut [u8]) -> io::Result<()>,
-    ) -> io::Result<()> {
+    pub fn read_state(&mut self, fill: &mut Fill<'_>) -> io::Result<()> {
         if self.totals.is_empty() {
             let value =
                 |channels: [[u8; 4]; 3]| S::from_channels(|c| f32::from_le_bytes(channels[c]));
@@ -62,41 +56,35 @@ impl<S: Spectrum> FluenceBuilder<'_, S> {
 fn write<S: Spectrum, T: Sync, const WIDE: usize>(
     values: &[T],
     channel: impl Fn(&T, usize) -> [u8; WIDE] + Sync,
-    put: &mut dyn FnMut(&[u8]) -> io::Result<()>,
+    put: &mut Put<'_>,
 ) -> io::Result<()> {
-    let size = WIDE * S::CHANNELS;
-    let mut bytes = vec![0; size * BLOCK.min(values.len())];
-    for block in values.chunks(BLOCK) {
-        let bytes = &mut bytes[..size * block.len()];
-        bytes.par_chunks_exact_mut(size).zip(block).for_each(|(bytes, value)| {
-            for (index, bytes) in bytes.chunks_exact_mut(WIDE).enumerate() {
-                bytes.copy_from_slice(&channel(value, index));
-            }
-        });
-        put(bytes)?;
-    }
-    Ok(())
+    let write = |value: &T, bytes: &mut [u8]| {
+        for (index, bytes) in bytes.chunks_exact_mut(WIDE).enumerate() {
+            bytes.copy_from_slice(&channel(value, index));
+        }
+    };
+    file::write_blocks(values, WIDE * S::CHANNELS, write, put)
 }
 
 /// Reads what [`write()`] wrote; `value` makes one of the bytes of its channels, of which a single one stands for three.
 fn read<S: Spectrum, T: Send, const WIDE: usize>(
     values: &mut [T],
     value: impl Fn([[u8; WIDE]; 3]) -> T + Sync,
-    fill: &mut dyn FnMut(&mut [u8]) -> io::Result<()>,
+    fill: &mut Fill<'_>,
 ) -> io::Result<()> {
     let size = WIDE * S::CHANNELS;
-    let mut bytes = vec![0; size * BLOCK.min(values.len())];
-    for block in values.chunks_mut(BLOCK) {
-        let bytes = &mut bytes[..size * block.len()];
-        fill(bytes)?;
-        block.par_iter_mut().zip(bytes.par_chunks_exact(size)).for_each(|(stored, bytes)| {
-            let mut channels = [[0; WIDE]; 3];
-            for (index, channel) in channels.iter_mut().enumerate() {
-                let at = WIDE * index.min(S::CHANNELS - 1);
-                channel.copy_from_slice(&bytes[at..at + WIDE]);
-            }
-            *stored = value(channels);
-        });
-    }
-    Ok(())
+    let value = |bytes: &[u8]| {
+        let mut channels = [[0; WIDE]; 3];
+        for (index, channel) in channels.iter_mut().enumerate() {
+            let at = WIDE * index.min(S::CHANNELS - 1);
+            channel.copy_from_slice(&bytes[at..at + WIDE]);
+        }
+        value(channels)
+    };
+    let count = values.len();
+    let take = |block: Range<usize>, bytes: &[u8]| {
+        let stored = values[block].par_iter_mut().zip(bytes.par_chunks_exact(size));
+        stored.for_each(|(stored, bytes)| *stored = value(bytes));
+    };
+    file::read_blocks(count, size, take, fill)
 }

@@ -35,4 +35,4 @@ pub use settings::{PhotonMemory, PhotonSettings, memory};
 pub use shoot::{AimedPhotons, FlightSink, Recording};
 pub use stored::{NoDirection, Octahedral, Photon, PhotonAt, PhotonDirection};
 pub use surface::SurfaceMap;
-pub use traced::{Fill, PathSample, Put, ShotPart, TracedHead, TracedPhotons};
+pub use traced::{PathSample, ShotPart, TracedHead, TracedPhotons};

@@ -7,22 +7,17 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::file::{self, Fill, Put};
 use crate::math::{Spectrum, WorldPoint};
 use crate::work::Work;
 
 use super::path::{Deposits, Units};
 use super::{PhotonAt, PhotonDirection, PhotonMaps};
 
-/// Photons that are turned into bytes, or out of them, at once.
+/// Bytes of the index of a photon in a file.
 ///
-/// Unit: count. Derivation: some megabytes, of which each thread has a part that takes longer than handing it out.
-const BLOCK: usize = 1 << 17;
-
-/// Writes bytes of a file, in order.
-pub type Put<'a> = dyn FnMut(&[u8]) -> io::Result<()> + 'a;
-
-/// Fills a slice with the next bytes of a file.
-pub type Fill<'a> = dyn FnMut(&mut [u8]) -> io::Result<()> + 'a;
+/// Unit: bytes. Definition: 64 bits.
+const INDEX_BYTES: usize = 8;
 
 /// Some photon paths that stand for all of a render.
 #[derive(Debug, Clone)]
@@ -80,7 +75,7 @@ impl TracedHead {
     pub fn bytes<S: Spectrum, H: PhotonDirection>(&self) -> Option<u64> {
         let volume = self.volume.checked_mul(PhotonAt::<S, H>::FILE_BYTES as u64)?;
         let surface = self.surface.checked_mul(PhotonAt::<S>::FILE_BYTES as u64)?;
-        volume.checked_add(self.independent.checked_mul(8)?)?.checked_add(surface)
+        volume.checked_add(self.independent.checked_mul(INDEX_BYTES as u64)?)?.checked_add(surface)
     }
 
     /// What their positions are relative to, in world space.
@@ -120,10 +115,10 @@ impl<S: Spectrum, H: PhotonDirection> TracedPhotons<S, H> {
     pub fn write(&self, put: &mut Put<'_>) -> io::Result<()> {
         let Deposits { volume, independent, surface, .. } = &self.deposits;
         write_photons(volume, put)?;
-        for indices in independent.chunks(BLOCK) {
-            let bytes: Vec<u8> = indices.iter().flat_map(|i| (*i as u64).to_le_bytes()).collect();
-            put(&bytes)?;
-        }
+        let write = |index: &usize, bytes: &mut [u8]| {
+            bytes.copy_from_slice(&(*index as u64).to_le_bytes());
+        };
+        file::write_blocks(independent, INDEX_BYTES, write, put)?;
         write_photons(surface, put)
     }
 
@@ -134,7 +129,7 @@ impl<S: Spectrum, H: PhotonDirection> TracedPhotons<S, H> {
     pub fn read(head: &TracedHead, fill: &mut Fill<'_>) -> io::Result<Self> {
         let volume = read_photons(head.volume, fill)?;
         let mut independent = Vec::with_capacity(head.independent as usize);
-        let mut bytes = [0; 8];
+        let mut bytes = [0; INDEX_BYTES];
         for _ in 0..head.independent {
             fill(&mut bytes)?;
             let index = u64::from_le_bytes(bytes);
@@ -158,14 +153,7 @@ fn write_photons<S: Spectrum, H: PhotonDirection>(
     photons: &[PhotonAt<S, H>],
     put: &mut Put<'_>,
 ) -> io::Result<()> {
-    let size = PhotonAt::<S, H>::FILE_BYTES;
-    let mut bytes = vec![0; size * BLOCK.min(photons.len())];
-    for block in photons.chunks(BLOCK) {
-        let bytes = &mut bytes[..size * block.len()];
-        bytes.par_chunks_exact_mut(size).zip(block).for_each(|(bytes, photon)| photon.write(bytes));
-        put(bytes)?;
-    }
-    Ok(())
+    file::write_blocks(photons, PhotonAt::<S, H>::FILE_BYTES, PhotonAt::write, put)
 }
 
 fn read_photons<S: Spectrum, H: PhotonDirection>(
@@ -174,11 +162,9 @@ fn read_photons<S: Spectrum, H: PhotonDirection>(
 ) -> io::Result<Vec<PhotonAt<S, H>>> {
     let (size, count) = (PhotonAt::<S, H>::FILE_BYTES, count as usize);
     let mut photons = Vec::with_capacity(count);
-    let mut bytes = vec![0; size * BLOCK.min(count)];
-    while photons.len() < count {
-        let bytes = &mut bytes[..size * BLOCK.min(count - photons.len())];
-        fill(bytes)?;
+    let take = |_, bytes: &[u8]| {
         photons.par_extend(bytes.par_chunks_exact(size).map(PhotonAt::read));
-    }
+    };
+    file::read_blocks(count, size, take, fill)?;
     Ok(photons)
 }
