@@ -68,8 +68,6 @@ pub(super) struct PictureJob<'a> {
     pub(super) program: u64,
     /// The denoiser, for a scene that is denoised.
     pub(super) denoiser: Option<&'a Denoiser>,
-    /// Photons that are read in place of shooting them.
-    pub(super) photons: Option<&'a SavedPhotons>,
 }
 
 /// The report on a picture that was written.
@@ -113,7 +111,7 @@ impl PictureJob<'_> {
     ) -> Result<PictureReport> {
         let requested = scene.render.photons;
         let start = Instant::now();
-        let fewer_photons = pool.install(|| self.fit_photons(scene))?;
+        let fewer_photons = pool.install(|| self.fit_photons(scene, earlier.photons))?;
         let fitting = start.elapsed();
         console::warn(fewer_photons.as_slice());
         warnings.extend(fewer_photons);
@@ -166,10 +164,15 @@ impl PictureJob<'_> {
     }
 
     /// Reduces the photons of `scene` to those of the checkpoint that is resumed, or to as many as fit the
-    /// limits of memory and time. Returns a warning where memory or time are too small for all. Saved photons are all read.
-    fn fit_photons(&self, scene: &mut Scene) -> Result<Option<String>> {
+    /// limits of memory and time. Returns a warning where memory or time are too small for all. Those that were
+    /// `saved` are all read.
+    fn fit_photons(
+        &self,
+        scene: &mut Scene,
+        saved: Option<&SavedPhotons>,
+    ) -> Result<Option<String>> {
         let taken = self.program + self.live.memory(scene.window().pixels());
-        if let Some(saved) = self.photons {
+        if let Some(saved) = saved {
             return memory_limit::hold_saved(scene, saved, self.limits.memory, taken)
                 .map(|()| None);
         }

@@ -65,7 +65,6 @@ fn render(args: &Args, live: &Live) -> Result<()> {
         preparation,
         program,
         denoiser: denoiser.as_ref(),
-        photons: photons.as_ref(),
     };
     let earlier = Earlier { photons: photons.as_ref(), ..Earlier::default() };
     let picture = job.run(&mut scene, &pool, warnings, earlier)?;

@@ -237,7 +237,6 @@ impl<'a> FrameLoop<'a> {
             preparation: Preparation { loading, metering: None },
             program: self.program + next as u64,
             denoiser: self.denoiser.as_ref(),
-            photons,
         };
         let strategies = self.strategies.as_ref();
         let earlier = Earlier { snapshot: self.snapshot.take(), strategies, photons };
