@@ -119,7 +119,7 @@ const LAYERS: [&str; 12] = [
 ];
 
 /// The names of the layers that hold the noisy picture of a denoised film.
-const NOISY: [&str; 3] = ["noisy.R", "noisy.G", "noisy.B"];
+pub const NOISY_LAYERS: [&str; 3] = ["noisy.R", "noisy.G", "noisy.B"];
 
 /// How many of [`LAYERS`], from the first on, show what is seen.
 const SEEN: usize = 6;
@@ -291,7 +291,7 @@ impl Film {
         let clean = image.channels();
         let clean =
             clean.map(|c| c.iter().map(|v| finite((*v).into(), &mut self.repaired)).collect());
-        self.noisy = self.layers.splice(..NOISY.len(), clean).collect();
+        self.noisy = self.layers.splice(..NOISY_LAYERS.len(), clean).collect();
     }
 
     /// Whether it was reconstructed from its components.
@@ -316,7 +316,7 @@ impl Film {
 
     /// All layers with their names.
     pub fn layers(&self) -> impl Iterator<Item = (&'static str, &[f32])> {
-        let kept = NOISY.into_iter().zip(&self.noisy);
+        let kept = NOISY_LAYERS.into_iter().zip(&self.noisy);
         LAYERS
             .into_iter()
             .zip(&self.layers)

@@ -34,7 +34,7 @@ pub use exr_read::{
     Channels, Layers, LayersHeader, read_attributes, read_exr, read_header, read_layers,
 };
 pub use exr_write::{exr_bytes, exr_layers_bytes, write_exr, write_exr_image, write_exr_layers};
-pub use film::{FAR, Features, Film, FilmPixel};
+pub use film::{FAR, Features, Film, FilmPixel, NOISY_LAYERS};
 pub use meter::meter;
 pub use neighborhood::{averages, within};
 pub use palette::{NOT_FINITE, viridis};

@@ -68,12 +68,11 @@ impl ReachedError {
     /// A note of the error and what it took; `None` where it is not known.
     pub fn note(&self) -> Option<String> {
         let Self { goal, stated, photons, rays } = self;
-        let StatedError { value, uncertainty } = (*stated)?;
+        let [percent, sure] = (*stated)?.percent();
         let of = match goal {
             ErrorGoal::Relative(_) => "of the radiance",
             ErrorGoal::Visible => "of the least visible difference",
         };
-        let (percent, sure) = (100.0 * value, 100.0 * value * uncertainty);
         Some(format!(
             "note: the error in the worst hundredth of the picture is {percent:.2} ± {sure:.2} % {of}, after {rays} \
              rays a pixel and {photons} photons"

@@ -89,6 +89,11 @@ impl StatedError {
         Self { value: mean.max(0.0).sqrt(), uncertainty }
     }
 
+    /// It and its standard error, in percent of what `value` is relative to.
+    pub fn percent(&self) -> [f64; 2] {
+        [self.value, self.value * self.uncertainty].map(|error| 100.0 * error)
+    }
+
     /// Factor on all rays and photons after which the error is that of `goal`: variance falls as one over their number.
     pub fn work_to(&self, goal: ErrorGoal) -> f64 {
         (self.value / goal.value()).powi(2)

@@ -3,19 +3,16 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::image::{FAR, Film, Image, Picture, ScalarMap, View, png_bytes};
+use crate::image::{FAR, Film, Image, NOISY_LAYERS, Picture, ScalarMap, View, png_bytes};
 
 /// The layer of the picture itself.
 const BEAUTY: &str = "beauty";
 
-/// The layer of the picture before noise was taken off.
+/// The picture before noise was taken off.
 const NOISY: &str = "noisy";
 
 /// The channels of [`BEAUTY`].
 const RADIANCE: [&str; 3] = ["R", "G", "B"];
-
-/// The channels of [`NOISY`].
-const NOISY_RADIANCE: [&str; 3] = ["noisy.R", "noisy.G", "noisy.B"];
 
 /// What is called otherwise than its layer.
 const TITLES: [(&str, &str); 6] = [
@@ -37,8 +34,8 @@ pub(super) struct Developed {
 
 /// The layers of `film` that can be developed: name and title of each, the picture first.
 pub(super) fn layers(film: &Film) -> Vec<[&'static str; 2]> {
-    let noisy = film.layer(NOISY_RADIANCE[0]).map(|_| [NOISY; 2]);
-    let is_scalar = |name: &&str| !RADIANCE.contains(name) && !NOISY_RADIANCE.contains(name);
+    let noisy = film.layer(NOISY_LAYERS[0]).map(|_| [NOISY; 2]);
+    let is_scalar = |name: &&str| !RADIANCE.contains(name) && !NOISY_LAYERS.contains(name);
     let scalars = film.layers().map(|(name, _)| name).filter(is_scalar);
     [[BEAUTY; 2]].into_iter().chain(noisy).chain(scalars.map(|name| [name, title(name)])).collect()
 }
@@ -55,7 +52,7 @@ fn title(layer: &'static str) -> &'static str {
 pub(super) fn develop(film: &Film, layer: &str, view: &View) -> Result<Option<Developed>> {
     let channels = match layer {
         BEAUTY => Some(RADIANCE),
-        NOISY => Some(NOISY_RADIANCE),
+        NOISY => Some(NOISY_LAYERS),
         _ => None,
     };
     let (picture, range) = if let Some(channels) = channels {

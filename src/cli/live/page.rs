@@ -164,7 +164,7 @@ fn error_status(error: &ReachedError) -> Value {
         ErrorGoal::Visible => "% of what is visible",
     };
     let reached = stated.map(|stated| {
-        let [value, sure] = [stated.value, stated.value * stated.uncertainty].map(|v| 100.0 * v);
+        let [value, sure] = stated.percent();
         format!("{value:.2} ± {sure:.2} {unit}")
     });
     let rounded = (100.0 * goal.value() * 1e6).round() / 1e6;

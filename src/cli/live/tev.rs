@@ -11,7 +11,7 @@ use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use super::super::console;
 use crate::error::{Error, Result};
-use crate::image::Film;
+use crate::image::{Film, NOISY_LAYERS};
 
 /// Pixels along each side of the tiles in which a picture is sent: those of tev's own Python client.
 const TILE: usize = 128;
@@ -21,9 +21,6 @@ const CONNECTING: Duration = Duration::from_secs(2);
 
 /// Longest time that tev may leave sent bytes untaken.
 const TAKING: Duration = Duration::from_secs(10);
-
-/// Prefix of layers that only a picture without noise has; its first previews have none.
-const NOISY: &str = "noisy.";
 
 /// Sends pictures from a thread of its own, so that rays do not wait for the network.
 #[derive(Debug)]
@@ -168,7 +165,8 @@ impl Connection {
         let (width, height) = (film.width(), film.height());
         if self.made.as_ref().is_none_or(|(made, _)| made != name) {
             let names = film.layers().map(|(layer, _)| layer);
-            let channels: Vec<_> = names.filter(|layer| !layer.starts_with(NOISY)).collect();
+            // The first previews of a picture lack those.
+            let channels: Vec<_> = names.filter(|layer| !NOISY_LAYERS.contains(layer)).collect();
             self.client.send(PacketCreateImage {
                 image_name: name,
                 grab_focus: true,

@@ -13,7 +13,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::{Channels, Layers, Window};
+use super::super::{Channels, Layers, NOISY_LAYERS, Window};
 use super::variance::Spread;
 use crate::math::{Rgb, luminance};
 
@@ -115,8 +115,8 @@ impl PassMean {
     }
 
     fn add_spread(&mut self, window: Window, part: &Layers) {
-        let channels = [["noisy.R", "noisy.G", "noisy.B"], ["R", "G", "B"]]
-            .map(|names| names.map(|name| part.get(name)));
+        let channels =
+            [NOISY_LAYERS, ["R", "G", "B"]].map(|names| names.map(|name| part.get(name)));
         let known = channels.into_iter().find_map(|[r, g, b]| Some([r?, g?, b?]));
         let (Some(spread), Some(channels)) = (&mut self.spread, known) else { return };
         for (pixels, own) in window.rows(self.width) {
