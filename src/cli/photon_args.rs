@@ -9,15 +9,15 @@ use crate::scene::Scene;
 /// Photons that are saved, or were.
 #[derive(Debug, clap::Args)]
 pub(super) struct PhotonArgs {
-    /// Shoot the photons, save them in this file, and render no picture. --photons-from reads them for all crops of
-    /// it.
+    /// Shoot the photons, save them in this file, and render no picture. --photons-from reads them for all crops
+    /// and equal passes of it.
     #[arg(long, value_name = "MAP.fog", conflicts_with_all = [
         "output", "photons_from", "reference", "frames", "pass", "crop", "resume", "time", "memory", "preview",
         "view", "tev",
     ])]
     pub(super) photons_to: Option<PathBuf>,
     /// Read saved photons in place of shooting any.
-    #[arg(long, value_name = "MAP.fog", conflicts_with_all = ["reference", "pass"])]
+    #[arg(long, value_name = "MAP.fog", conflicts_with = "reference")]
     pub(super) photons_from: Option<PathBuf>,
     /// With --photons-to: save photons that serve any camera, aimed at the whole scene in place of what this camera
     /// sees.

@@ -179,16 +179,20 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
     shoot(scene, &photons, strategies, aimed, shot, count, control)
 }
 
-/// Reads photons that were `saved`, and builds the photon maps of them.
+/// Reads photons that were `saved`, and builds the photon maps of them: a pass of the picture reads all, too.
 fn read_photons<S: Spectrum, H: PhotonDirection>(
     job: &Directed<'_>,
     saved: &SavedPhotons,
     control: &Control<'_>,
 ) -> Result<(Vec<PhotonPass<S, H>>, Work)> {
-    let mut photons = job.maps.pass_settings(job.scene, job.settings);
+    let Directed { scene, settings, maps, .. } = *job;
+    let mut photons = maps.pass_settings(scene, settings);
     photons.photons.any_camera = saved.any_camera();
+    if let Some(pass) = settings.pass {
+        photons.photons.seed = pass.seed(settings.seed);
+    }
     control.progress.stage("saved photons", 0);
-    let read = PhotonPass::read(job.scene, &photons, saved);
+    let read = PhotonPass::read(scene, &photons, saved);
     control.progress.finish();
     read
 }

@@ -102,7 +102,10 @@ flags="--size 96x64 --rays 600 --photons 20000"
 small="--size 48x32 --rays 4 --photons 10000"
 fogbow render smoke.toml -o whole.exr $flags --quiet > /dev/null
 fogbow render frames.toml --frames 1-3 -o alone.####.exr $small --quiet > /dev/null
-for pass in 1 2; do fogbow render smoke.toml -o "alone.pass$pass.exr" $small --pass "$pass/2" --quiet > /dev/null; done
+fogbow render smoke.toml --photons-to alone.fog $small --quiet > /dev/null
+for pass in 1 2; do
+    fogbow render smoke.toml -o "alone.pass$pass.exr" $small --photons-from alone.fog --pass "$pass/2" --quiet > /dev/null
+done
 fogbow merge alone.pass{1,2}.exr -o alone.exr > /dev/null
 
 title "crops, of which one is requeued and one is killed in mid-frame"
@@ -122,7 +125,7 @@ for crop in 1 2; do
 done
 
 title "passes"
-read -r passes merge < <("$submit" passes 2 smoke.toml mean.exr $small)
+read -r _ passes merge < <("$submit" passes 2 smoke.toml mean.exr $small)
 until_true 120 is "$merge" COMPLETED
 same_bytes alone.exr mean.exr
 

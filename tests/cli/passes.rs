@@ -108,6 +108,44 @@ fn passes_are_estimated_as_the_whole_is() {
     assert!(bytes("one.exr") == bytes("whole.exr"), "1/1 is not the whole");
 }
 
+/// The same rays read the same photons, so that only what a pass fills or gathers by itself differs.
+#[test]
+fn passes_by_saved_photons_have_the_noise_of_the_whole() {
+    let folder = folder();
+    let folder = folder.path();
+    render(folder, "seed6.exr", &["--seed", "6"]);
+    render_photons(folder);
+    let names = passes(folder, "s", PASSES, &["--photons-from", "map.fog"]);
+    let (whole, mean) = (layers(folder, "whole.exr"), merged(folder, &names, "m.exr"));
+    assert_eq!((work(&mean, "photon_paths"), work(&mean, "rays")), (0, work(&whole, "rays")));
+    assert_eq!(mean.attributes.get("fogbow:radius"), whole.attributes.get("fogbow:radius"));
+    assert_eq!(mean.get("rays"), whole.get("rays"));
+    // Pictures of other photons are further off.
+    let off = |other: &Layers| {
+        let [whole, other] = [&whole, other].map(|layers| layers.image().unwrap());
+        let squares = whole.luminances().zip(other.luminances()).map(|(a, b)| (a - b).powi(2));
+        squares.sum::<f64>()
+    };
+    let shot = merged(folder, &["p1.exr", "p2.exr", "p3.exr", "p4.exr"], "shot.exr");
+    let (read, shot, other) = (off(&mean), off(&shot), off(&layers(folder, "seed6.exr")));
+    assert!(2.0 * read < shot && 4.0 * read < other, "{read}, {shot} and {other}");
+    // All passes read them, or all shoot.
+    let says = ["fogbow:photons_saved is", "not there"];
+    refuses(folder, &["s1.exr", "p2.exr", "s3.exr", "s4.exr"], &says);
+    // A pass may be in crops, which read them too.
+    for (name, crop) in [("left.exr", "0,0,9x20"), ("right.exr", "9,0,15x20")] {
+        let part = ["--pass", "2/4", "--photons-from", "map.fog", "--crop", crop];
+        render(folder, name, &part);
+    }
+    let crops = ["left.exr", "s1.exr", "right.exr", "s3.exr", "s4.exr"];
+    assert!(merged(folder, &crops, "c.exr").channels == mean.channels, "pixels differ");
+}
+
+/// Saves the photons of the scene in map.fog.
+fn render_photons(folder: &Path) {
+    report(folder, &["--photons-to", "map.fog"]);
+}
+
 /// Rays of the reference share nothing, so that the mean of passes is the whole but for rounding, whether or not the
 /// number of rays is a multiple of theirs.
 #[test]

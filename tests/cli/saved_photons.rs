@@ -238,7 +238,6 @@ fn what_cannot_be_saved_or_read_is_told() {
     for (args, says) in [
         (&["--photons-to", "map.txt"][..], "give a path that ends in .fog"),
         (&["-o", "a.exr", "--any-camera"], "--photons-to"),
-        (&["-o", "a.exr", "--photons-from", "map.fog", "--pass", "1/2"], "cannot be used with"),
         (&["-o", "a.exr", "--photons-from", "map.fog", "--reference"], "cannot be used with"),
         (
             &["-o", "a.exr", "--photons-from", "map.fog", "--error", "0.1"],

@@ -8,9 +8,11 @@ use crate::image::merge::{CoverageError, PassWork, check_coverage};
 use crate::scene::PicturePass;
 
 /// Attributes in which the crops of a pass may differ. Those that begin with `work:` may, too.
-const OF_CROPS: [&str; 4] = ["crop", "recipe", "photons_asked", SAVED];
+const OF_CROPS: [&str; 3] = ["crop", "recipe", "photons_asked"];
 
-/// The attribute that names saved photons, which were read in place of shooting any.
+/// The attribute that names saved photons, which were read in place of shooting any. Crops of a whole picture may differ
+/// in it, since they have the pixels of those that shoot. Equal passes may not: one that shoots has a share of the photons,
+/// one that reads them all.
 const SAVED: &str = "photons_saved";
 
 /// Attributes in which passes may differ as well: seeds, the work that weighs them, and what follows from that,
@@ -74,8 +76,11 @@ pub(super) fn group(mut parts: Vec<Part>) -> Result<Vec<Pass>> {
         }
     }
     for pass in &passes {
-        agree(pass.first(), passes[0].first(), &[&OF_CROPS[..], &OF_PASSES, &[PASS]].concat())?;
-        pass.parts.iter().try_for_each(|part| agree(part, pass.first(), &OF_CROPS))?;
+        let first = pass.first();
+        agree(first, passes[0].first(), &[&OF_CROPS[..], &OF_PASSES, &[PASS, SAVED]].concat())?;
+        let saved: &[&str] = if first.pass.is_none() { &[SAVED] } else { &[] };
+        let free = [&OF_CROPS[..], saved].concat();
+        pass.parts.iter().try_for_each(|part| agree(part, first, &free))?;
     }
     for of_seed in passes.chunk_by(|a, b| a.first().seed == b.first().seed) {
         are_all(of_seed)?;

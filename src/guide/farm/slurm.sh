@@ -41,6 +41,9 @@ exit \$code
 SCRIPT
 }
 
+# Submits the shooting of the photons that all parts read.
+photons() { submit photons "$render --photons-to $(quoted "$stem.fog")"; }
+
 # merge JOB: submits the merge of all parts, after JOB.
 merge() {
     local files=() number
@@ -52,7 +55,7 @@ case $kind in
     crops)
         [[ " $* " =~ " --size "([0-9]+)x([0-9]+)" " ]] || { echo "slurm.sh: crops need --size WIDTHxHEIGHT" >&2; exit 2; }
         width=${BASH_REMATCH[1]} height=${BASH_REMATCH[2]} part=crop
-        photons=$(submit photons "$render --photons-to $(quoted "$stem.fog")")
+        photons=$(photons)
         crop="top=\$(($height * (task - 1) / $parts))
 $render --photons-from $(quoted "$stem.fog") --crop 0,\$top,${width}x\$(($height * task / $parts - top)) \
 --resume -o $(printf %q "$stem.crop")\$task.exr"
@@ -61,9 +64,11 @@ $render --photons-from $(quoted "$stem.fog") --crop 0,\$top,${width}x\$(($height
         ;;
     passes)
         part=pass
-        pass="$render --pass \$task/$parts --resume -o $(printf %q "$stem.pass")\$task.exr"
-        passes=$(submit passes "$pass" --array="1-$parts")
-        echo "$passes $(merge "$passes")"
+        photons=$(photons)
+        pass="$render --photons-from $(quoted "$stem.fog") --pass \$task/$parts \
+--resume -o $(printf %q "$stem.pass")\$task.exr"
+        passes=$(submit passes "$pass" --array="1-$parts" --dependency="afterok:$photons")
+        echo "$photons $passes $(merge "$passes")"
         ;;
     frames)
         submit frames "$render --frames \$task --resume -o $(quoted "$out")" --array="$parts"
