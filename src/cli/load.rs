@@ -57,12 +57,18 @@ pub(super) fn scene_to_show(
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Preparation)> {
     let (mut scene, pool, mut preparation) = scene(path, options, run)?;
-    if scene.film.exposure.is_none() {
-        let start = Instant::now();
-        scene.film.exposure = Some(pool.install(|| render::exposure(&scene))?);
-        preparation.metering = Some(start.elapsed());
-    }
+    preparation.metering = meter(&mut scene, &pool)?;
     Ok((scene, pool, preparation))
+}
+
+/// Meters the exposure of `scene` where it sets none. Returns the time that took.
+pub(super) fn meter(scene: &mut Scene, pool: &ThreadPool) -> Result<Option<Duration>> {
+    if scene.film.exposure.is_some() {
+        return Ok(None);
+    }
+    let start = Instant::now();
+    scene.film.exposure = Some(pool.install(|| render::exposure(scene))?);
+    Ok(Some(start.elapsed()))
 }
 
 /// A pool of `threads`, by default one a core.

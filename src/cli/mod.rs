@@ -6,6 +6,7 @@
 mod completions;
 mod console;
 mod error;
+mod first_look;
 mod frames;
 mod header;
 mod help;

@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::file::{self, PendingFile};
-use crate::image::{Picture, exr_bytes, png_bytes, png_path_beside};
+use crate::image::{Picture, View, exr_bytes, png_bytes, png_path_beside};
 use crate::render::Rendered;
-use crate::scene::Scene;
 
 /// The files of one picture.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,22 +37,21 @@ impl Output {
         Ok(output)
     }
 
-    /// Writes the EXR with `attributes` and the PNG, and then gives both their names, the EXR last:
+    /// Writes the EXR with `attributes` and the PNG by `view`, and then gives both their names, the EXR last:
     /// once that is there, the picture is.
     ///
     /// # Errors
     /// Where either cannot be written; then neither is.
     pub(super) fn write(
         &self,
-        scene: &Scene,
+        view: &View,
         rendered: &Rendered,
         attributes: &[(String, String)],
     ) -> Result<()> {
         let attributes: Vec<(&str, String)> =
             attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-        let view = scene.film.shown();
         let (png, exr) = rayon::join(
-            || png_bytes(&self.png, &Picture::developed(&rendered.film.image(), &view)),
+            || png_bytes(&self.png, &Picture::developed(&rendered.film.image(), view)),
             || exr_bytes(&self.exr, &rendered.film, &attributes),
         );
         self.write_bytes(&exr?, Some(&png?))

@@ -269,8 +269,6 @@ impl PictureJob<'_> {
         let (progress, stop, preview) = (&console, Some(stop), Some(preview));
         let control = Control { progress, stop, deadline, checkpoints, preview };
         let work = || {
-            let resumes = checkpoints.is_some_and(Checkpoints::resumes);
-            previews.show_first_look(self.clock, resumes);
             if self.method.reference {
                 Ok(render::render_reference(scene, &scene.render, control))
             } else {
@@ -313,7 +311,7 @@ impl PictureJob<'_> {
         let mut named = header::attributes(&settings, &preview);
         named.push((partial::PREVIEW.into(), "true".into()));
         let exr = output.exr.display();
-        self.interrupt.end(&match output.write(scene, &preview, &named) {
+        self.interrupt.end(&match output.write(&scene.film.shown(), &preview, &named) {
             Ok(()) => format!("{early}: {exr} is a preview without photons"),
             Err(error) => format!("{early}: {error}"),
         });
@@ -352,7 +350,7 @@ impl PictureJob<'_> {
             let recipe = header::recipe(scene, self.method);
             named.push((header::RECIPE.into(), recipe));
         }
-        output.write(scene, rendered, &named)?;
+        output.write(&scene.film.shown(), rendered, &named)?;
         if rendered.is_complete() {
             partial::clear(self.output);
             checkpoints.map_or(Ok(()), Checkpoints::remove)?;

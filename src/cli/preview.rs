@@ -1,7 +1,7 @@
-//! Previews: pictures that are written and shown while they get better, and a first look without photons.
+//! Previews: pictures that are written and shown while they get better.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value};
@@ -11,11 +11,8 @@ use super::header;
 use super::live::Live;
 use super::output::Output;
 use super::partial;
-use crate::render::{self, Clock, Control, Deadline, PictureSoFar, Rendered};
+use crate::render::{PictureSoFar, Rendered};
 use crate::scene::Scene;
-
-/// Time of a first look: with writing it, what somebody who waits for a picture hardly notices.
-const FIRST_LOOK: Duration = Duration::from_millis(500);
 
 /// Previews of one picture: files, and what is shown live.
 pub(super) struct Previews<'a> {
@@ -73,25 +70,9 @@ impl<'a> Previews<'a> {
         }
     }
 
-    /// Shows a first look without photons, in a moment, and writes it unless a checkpoint holds more.
-    pub(super) fn show_first_look(&self, clock: &Arc<Clock>, resumes: bool) {
-        let writes = self.every.is_some() && !resumes;
-        if !writes && self.live.every().is_none() {
-            return;
-        }
-        let deadline = Deadline { clock, at: clock.elapsed() + FIRST_LOOK };
-        let control = Control { deadline: Some(deadline), ..Control::silent() };
-        let look = render::preview(self.scene, &self.scene.render, control);
-        if writes {
-            let mut named = header::attributes(&self.settings, &look);
-            named.push((partial::PREVIEW.into(), "true".into()));
-            self.write(&look, named);
-        }
-        self.live.show(&self.output.exr, look.film);
-    }
-
     fn write(&self, rendered: &Rendered, attributes: Vec<(String, String)>) {
-        let written = partial::place(self.output).write(self.scene, rendered, &attributes);
+        let written =
+            partial::place(self.output).write(&self.scene.film.shown(), rendered, &attributes);
         if let Err(error) = written
             && !self.has_failed.swap(true, Ordering::Relaxed)
         {

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::console;
+use super::first_look::FirstLook;
 use super::interrupt::Interrupt;
 use super::live::Live;
 use super::load;
@@ -37,8 +38,20 @@ fn render(args: &Args, live: &Live) -> Result<()> {
     let mut denoiser = early_denoiser(args)?;
     let output = Output::check(args.output()?)?;
     let interrupt = Interrupt::listen()?;
-    let (mut scene, pool, preparation) =
-        load::scene_to_show(&args.paths.scene, args.options(), &args.run)?;
+    let (mut scene, pool, mut preparation) =
+        load::scene(&args.paths.scene, args.options(), &args.run)?;
+    args.limits.set_part(&mut scene, args.reference)?;
+    let photons = args.photons.open(&mut scene)?;
+    let look = FirstLook {
+        scene: &scene,
+        output: &output,
+        live,
+        limits: &args.limits,
+        is_reference: args.reference,
+        clock: &clock,
+    };
+    pool.install(|| look.show());
+    preparation.metering = load::meter(&mut scene, &pool)?;
     if find_denoiser(&mut denoiser, &scene)? {
         denoiser
             .iter()
@@ -51,8 +64,6 @@ fn render(args: &Args, live: &Live) -> Result<()> {
     let advice = advice(args, &scene);
     console::warn(&advice);
     let warnings = [scene.warnings.clone(), advice].concat();
-    args.limits.set_part(&mut scene, args.reference)?;
-    let photons = args.photons.open(&mut scene)?;
     let job = PictureJob {
         output: &output,
         limits: &args.limits,

@@ -8,6 +8,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::console;
+use super::first_look::FirstLook;
 use super::frames::{Frame, Reader};
 use super::header;
 use super::interrupt::Interrupt;
@@ -238,6 +239,15 @@ impl<'a> FrameLoop<'a> {
             program: self.program + next as u64,
             denoiser: self.denoiser.as_ref(),
         };
+        let look = FirstLook {
+            scene,
+            output,
+            live: self.live,
+            limits: &self.args.limits,
+            is_reference: self.args.reference,
+            clock: &self.clock,
+        };
+        pool.install(|| look.show());
         let strategies = self.strategies.as_ref();
         let earlier = Earlier { snapshot: self.snapshot.take(), strategies, photons };
         let mut picture = job.run(scene, pool, warnings, earlier)?;

@@ -61,7 +61,7 @@ pub use pass_settings::PassSettings;
 pub use photon_file::SavedPhotons;
 pub use photon_pass::PhotonPass;
 pub use photon_rate::photons_within;
-pub use pilot::exposure;
+pub use pilot::{exposure, metered};
 pub use progress::{Progress, Silent, Stages};
 pub use rendered::{DirectorWork, Ended, ReachedError, Rendered};
 pub use save_photons::{PhotonsReport, save_photons};

@@ -118,7 +118,11 @@ pub(super) fn director_pilot<S: Spectrum, H: PhotonDirection>(
 /// # Errors
 /// Where photons cannot be shot.
 pub fn exposure(scene: &Scene) -> Result<f64> {
-    let film = metered_pilot(scene)?;
+    metered_pilot(scene).map(|film| metered(scene, &film))
+}
+
+/// Exposure in stops that a light meter gives the media of `scene` in a `film` of it. See [`meter`].
+pub fn metered(scene: &Scene, film: &Film) -> f64 {
     let image = film.image();
     let luminances: Vec<f32> = image.luminances().map(|luminance| luminance as f32).collect();
     let transmittance = film.layer("transmittance").unwrap_or_default();
@@ -126,7 +130,7 @@ pub fn exposure(scene: &Scene) -> Result<f64> {
     let glows = scene.media.iter().any(|medium| medium.emission.is_some());
     let stops = meter(&luminances, &alpha, glows).unwrap_or(0.0);
     // A hundredth of a stop cannot be seen, and is a number that one can write down.
-    Ok((stops * 100.0).round() / 100.0)
+    (stops * 100.0).round() / 100.0
 }
 
 /// Renders the pilot that is metered, which depends on the scene alone.
