@@ -19,6 +19,7 @@ pub(super) fn options(settings: &SettingArgs, look: &LookArgs) -> LoadOptions {
         settings: settings.settings.clone(),
         look: look.options(),
         level_set_as_fog: look.level_set_as_fog(),
+        camera: look.camera(),
         ..LoadOptions::default()
     }
 }

@@ -44,6 +44,9 @@ pub(super) struct LookArgs {
     #[arg(long, value_name = "X", allow_negative_numbers = true,
         value_parser = number(|x| x > -1.0 && x < 1.0, "a number above -1 and below 1"))]
     g: Option<f64>,
+    /// The camera of a shot (USD), by its path or its name; by default the first.
+    #[arg(long, value_name = "PRIM", help_heading = "Shots (USD)")]
+    camera: Option<String>,
     /// Turns the level set of a file without density into a fog volume.
     #[arg(long, value_name = "AS", value_parser = ["fog"])]
     level_set: Option<String>,
@@ -64,6 +67,11 @@ impl LookArgs {
             albedo: self.albedo,
             g: self.g,
         }
+    }
+
+    /// The camera of a shot.
+    pub(super) fn camera(&self) -> Option<String> {
+        self.camera.clone()
     }
 
     /// Whether a level set is taken as fog.

@@ -6,6 +6,7 @@
 mod completions;
 mod console;
 mod error;
+mod export;
 mod first_look;
 mod frames;
 mod header;
@@ -45,6 +46,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 use crate::image::PICTURE_DECODER;
+use crate::scene::USD_READER;
 use crate::shape::MESH_READER;
 
 /// Volumetric photon-mapping renderer for OpenVDB smoke, fog and fire.
@@ -66,7 +68,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 #[allow(clippy::large_enum_variant, reason = "there is one a process")]
 enum Command {
-    /// Render a scene, or a VDB file alone, to an EXR with layers and a PNG beside it.
+    /// Render a scene, a shot (USD), or a VDB file alone, to an EXR with layers and a PNG beside it.
     Render(render_args::Args),
     /// Make the director's maps: where in the picture it pays to be accurate.
     Maps(maps::Args),
@@ -80,6 +82,8 @@ enum Command {
     Plan(plan::Args),
     /// Tell what is in a VDB file and what fogbow would do with it.
     Info(info::Args),
+    /// Write what is understood of a shot (USD) as a scene with comments.
+    Export(export::Args),
     /// Merge crops and passes that were rendered apart into one picture.
     Merge(merge::Args),
     /// Make procedural smoke, a cloud, fog or fire as a VDB file, or a statue as a mesh.
@@ -107,6 +111,7 @@ pub fn main() -> ExitCode {
         Command::Trial(args) => trial::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Info(args) => info::run(args),
+        Command::Export(args) => export::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Make(args) => make::run(args),
         Command::Verify(args) => verify::run(args),
@@ -141,7 +146,10 @@ fn command() -> String {
 fn hush_decoder() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        if !matches!(std::thread::current().name(), Some(PICTURE_DECODER | MESH_READER)) {
+        if !matches!(
+            std::thread::current().name(),
+            Some(PICTURE_DECODER | MESH_READER | USD_READER)
+        ) {
             print(info);
         }
     }));

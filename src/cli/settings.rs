@@ -100,9 +100,9 @@ pub(super) struct RunArgs {
 /// What is rendered and where it goes.
 #[derive(Debug, clap::Args)]
 pub(super) struct PathArgs {
-    /// A scene (.toml), or a VDB file, which gets a camera and lights; with --frames also a pattern
-    /// such as smoke_####.vdb.
-    #[arg(value_name = "SCENE|FILE.vdb")]
+    /// A scene (.toml), a shot (.usd, .usda, .usdc, .usdz), or a VDB file, which gets a camera and lights;
+    /// with --frames also a pattern such as smoke_####.vdb.
+    #[arg(value_name = "SCENE|SHOT.usd|FILE.vdb")]
     pub(super) scene: PathBuf,
     /// The EXR to write; a PNG is written beside it. With --frames their numbers go where #### or %04d
     /// stands, else before the ending.

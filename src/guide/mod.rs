@@ -16,6 +16,7 @@ pages! {
     scene, "scene.md";
     keys, "keys.md";
     coming_from, "coming_from.md";
+    shots, "shots.md";
     names, "names.md";
     directing, "directing.md";
     studies, "studies.md";

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use blake3::Hash;
 
 use crate::error::{Error, Result};
+use crate::shape::MeshData;
 
 /// The files a scene is made of, in the order of their first use, each hashed once.
 #[derive(Debug, Clone, Default)]
@@ -18,6 +19,23 @@ impl Sources {
         if !self.files.iter().any(|(known, _)| known == path) {
             self.files.push((path.to_path_buf(), None));
         }
+    }
+
+    /// Adds the content of `mesh`, which is in no file, once.
+    pub(super) fn add_mesh(&mut self, name: &Path, mesh: &MeshData) {
+        if self.files.iter().any(|(known, _)| known == name) {
+            return;
+        }
+        let mut content = blake3::Hasher::new();
+        let mut add = |bytes: &[u8]| {
+            content.update(bytes);
+        };
+        let MeshData { positions, triangles, normals, uvs, slots } = mesh;
+        positions.iter().for_each(|p| p.to_array().iter().for_each(|x| add(&x.to_le_bytes())));
+        normals.iter().for_each(|n| n.to_array().iter().for_each(|x| add(&x.to_le_bytes())));
+        uvs.iter().for_each(|uv| uv.to_array().iter().for_each(|x| add(&x.to_le_bytes())));
+        triangles.iter().flatten().chain(slots).for_each(|i| add(&i.to_le_bytes()));
+        self.files.push((name.to_path_buf(), Some(content.finalize())));
     }
 
     /// BLAKE3 of `text` and of the content of each file, wherever the files lie.

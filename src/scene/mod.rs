@@ -7,6 +7,7 @@ mod advice;
 mod bare;
 pub mod camera;
 mod directing;
+mod draft;
 pub mod file;
 mod hash;
 mod keys;
@@ -20,6 +21,7 @@ mod reader;
 mod sanity;
 mod sequence;
 mod settings;
+mod usd;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -35,7 +37,9 @@ pub use camera::Camera;
 pub use directing::{
     Directed, Directing, Director, Importance, MAX_COARSENING, Operator, RESOLUTIONS,
 };
+pub use draft::Draft;
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
+pub use open::read_shot;
 pub use options::LoadOptions;
 pub use picture_pass::PicturePass;
 pub use reader::{FileReference, MAX_MAGNITUDE, Place, Setting};
@@ -44,6 +48,7 @@ pub use settings::{
     ErrorGoal, FilmSettings, FinalGather, MAX_PHOTONS, MAX_PIXELS, MAX_RAYS, MAX_SCATTER, MAX_SIDE,
     PhotonsName, Planning, RenderSettings, Strategy, StrategyRequest,
 };
+pub use usd::{Files, ShotScene, USD_READER};
 
 /// All that a picture depends on.
 #[derive(Debug)]

@@ -16,6 +16,8 @@ pub struct LoadOptions {
     pub level_set_as_fog: bool,
     /// Which frame of a sequence is meant.
     pub frame: Option<i64>,
+    /// For a shot (USD): the camera, by its path or name.
+    pub camera: Option<String>,
     /// Bytes that reading a grid may take; no limit where none is given.
     pub memory: Option<u64>,
     /// Whether what the scene does not need is left out.

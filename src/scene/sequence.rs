@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::bare::{self, BareScene};
-use super::load::{self, Grids, StaticScene, Text};
+use super::load::{self, Grids, ShotSource, StaticScene, Text};
 use super::outline::{self, Named};
 use super::{LoadOptions, Scene};
 use crate::error::{Error, Result};
@@ -12,7 +12,7 @@ use crate::medium::{Emission, Medium};
 use crate::sequence::Pattern;
 use crate::vdb::Grid;
 
-/// A scene file that names sequences of files, or a sequence of bare VDB files. What does not
+/// A scene file that names sequences of files, a sequence of bare VDB files, or a shot (USD). What does not
 /// change from frame to frame is loaded once. A frame depends on its own number and the files that
 /// are there, not on the frames that were loaded before it.
 #[derive(Debug)]
@@ -20,6 +20,8 @@ pub struct Sequence {
     path: PathBuf,
     options: LoadOptions,
     text: Text,
+    /// The shot whose frames they are; the text is then that of its first frame.
+    shot: Option<ShotSource>,
     patterns: Vec<Pattern>,
     /// Camera, surfaces and lights, where their files are not numbered.
     static_scene: Option<StaticScene>,
@@ -35,6 +37,12 @@ impl Sequence {
     /// Where the file cannot be read or used, a key is wrong, or nothing in it is a sequence.
     pub fn open(path: &Path, options: &LoadOptions) -> Result<Self> {
         let options = options.clone();
+        let is_bare = load::bare_sequence(path).is_some() || load::is_vdb(path)?;
+        if let Some(shot) =
+            (!is_bare).then(|| ShotSource::open(path, &options)).transpose()?.flatten()
+        {
+            return Self::of_shot(path, options, shot);
+        }
         let (text, metered) = match load::bare_sequence(path) {
             Some(pattern) => {
                 let (made, frame) = largest(path, &pattern, &options)?;
@@ -51,8 +59,19 @@ impl Sequence {
         let static_scene =
             if by_static_scene { None } else { Some(StaticScene::build(&text, &file, &options)?) };
         let mut sequence =
-            Self { path: path.to_path_buf(), options, text, patterns, static_scene, metered };
+            Self { path: path.into(), options, text, shot: None, patterns, static_scene, metered };
         sequence.metered = metered.or_else(|| sequence.numbers().first().copied());
+        Ok(sequence)
+    }
+
+    /// The frames of `shot`, which is, or is named by, the file `path`.
+    fn of_shot(path: &Path, options: LoadOptions, shot: ShotSource) -> Result<Self> {
+        let Named { patterns, .. } = outline::sequences(path, shot.own());
+        let text = Text::from_shot(shot.text(shot.shot().frames().first().copied())?);
+        let (shot, path) = (Some(shot), path.to_path_buf());
+        let mut sequence =
+            Self { path, options, text, shot, patterns, static_scene: None, metered: None };
+        sequence.metered = sequence.numbers().first().copied();
         Ok(sequence)
     }
 
@@ -64,7 +83,8 @@ impl Sequence {
 
     /// The files of `frame`, whether or not they are there.
     pub fn files(&self, frame: i64) -> Vec<PathBuf> {
-        self.patterns().iter().map(|pattern| pattern.existing(frame)).collect()
+        let of_shot = self.shot.iter().flat_map(|source| source.shot().volume_files(frame));
+        self.patterns().iter().map(|pattern| pattern.existing(frame)).chain(of_shot).collect()
     }
 
     /// The first file of `frame` that is not there.
@@ -75,7 +95,8 @@ impl Sequence {
     /// The frames all of whose files are there, from the lowest.
     pub fn numbers(&self) -> Vec<i64> {
         let first = self.patterns().first();
-        let mut numbers = first.map(Pattern::numbers).unwrap_or_default();
+        let of_shot = || self.shot.as_ref().map(|source| source.shot().frames());
+        let mut numbers = first.map(Pattern::numbers).or_else(of_shot).unwrap_or_default();
         numbers.retain(|frame| self.missing(*frame).is_none());
         numbers
     }
@@ -87,15 +108,18 @@ impl Sequence {
     /// opening, unless surfaces or lights have numbered files.
     pub fn load(&self, frame: i64) -> Result<Scene> {
         let mut grids = Grids::within(self.options.memory);
-        let mut file = self.text.read(&self.path, &self.options, Some(frame))?;
-        if matches!(self.text, Text::Bare(_)) {
+        let of_shot = self.shot.as_ref().map(|source| source.text(Some(frame))).transpose()?;
+        let of_shot = of_shot.map(Text::from_shot);
+        let text = of_shot.as_ref().unwrap_or(&self.text);
+        let mut file = text.read(&self.path, &self.options, Some(frame))?;
+        if matches!(text, Text::Bare(_)) {
             bare::leave_out_missing(&mut file, &mut grids)?;
         }
         let static_scene = match &self.static_scene {
             Some(static_scene) => static_scene.clone(),
-            None => StaticScene::build(&self.text, &file, &self.options)?,
+            None => StaticScene::build(text, &file, &self.options)?,
         };
-        load::build(&self.path, &self.text, &file, static_scene, grids, &self.options)
+        load::build(&self.path, text, &file, static_scene, grids, &self.options)
     }
 
     fn patterns(&self) -> &[Pattern] {

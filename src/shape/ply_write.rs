@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use ply_rs_bw::ply::{
     Addable, DefaultElement, ElementDef, Encoding, Ply, Property, PropertyDef, PropertyType,
     ScalarType,
@@ -13,14 +13,16 @@ use super::MeshData;
 use crate::error::Result;
 use crate::file;
 
-/// Writes the positions, the normals where there are any, and the triangles of `mesh` as a binary
-/// PLY file, in 32 bits each.
+/// Writes the positions, the normals and texture coordinates where there are any, and the triangles of `mesh`
+/// as a binary PLY file, in 32 bits each.
 ///
 /// # Errors
 /// Where the file cannot be written; an earlier one is intact then.
 pub fn write_ply(path: &Path, mesh: &MeshData) -> Result<()> {
     let float = PropertyType::Scalar(ScalarType::Float);
-    let names = if mesh.normals.is_empty() { &AXES[..3] } else { &AXES[..] };
+    let normals: &[&str] = if mesh.normals.is_empty() { &[] } else { &NORMAL };
+    let uvs: &[&str] = if mesh.uvs.is_empty() { &[] } else { &UV };
+    let names = &[&POSITION, normals, uvs].concat();
     let mut vertex = ElementDef::new("vertex".into());
     for name in names {
         vertex.properties.add(PropertyDef::new((*name).into(), float.clone()));
@@ -39,17 +41,19 @@ pub fn write_ply(path: &Path, mesh: &MeshData) -> Result<()> {
     })
 }
 
-const AXES: [&str; 6] = ["x", "y", "z", "nx", "ny", "nz"];
+const POSITION: [&str; 3] = ["x", "y", "z"];
+const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+const UV: [&str; 2] = ["s", "t"];
 const CORNERS: &str = "vertex_indices";
 
 fn vertices(mesh: &MeshData, names: &[&str]) -> Vec<DefaultElement> {
-    let normals = mesh.normals.iter().map(Some).chain(std::iter::repeat(None));
-    let vertex = |(position, normal): (&DVec3, Option<&Vec3>)| {
-        let values = position.as_vec3().to_array().into_iter();
-        let values = values.chain(normal.into_iter().flat_map(Vec3::to_array));
+    let vertex = |(index, position): (usize, &DVec3)| {
+        let normal = mesh.normals.get(index).into_iter().flat_map(Vec3::to_array);
+        let uv = mesh.uvs.get(index).into_iter().flat_map(Vec2::to_array);
+        let values = position.as_vec3().to_array().into_iter().chain(normal).chain(uv);
         names.iter().zip(values).map(|(n, v)| ((*n).into(), Property::Float(v))).collect()
     };
-    mesh.positions.iter().zip(normals).map(vertex).collect()
+    mesh.positions.iter().enumerate().map(vertex).collect()
 }
 
 fn triangle(corners: &[u32; 3]) -> DefaultElement {

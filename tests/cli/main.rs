@@ -11,6 +11,7 @@ mod messages;
 mod parts;
 mod passes;
 mod saved_photons;
+mod shots;
 mod terminal;
 mod tev;
 

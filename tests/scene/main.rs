@@ -1,4 +1,4 @@
-//! Scenes: files, settings, bare volumes, the plan of a render and its limits.
+//! Scenes: files, settings, bare volumes, shots, the plan of a render and its limits.
 
 #[path = "../common/skip.rs"]
 mod skip;
@@ -10,3 +10,4 @@ mod limits;
 mod plan;
 mod schema;
 mod settings;
+mod usd;

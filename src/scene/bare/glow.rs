@@ -2,10 +2,10 @@
 
 use toml::Value;
 
-use super::draft::{rounded, triple};
 use super::measure::{mean_thickness, world_bounds};
 use crate::math::luminance;
 use crate::medium::blackbody::blackbody_radiance;
+use crate::scene::draft::{rounded, triple};
 use crate::vdb::Grid;
 use crate::vdb::roles::{Fire, FireKind, Unit};
 

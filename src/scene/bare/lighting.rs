@@ -6,12 +6,12 @@ use glam::DVec3;
 use toml::Value;
 
 use super::super::keys::{camera, film, light, medium, surface};
-use super::draft::{Draft, point, rounded, triple};
 use super::framing::Frame;
 use super::look::{Ground, Look, LookOptions};
 use super::subject::{Kind, Subject};
 use crate::light::Environment;
 use crate::math::Rgb;
+use crate::scene::draft::{Draft, point, rounded, triple};
 
 /// Direction of the key light for measurements, in the camera's (right, up, forward).
 const KEY_TRAVEL: DVec3 = DVec3::new(0.7, -0.8, 0.6);

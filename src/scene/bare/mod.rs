@@ -4,7 +4,6 @@
 //! What is chosen is written as the text of a scene file, and that is what is rendered: a bare render
 //! and the scene that `--write-scene` leaves give the same picture.
 
-mod draft;
 mod framing;
 mod glow;
 mod lighting;
@@ -14,14 +13,16 @@ mod subject;
 
 use std::path::Path;
 
+use toml::Value;
+
 use super::LoadOptions;
+use super::draft::{Draft, rounded};
 use super::file::{self, AlbedoSection, EmissionSection, GridReference, SceneFile};
 use super::load::Grids;
 use super::reader::Document;
 use crate::error::Result;
 use crate::math::Rgb;
 
-pub use draft::Draft;
 pub use look::{Ground, Look, LookOptions, UpAxis};
 
 use subject::Subject;
@@ -46,6 +47,51 @@ pub struct BareScene {
 pub fn summary(path: &Path) -> Result<String> {
     let subject = Subject::read(path, &LoadOptions::default(), &mut Grids::default())?;
     Ok(subject.summary())
+}
+
+/// What a medium without a material looks like, by what is in its file.
+#[derive(Debug, Clone)]
+pub(super) struct Appearance {
+    /// Extinction for density 1, 1/m.
+    pub(super) sigma_t: f64,
+    /// The value of the key `albedo`.
+    pub(super) albedo: Value,
+    /// Mean cosine of the phase function.
+    pub(super) g: f64,
+    /// The value of the key `emission`.
+    pub(super) emission: Option<Value>,
+    /// The same in one line.
+    pub(super) summary: String,
+}
+
+/// The look of the medium of the VDB file `path`, whose density is `grid` where that is given; each metre of the
+/// file is `scale` metres in the scene.
+///
+/// # Errors
+/// As a bare render of the file.
+pub(super) fn appearance(path: &Path, grid: Option<&str>, scale: f64) -> Result<Appearance> {
+    let look = LookOptions {
+        grid: grid.map(str::to_owned),
+        up: Some(UpAxis::Y),
+        ..LookOptions::default()
+    };
+    let options = LoadOptions { look, ..LoadOptions::default() };
+    let subject = Subject::read(path, &options, &mut Grids::default())?;
+    let mut emission = subject.emission_value();
+    // Ramps give emission a metre; blackbodies absorb as much of their light, whatever their size.
+    if let Some(Value::Table(table)) = &mut emission
+        && table.contains_key("ramp")
+        && let Some(Value::Float(strength)) = table.get_mut("scale")
+    {
+        *strength /= scale;
+    }
+    Ok(Appearance {
+        sigma_t: rounded(subject.sigma_t / scale),
+        albedo: subject.albedo_value(),
+        g: subject.g,
+        emission,
+        summary: subject.summary(),
+    })
 }
 
 /// Leaves out emission and colour of the media of a bare scene where a frame's file lacks their grids:

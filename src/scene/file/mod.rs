@@ -39,7 +39,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DQuat, EulerRot};
 
 use super::directing::Directing;
-use super::keys::surface as keys;
+use super::keys::{shot as shot_keys, surface as keys};
 use super::reader::{Document, FileReference, Range, Section, Value, with_empty};
 use super::settings::{FilmSettings, RenderSettings};
 use crate::error::{Error, Result};
@@ -108,7 +108,8 @@ pub fn parse(path: &Path, text: &str) -> Result<SceneFile> {
 /// Reads a scene's top table.
 pub(super) fn scene(root: &Section<'_>) -> Result<SceneFile> {
     let tables = ["camera", "film", "render", "director", "medium", "surface", "light"];
-    root.only_named("a scene", &tables)?;
+    let keys = shot_keys::SHOT.keys.iter().map(|key| key.name);
+    root.only_named("a scene", &tables.into_iter().chain(keys).collect::<Vec<_>>())?;
     let film = film(root)?;
     let camera = root
         .table("camera", "a table [camera]")?
@@ -121,6 +122,22 @@ pub(super) fn scene(root: &Section<'_>) -> Result<SceneFile> {
         surfaces: each(root, "surface", surface::read)?,
         lights: each(root, "light", light::read)?,
     })
+}
+
+/// The shot that a scene adds to, and the camera that it takes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ShotSection {
+    /// The USD file.
+    pub file: FileReference,
+    /// The path or name of the camera.
+    pub camera: Option<String>,
+}
+
+/// Reads `usd` and `usd_camera` of a scene's top table.
+pub(super) fn shot(root: &Section<'_>) -> Result<Option<ShotSection>> {
+    let camera = root.maybe_text(&shot_keys::USD_CAMERA)?;
+    let file = root.maybe_file(&shot_keys::USD)?;
+    Ok(file.map(|file| ShotSection { file, camera }))
 }
 
 /// Reads the table `[film]` of a scene's top table.

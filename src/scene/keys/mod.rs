@@ -10,6 +10,7 @@ pub(super) mod light;
 pub(super) mod medium;
 mod reference;
 pub(super) mod render;
+pub(super) mod shot;
 pub(super) mod surface;
 pub(super) mod transfer;
 
@@ -127,6 +128,7 @@ impl Kind {
 /// The tables of a scene file: the name under which each stands, which of the tables of that name it is,
 /// where there are several, and its keys.
 pub const TABLES: &[(&str, &str, &Table)] = &[
+    ("scene", "At the top of the file", &shot::SHOT),
     ("[camera]", "`type = \"perspective\"`", &camera::PERSPECTIVE),
     ("[camera]", "`type = \"orthographic\"`", &camera::ORTHOGRAPHIC),
     ("[camera]", "`type = \"latlong\"`", &camera::LATLONG),

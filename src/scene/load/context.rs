@@ -1,16 +1,22 @@
 //! State of loading a scene.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use super::files::Grids;
 use crate::error::Result;
 use crate::scene::camera::Frustum;
 use crate::scene::hash::Sources;
 use crate::scene::reader::Place;
+use crate::shape::MeshData;
 
 /// State of loading a scene: files that are open, warnings, notes.
 #[derive(Debug, Default)]
 pub(super) struct Context {
     /// VDB files, each opened once.
     pub(super) grids: Grids,
+    /// Meshes in memory, by the names under which the scene has them.
+    pub(super) meshes: BTreeMap<String, Arc<MeshData>>,
     /// The files read, for the hash.
     pub(super) sources: Sources,
     /// Warnings, one line each.

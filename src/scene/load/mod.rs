@@ -5,8 +5,10 @@ mod files;
 mod grids;
 mod lights;
 mod media;
+mod shots;
 mod surfaces;
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
@@ -16,19 +18,22 @@ use super::camera::Camera;
 use super::file::{self, AlbedoSection, DensitySection, LightKind, RegionSection, SceneFile};
 use super::hash::Sources;
 use super::outline;
-use super::reader::Document;
+use super::reader::{Document, ShotText};
 use super::sanity;
 use super::settings::Planning;
+use super::usd::Files;
 use super::{LoadOptions, RenderSettings, Scene, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
 use crate::math::{Rgb, WorldPoint};
 use crate::medium::{Media, Medium};
 use crate::sequence::Pattern;
+use crate::shape::MeshData;
 use crate::surface::Surfaces;
 
 use context::{Context, Culling};
 pub(super) use files::Grids;
+pub(super) use shots::{ShotSource, WithShot};
 
 /// The parts of a scene that all frames of a sequence share: camera, surfaces and lights.
 #[derive(Debug, Clone)]
@@ -49,6 +54,8 @@ pub(super) enum Text {
     File(String),
     /// Written for a bare VDB file, or for a sequence of them.
     Bare(Arc<BareScene>),
+    /// Written for a USD file, behind the text of the scene that adds to it.
+    Shot(Arc<WithShot>),
 }
 
 impl Text {
@@ -62,14 +69,48 @@ impl Text {
                 "--level-set is for bare VDB files; in a scene write `level_set = \"fog\"`".into(),
             ));
         }
+        if let Some(shots) = ShotSource::open(path, options)? {
+            return shots.text(options.frame).map(Self::from_shot);
+        }
         options.look.refuse_in_scene()?;
         file::read(path).map(Self::File)
+    }
+
+    /// That of a shot.
+    pub(super) fn from_shot(shot: WithShot) -> Self {
+        Self::Shot(Arc::new(shot))
     }
 
     pub(super) fn as_str(&self) -> &str {
         match self {
             Self::File(text) => text,
             Self::Bare(made) => &made.text,
+            Self::Shot(with) => &with.text,
+        }
+    }
+
+    /// Meshes in memory that it names.
+    fn meshes(&self) -> BTreeMap<String, Arc<MeshData>> {
+        match self {
+            Self::Shot(with) => with.made.files.meshes.clone(),
+            Self::File(_) | Self::Bare(_) => BTreeMap::new(),
+        }
+    }
+
+    /// What was chosen where the user says nothing, one line each.
+    fn notes(&self) -> Vec<String> {
+        match self {
+            Self::File(_) => Vec::new(),
+            Self::Bare(made) => made.notes.clone(),
+            Self::Shot(with) => with.made.notes.clone(),
+        }
+    }
+
+    /// What of it is left out, one line each.
+    fn warnings(&self) -> Vec<String> {
+        match self {
+            Self::File(_) | Self::Bare(_) => Vec::new(),
+            Self::Shot(with) => with.made.warnings.clone(),
         }
     }
 
@@ -84,6 +125,11 @@ impl Text {
         match self {
             Self::File(_) => document.read(file::scene),
             Self::Bare(_) => document.for_bare_vdb().read(file::scene),
+            Self::Shot(with) => {
+                let Files { assets, meshes, .. } = &with.made.files;
+                let shot = ShotText { path: &with.path, start: with.start, assets, meshes };
+                document.with_shot(shot).read(file::scene)
+            }
         }
     }
 }
@@ -91,7 +137,7 @@ impl Text {
 impl StaticScene {
     /// Camera, lights and surfaces of `file`, whose text is `text`.
     pub(super) fn build(text: &Text, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
-        let mut context = Context::default();
+        let mut context = Context { meshes: text.meshes(), ..Context::default() };
         let size = file.film.size;
         let camera = Camera::new(&file.camera.pose, &file.camera.projection, size)
             .ok_or_else(|| file.camera.at.error("its axes cannot be found; give another `up`"))?;
@@ -137,7 +183,8 @@ pub(super) fn build(
     let frustum =
         camera.frustum(file.film.size).filter(|_| only_camera_rays_need_voxels(file, &surfaces));
     let culling = frustum.map(|frustum| Culling { frustum, leaves_out });
-    let mut context = Context { grids, sources, warnings, notes, culling, unseen: 0 };
+    let meshes = text.meshes();
+    let mut context = Context { grids, meshes, sources, warnings, notes, culling, unseen: 0 };
     let media = file
         .media
         .iter()
@@ -156,9 +203,13 @@ pub(super) fn build(
     context.notes.append(&mut context.grids.notes);
     let light = outline::light_tables(text.as_str()) + &options.hashed_light();
     let made = match text {
-        Text::File(_) => None,
+        Text::File(_) | Text::Shot(_) => None,
         Text::Bare(made) => Some(made.clone()),
     };
+    let mut notes = text.notes();
+    notes.append(&mut context.notes);
+    let mut warnings = text.warnings();
+    warnings.append(&mut context.warnings);
     Ok(Scene {
         camera,
         media,
@@ -171,8 +222,8 @@ pub(super) fn build(
         light_hash: context.sources.hash(&light)?,
         static_hash,
         unseen: culling.map(|_| Unseen { voxels: context.unseen, left_out: leaves_out }),
-        warnings: context.warnings,
-        notes: made.iter().flat_map(|made| made.notes.clone()).chain(context.notes).collect(),
+        warnings,
+        notes,
         made,
     })
 }
@@ -213,7 +264,7 @@ pub(super) fn is_vdb(path: &Path) -> Result<bool> {
 fn scene_file<T>(path: &Path, opened: Result<T>) -> Result<T> {
     opened.map_err(|e| match e {
         Error::File { problem, .. } => {
-            Error::file(path, format!("{problem}; give a scene (.toml) or a VDB file"))
+            Error::file(path, format!("{problem}; give a scene (.toml), a VDB or a USD file"))
         }
         other => other,
     })

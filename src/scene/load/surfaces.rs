@@ -74,6 +74,12 @@ pub(super) fn mesh(
     placement: &DAffine3,
     context: &mut Context,
 ) -> Result<LoadedMesh> {
+    let in_memory = file.path.to_str().and_then(|name| context.meshes.get(name)).cloned();
+    if let Some(data) = in_memory {
+        context.sources.add_mesh(&file.path, &data);
+        let mesh = at(&file.at, Mesh::new(data.as_ref().clone(), placement))?;
+        return Ok(LoadedMesh { mesh, materials: Vec::new(), beside: Vec::new() });
+    }
     context.sources.add(&file.path);
     let loaded = at(&file.at, load_mesh(&file.path, placement))?;
     loaded.beside.iter().for_each(|path| context.sources.add(path));

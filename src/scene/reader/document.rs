@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use super::one_line;
 use super::section::Section;
 use super::setting::Setting;
-use super::source::Source;
+use super::source::{ShotText, Source};
 use crate::error::Result;
 
 /// The text of a scene with the settings that override it.
@@ -36,6 +36,12 @@ impl<'a> Document<'a> {
     /// The same, as the text written for a bare VDB file, whose messages name that file.
     pub(in crate::scene) fn for_bare_vdb(mut self) -> Self {
         self.source.bare = true;
+        self
+    }
+
+    /// The same, part of which was written for a USD file.
+    pub(in crate::scene) fn with_shot(mut self, shot: ShotText<'a>) -> Self {
+        self.source.shot = Some(shot);
         self
     }
 

@@ -22,6 +22,7 @@ pub(super) use section::{Section, with_empty};
 pub use setting::Setting;
 #[cfg(test)]
 pub(super) use setting::checks;
+pub(super) use source::ShotText;
 pub(super) use value::Value;
 
 /// The largest magnitude of any number in a scene file: squares of it stay finite in f32.
@@ -42,6 +43,8 @@ enum Origin {
     File { path: PathBuf, line: usize, column: usize },
     /// The text written for a bare VDB file.
     Bare { path: PathBuf },
+    /// The text written for a prim of a USD file.
+    Shot { path: PathBuf, prim: String },
     /// A setting of the command line, as the user gave it.
     Setting { given: String },
 }
@@ -62,6 +65,9 @@ impl Place {
                 let own = format!("{}: ", path.display());
                 Error::file(path, problem.strip_prefix(&own).unwrap_or(&problem))
             }
+            Origin::Shot { path, prim } => {
+                Error::file(path, format!("{prim}: {}: {problem}", self.key))
+            }
             Origin::Setting { given } => Error::Usage(format!("{given}: {problem}")),
         }
     }
@@ -78,6 +84,7 @@ impl std::fmt::Display for Place {
         match &self.origin {
             Origin::File { path, line, .. } => write!(f, "{}:{line}: {}", path.display(), self.key),
             Origin::Bare { path } => write!(f, "{}: {}", path.display(), self.key),
+            Origin::Shot { path, prim } => write!(f, "{}: {prim}: {}", path.display(), self.key),
             Origin::Setting { given } => write!(f, "{given}"),
         }
     }

@@ -1,9 +1,12 @@
 //! The text of a scene, and places in it.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::{Origin, Place};
+use crate::shape::MeshData;
 
 /// The text of a scene, with what turns a byte offset into a [`Place`].
 #[derive(Debug)]
@@ -20,6 +23,31 @@ pub(super) struct Source<'a> {
     pub(super) frame: Option<i64>,
     /// Whether the text was written for a bare VDB file.
     pub(super) bare: bool,
+    /// The part that was written for a USD file.
+    pub(super) shot: Option<ShotText<'a>>,
+}
+
+/// The part of a scene's text that was written for a USD file. Its tables have titles that begin with a prim.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::scene) struct ShotText<'a> {
+    /// The USD file.
+    pub(in crate::scene) path: &'a Path,
+    /// Where it begins.
+    pub(in crate::scene) start: usize,
+    /// Where the files are that it names.
+    pub(in crate::scene) assets: &'a BTreeMap<String, PathBuf>,
+    /// The meshes in memory that it names.
+    pub(in crate::scene) meshes: &'a BTreeMap<String, Arc<MeshData>>,
+}
+
+impl ShotText<'_> {
+    /// Where the file `name` is, if the shot has it.
+    pub(super) fn file(&self, name: &str) -> Option<PathBuf> {
+        match self.assets.get(name) {
+            Some(path) => Some(path.clone()),
+            None => self.meshes.contains_key(name).then(|| name.into()),
+        }
+    }
 }
 
 /// The value of a setting in the text.
@@ -37,7 +65,7 @@ impl<'a> Source<'a> {
     /// The scene `text` of the file `path`.
     pub(super) fn new(path: &'a Path, text: &str) -> Self {
         let (text, length) = (text.to_owned(), text.len());
-        Self { path, text, length, settings: Vec::new(), frame: None, bare: false }
+        Self { path, text, length, settings: Vec::new(), frame: None, bare: false, shot: None }
     }
 
     /// Appends the value of the setting of `key`, which the user gave as `given`.
@@ -73,6 +101,12 @@ impl<'a> Source<'a> {
             return Place { key, origin: Origin::Bare { path } };
         }
         let before = self.text.get(..offset).unwrap_or(&self.text);
+        if let Some(shot) = self.shot.filter(|shot| offset >= shot.start) {
+            let title = before.lines().rev().find_map(|line| line.strip_prefix("# /"));
+            let prim = title.and_then(|title| title.split_once(": "));
+            let prim = prim.map_or(String::new(), |(prim, _)| format!("/{prim}"));
+            return Place { key, origin: Origin::Shot { path: shot.path.into(), prim } };
+        }
         let line_start = before.rfind('\n').map_or(0, |i| i + 1);
         let (line, column) =
             (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1);

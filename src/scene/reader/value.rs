@@ -281,6 +281,15 @@ impl<'t> Value<'t> {
     /// frame of a sequence.
     pub(in crate::scene) fn file(&self, right: &str) -> Result<FileReference> {
         let name = self.string(right)?;
+        let of_shot = self.source.shot.and_then(|shot| shot.file(name));
+        if let Some(path) = of_shot {
+            // Meshes of a shot are in memory, and what else it names is told by its own path.
+            let is_there = self.source.shot.is_some_and(|s| s.meshes.contains_key(name));
+            if is_there || path.is_file() {
+                return Ok(FileReference { path, at: self.place() });
+            }
+            return Err(self.error(format!("{}: no such file", path.display())));
+        }
         let folder = self.source.path.parent().unwrap_or(Path::new(""));
         let path = folder.join(name);
         if !path.is_file() {

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use toml::Value;
 
-use super::super::keys::{Key, TABLES};
-use super::super::reader::Setting;
+use super::keys::{Key, TABLES};
+use super::reader::Setting;
 
 /// The scene of a bare render, table by table.
 #[derive(Debug, Clone, Default)]
@@ -54,11 +54,45 @@ impl Draft {
         self
     }
 
+    /// Leaves out what `scene` has itself: single tables of the same name, and media whose name it gives one.
+    pub(super) fn leave_out(&mut self, scene: &toml::Table) {
+        let media = scene.get("medium").and_then(Value::as_array).into_iter().flatten();
+        let named: Vec<_> = media.filter_map(|medium| medium.get("name")).collect();
+        self.tables.retain(|table| {
+            let is_replaced = |entry: &Entry| entry.name == "name" && named.contains(&&entry.value);
+            let replaces_single = !table.listed && scene.contains_key(table.name);
+            !replaces_single && !(table.name == "medium" && table.entries.iter().any(is_replaced))
+        });
+    }
+
+    /// Adds the tables of `other`.
+    pub(super) fn append(&mut self, other: Self) {
+        self.tables.extend(other.tables);
+    }
+
     /// Sets the file of the first medium, as the scene names it.
     pub fn set_file(&mut self, file: &str) {
         let medium = self.tables.iter_mut().find(|table| table.name == "medium");
         if let Some(entry) = medium.and_then(|m| m.entries.iter_mut().find(|e| e.name == "file")) {
             entry.value = file.into();
+        }
+    }
+
+    /// Names files as `names` say, by the names that they have.
+    pub fn rename(&mut self, names: &std::collections::BTreeMap<String, String>) {
+        fn visit(value: &mut Value, names: &std::collections::BTreeMap<String, String>) {
+            match value {
+                Value::String(text) => {
+                    if let Some(name) = names.get(text) {
+                        text.clone_from(name);
+                    }
+                }
+                Value::Table(table) => table.iter_mut().for_each(|(_, value)| visit(value, names)),
+                _ => {}
+            }
+        }
+        for entry in self.tables.iter_mut().flat_map(|table| &mut table.entries) {
+            visit(&mut entry.value, names);
         }
     }
 
@@ -186,4 +220,10 @@ pub(super) fn point(p: glam::DVec3) -> Value {
 /// A direction or a colour, each number [`rounded`].
 pub(super) fn triple(v: glam::DVec3) -> Value {
     Value::Array(v.to_array().map(|x| Value::Float(rounded(x))).to_vec())
+}
+
+/// A point, a direction or a colour, as exactly as numbers are.
+pub(super) fn exact(v: glam::DVec3) -> Value {
+    // Adding 0 turns -0 into 0.
+    Value::Array(v.to_array().map(|x| Value::Float(x + 0.0)).to_vec())
 }

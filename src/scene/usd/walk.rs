@@ -1,0 +1,250 @@
+//! Prims in the world: what is inherited, and what instances are of.
+
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+use openusd::schemas::geom::{Imageable, Xformable};
+use openusd::sdf;
+use openusd::usd::{Prim, PrimStatus, SchemaBase, SchemaKind, Stage, TimeCode};
+
+use super::values::Reader;
+use crate::error::{Error, Result};
+
+/// Most prims, those of instances counted each time.
+const MAX_PRIMS: usize = 20_000_000;
+/// Deepest nesting of point instancers in prototypes.
+const MAX_NESTED: u32 = 8;
+
+/// A visible prim in the world.
+#[derive(Debug, Clone)]
+pub(super) struct Placed {
+    pub(super) path: sdf::Path,
+    /// Its type.
+    pub(super) kind: String,
+    /// From its space to the world, in metres.
+    pub(super) to_world: DAffine3,
+    /// The material that is bound to it or to a prim above it.
+    pub(super) material: Option<sdf::Path>,
+}
+
+/// What a prim hands to those below it.
+#[derive(Debug, Clone)]
+struct Inherited {
+    path: sdf::Path,
+    to_world: DAffine3,
+    material: Option<sdf::Path>,
+    /// Whether the binding wins over those below.
+    material_is_stronger: bool,
+    purpose: Purpose,
+    /// Point instancers above it.
+    nested: u32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    /// Not said by any prim above.
+    Unset,
+    /// To be rendered.
+    Rendered,
+    /// A stand-in or a helper.
+    Other,
+}
+
+/// Calls `visit` with every visible prim of the stage that is to be rendered, parents first. `root` takes the
+/// stage's space to the world.
+///
+/// # Errors
+/// Where a prim cannot be read, there are too many, or `visit` fails.
+pub(super) fn prims(
+    reader: &Reader<'_>,
+    root: DAffine3,
+    visit: &mut dyn FnMut(&Placed) -> Result<()>,
+) -> Result<()> {
+    let top = Inherited {
+        path: sdf::Path::abs_root(),
+        to_world: root,
+        material: None,
+        material_is_stronger: false,
+        purpose: Purpose::Unset,
+        nested: 0,
+    };
+    let (mut stack, mut count) = (Vec::new(), 0_usize);
+    push_children(reader, &top, &mut stack)?;
+    while let Some(parent_and_path) = stack.pop() {
+        count += 1;
+        if count > MAX_PRIMS {
+            return Err(Error::file(
+                reader.file,
+                format!(
+                    "has more than {MAX_PRIMS} prims with those of its instances; export less of it"
+                ),
+            ));
+        }
+        let (parent, path): (Inherited, sdf::Path) = parent_and_path;
+        let Some((placed, own)) = place(reader, root, &parent, &path)? else { continue };
+        if own.purpose != Purpose::Other {
+            visit(&placed)?;
+        }
+        if placed.kind == "PointInstancer" {
+            push_instances(reader, &own, &mut stack)?;
+        } else {
+            push_children(reader, &own, &mut stack)?;
+        }
+    }
+    Ok(())
+}
+
+fn push_children(
+    reader: &Reader<'_>,
+    own: &Inherited,
+    stack: &mut Vec<(Inherited, sdf::Path)>,
+) -> Result<()> {
+    let names = if own.path == sdf::Path::abs_root() {
+        reader.stage.root_prims()
+    } else {
+        reader.stage.prim(own.path.clone()).child_names()
+    };
+    for name in reader.of(&own.path, names)?.iter().rev() {
+        let path = reader.of(&own.path, own.path.append_path(name.as_str()))?;
+        stack.push((own.clone(), path));
+    }
+    Ok(())
+}
+
+/// The prim at `path`, and what it hands down; nothing where it is not to be seen.
+fn place(
+    reader: &Reader<'_>,
+    root: DAffine3,
+    parent: &Inherited,
+    path: &sdf::Path,
+) -> Result<Option<(Placed, Inherited)>> {
+    let status = reader.of(path, reader.stage.prim_status(path.clone()))?;
+    let needed = PrimStatus::ACTIVE | PrimStatus::LOADED | PrimStatus::DEFINED;
+    if !status.contains(needed) || status.contains(PrimStatus::ABSTRACT) {
+        return Ok(None);
+    }
+    if reader.word(path, "visibility")?.as_deref() == Some("invisible") {
+        return Ok(None);
+    }
+    let purpose = match reader.word(path, "purpose")?.as_deref() {
+        None => parent.purpose,
+        Some("proxy" | "guide") => Purpose::Other,
+        Some(_) => Purpose::Rendered,
+    };
+    let prim = AnyPrim(reader.stage.prim(path.clone()));
+    let local = prim.local_to_parent_transform(TimeCode::new(reader.time));
+    let local = reader.of(path, local)?;
+    // Rows of its matrices are columns here.
+    let local = DAffine3::from_mat4(DMat4::from_cols_array(&local.into()));
+    let above = if reader.of(path, prim.resets_xform_stack())? { root } else { parent.to_world };
+    let to_world = above * local;
+    if !to_world.is_finite() {
+        return Err(reader.wrong(path, "its transform is not finite; give other xformOps"));
+    }
+    let (material, material_is_stronger) = binding(reader, parent, path)?;
+    let kind = reader.type_of(path)?;
+    let placed = Placed { path: path.clone(), kind, to_world, material: material.clone() };
+    let path = path.clone();
+    let nested = parent.nested;
+    let own = Inherited { path, to_world, material, material_is_stronger, purpose, nested };
+    Ok(Some((placed, own)))
+}
+
+/// The material of the prim at `path`, and whether it wins over those bound below.
+fn binding(
+    reader: &Reader<'_>,
+    parent: &Inherited,
+    path: &sdf::Path,
+) -> Result<(Option<sdf::Path>, bool)> {
+    if parent.material_is_stronger {
+        return Ok((parent.material.clone(), true));
+    }
+    for name in ["material:binding:full", "material:binding"] {
+        if let Some(material) = reader.targets(path, name)?.into_iter().next() {
+            let strength = reader.strength_of_binding(path, name)?;
+            return Ok((Some(material), strength.as_deref() == Some("strongerThanDescendants")));
+        }
+    }
+    Ok((parent.material.clone(), false))
+}
+
+/// Puts the prototypes of the point instancer `own` onto the stack, once for each of its points.
+fn push_instances(
+    reader: &Reader<'_>,
+    own: &Inherited,
+    stack: &mut Vec<(Inherited, sdf::Path)>,
+) -> Result<()> {
+    let path = &own.path;
+    if own.nested >= MAX_NESTED {
+        return Err(reader.wrong(path, "is nested in prototypes too deeply, or in its own"));
+    }
+    let prototypes = reader.targets(path, "prototypes")?;
+    let indices = reader.integers(path, "protoIndices")?;
+    let positions = reader.triples(path, "positions")?;
+    let scales = reader.triples(path, "scales")?;
+    let turns = match reader.rotations(path, "orientationsf")? {
+        none if none.is_empty() => reader.rotations(path, "orientations")?,
+        turns => turns,
+    };
+    let hidden = reader.integers(path, "invisibleIds")?;
+    let ids = reader.integers(path, "ids")?;
+    if positions.len() < indices.len() {
+        return Err(reader.wrong(
+            path,
+            format!("has {} protoIndices and {} positions", indices.len(), positions.len()),
+        ));
+    }
+    for (point, index) in indices.iter().enumerate().rev() {
+        let id = ids.get(point).copied().unwrap_or(point as i64);
+        if hidden.contains(&id) {
+            continue;
+        }
+        let prototype = usize::try_from(*index).ok().and_then(|index| prototypes.get(index));
+        let prototype = prototype.ok_or_else(|| {
+            reader.wrong(path, format!("protoIndices[{point}] is {index}, of {}", prototypes.len()))
+        })?;
+        let turn = turns.get(point).map_or(DQuat::IDENTITY, |q| normalised(DQuat::from_array(*q)));
+        let scale = scales.get(point).copied().unwrap_or(DVec3::ONE);
+        let placed = DAffine3::from_scale_rotation_translation(scale, turn, positions[point]);
+        let to_world = own.to_world * placed;
+        let instance = Inherited { to_world, nested: own.nested + 1, ..own.clone() };
+        stack.push((instance, prototype.clone()));
+    }
+    Ok(())
+}
+
+/// `turn` at length 1.
+fn normalised(turn: DQuat) -> DQuat {
+    let length = turn.length();
+    if length.is_normal() { turn * (1.0 / length) } else { DQuat::IDENTITY }
+}
+
+/// Any prim as one with a transform.
+struct AnyPrim(Prim);
+
+impl SchemaBase for AnyPrim {
+    const KIND: SchemaKind = SchemaKind::AbstractTyped;
+
+    fn prim(&self) -> &Prim {
+        &self.0
+    }
+}
+
+impl Imageable for AnyPrim {}
+impl Xformable for AnyPrim {}
+
+/// How the space of `stage` lies in the world: metres, y up.
+pub(super) fn world_of(stage: &Stage) -> (DAffine3, f64) {
+    let metres = match stage.stage_metadata("metersPerUnit") {
+        Ok(Some(sdf::Value::Double(metres))) if metres > 0.0 && metres.is_finite() => metres,
+        _ => 0.01,
+    };
+    let z_up = matches!(
+        stage.stage_metadata("upAxis"),
+        Ok(Some(axis)) if axis.as_str() == Some("Z")
+    );
+    let upright = if z_up {
+        glam::DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y)
+    } else {
+        glam::DMat3::IDENTITY
+    };
+    (DAffine3::from_mat3(upright * metres), metres)
+}

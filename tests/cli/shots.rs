@@ -1,0 +1,96 @@
+//! `fogbow render` and `fogbow export` of a shot (USD).
+
+use std::path::Path;
+
+use fogbow::image::read_layers;
+
+use super::run;
+
+const SHOT: &str = r#"#usda 1.0
+(
+    upAxis = "Y"
+    metersPerUnit = 1
+    startTimeCode = 1
+    endTimeCode = 3
+)
+def Camera "Camera"
+{
+    float horizontalAperture = 20
+    float verticalAperture = 20
+    float focalLength = 30
+    double3 xformOp:translate.timeSamples = { 1: (0, 2, 9), 3: (1, 2, 9) }
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+def Camera "Other" { }
+def DistantLight "Sun"
+{
+    float inputs:intensity = 3
+    bool inputs:normalize = 1
+    float3 xformOp:rotateXYZ = (-40, 30, 0)
+    uniform token[] xformOpOrder = ["xformOp:rotateXYZ"]
+}
+def Mesh "floor"
+{
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 3, 2, 1]
+    point3f[] points = [(-9, 0, -9), (9, 0, -9), (9, 0, 9), (-9, 0, 9)]
+    uniform token subdivisionScheme = "none"
+}
+def Volume "smoke"
+{
+    rel field:density = </smoke/density>
+    def OpenVDBAsset "density"
+    {
+        token fieldName = "density"
+        asset filePath.timeSamples = { 1: @./smoke_0001.vdb@, 2: @./smoke_0002.vdb@, 3: @./smoke_0003.vdb@ }
+    }
+}
+"#;
+
+/// The sequence of the guide: what its page of shots tells a user to type.
+#[test]
+fn a_shot_renders_by_frames_and_its_export_gives_the_same_pixels() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("shot.usda"), SHOT).unwrap();
+    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.vdb");
+    for frame in 1..=3 {
+        std::fs::copy(&smoke, here.join(format!("smoke_000{frame}.vdb"))).unwrap();
+    }
+    let small = ["--size", "24x24", "--rays", "2", "--photons", "2000", "--exposure", "0"];
+    let with = |words: &[&str]| [words, &small].concat();
+    let frames = with(&["render", "shot.usda", "--frames", "1-3", "-o", "frame_####.exr"]);
+    let (code, _, err) = run(here, &frames);
+    assert_eq!(code, 0, "{err}");
+    assert!(err.contains("/smoke: no volume material"), "{err}");
+    assert!(here.join("frame_0003.exr").is_file());
+
+    let (code, _, err) =
+        run(here, &["export", "shot.usda", "-o", "scene.toml", "--frame", "2", "--quiet"]);
+    assert_eq!(code, 0, "{err}");
+    let (code, _, err) = run(here, &with(&["render", "scene.toml", "-o", "scene.exr"]));
+    assert_eq!(code, 0, "{err}");
+    let [shot, scene] =
+        ["frame_0002.exr", "scene.exr"].map(|name| read_layers(&here.join(name)).unwrap());
+    assert_eq!(shot.channels, scene.channels);
+    let first = read_layers(&here.join("frame_0001.exr")).unwrap();
+    assert_ne!(shot.channels, first.channels, "the camera moves");
+
+    let (code, _, err) =
+        run(here, &with(&["render", "shot.usda", "-o", "a.exr", "--camera", "Other"]));
+    assert_eq!(code, 0, "{err}");
+    let (code, _, err) =
+        run(here, &with(&["render", "shot.usda", "-o", "a.exr", "--camera", "No"]));
+    assert!(code == 2 && err.contains("it has /Camera, /Other"), "{err}");
+}
+
+#[test]
+fn a_missing_file_is_told_with_its_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("shot.usda"), SHOT).unwrap();
+    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.vdb");
+    std::fs::copy(&smoke, folder.path().join("smoke_0001.vdb")).unwrap();
+    let (code, _, err) =
+        run(folder.path(), &["render", "shot.usda", "--frames", "1-2", "-o", "f_####.exr"]);
+    assert!(code == 1 && err.contains("frame 2") && err.contains("smoke_0002.vdb"), "{err}");
+}
