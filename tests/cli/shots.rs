@@ -94,3 +94,41 @@ fn a_missing_file_is_told_with_its_frame() {
         run(folder.path(), &["render", "shot.usda", "--frames", "1-2", "-o", "f_####.exr"]);
     assert!(code == 1 && err.contains("frame 2") && err.contains("smoke_0002.vdb"), "{err}");
 }
+
+#[test]
+fn a_scene_adds_to_a_shot_and_stands_over_parts_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("shot.usda"), SHOT).unwrap();
+    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.vdb");
+    for frame in 1..=3 {
+        std::fs::copy(&smoke, here.join(format!("smoke_000{frame}.vdb"))).unwrap();
+    }
+    let render = ["render", "more.toml", "--frames", "2", "-o", "m_####.exr", "--exposure", "0"];
+    let small = ["--rays", "1", "--photons", "1000"];
+    let picture = |text: &str| {
+        std::fs::write(here.join("more.toml"), text).unwrap();
+        let (code, _, err) = run(here, &[&render[..], &small].concat());
+        assert_eq!(code, 0, "{err}");
+        read_layers(&here.join("m_0002.exr")).unwrap()
+    };
+    let film = "usd = \"shot.usda\"\n[film]\nsize = [16, 12]\n";
+    let plain = picture(film);
+    assert_eq!((plain.width, plain.height), (16, 12));
+    let lit = picture(&format!("{film}[[light]]\ntype = \"environment\"\nradiance = 9.0\n"));
+    assert_ne!(plain.channels["R"], lit.channels["R"]);
+    let medium = "[[medium]]\nname = \"/smoke\"\nfile = \"smoke_####.vdb\"\nsigma_t = 0.0\n";
+    let clear = picture(&format!("{film}{medium}"));
+    assert!(clear.channels["transmittance"].iter().all(|t| *t == 1.0), "it is replaced");
+
+    for (text, said) in [
+        ("usd = \"none.usda\"\n", "more.toml:1:7: usd"),
+        ("usd = 3\n", "more.toml:1:7: usd"),
+        ("usd = \"shot.usda\"\nusd_camera = \"No\"\n", "it has /Camera, /Other"),
+        ("usd = \"shot.usda\"\n[film]\nsizes = 1\n", "more.toml:3:1: film.sizes"),
+    ] {
+        std::fs::write(here.join("more.toml"), text).unwrap();
+        let (code, _, err) = run(here, &render);
+        assert!(code != 0 && err.contains(said) && err.lines().count() == 1, "{text}: {err}");
+    }
+}
