@@ -58,7 +58,7 @@ fn a_shot_renders_by_frames_and_its_export_gives_the_same_pixels() {
         std::fs::copy(&smoke, here.join(format!("smoke_000{frame}.vdb"))).unwrap();
     }
     let small = ["--size", "24x24", "--rays", "2", "--photons", "2000", "--exposure", "0"];
-    let with = |words: &[&str]| [words, &small].concat();
+    let with = |words: &[&'static str]| [words, &small].concat();
     let frames = with(&["render", "shot.usda", "--frames", "1-3", "-o", "frame_####.exr"]);
     let (code, _, err) = run(here, &frames);
     assert_eq!(code, 0, "{err}");
