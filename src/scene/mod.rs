@@ -39,7 +39,7 @@ pub use directing::{
 };
 pub use draft::Draft;
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
-pub use open::read_shot;
+pub use open::{OpenScene, read_shot};
 pub use options::LoadOptions;
 pub use picture_pass::PicturePass;
 pub use reader::{FileReference, MAX_MAGNITUDE, Place, Setting};

@@ -119,7 +119,8 @@ impl Sequence {
             Some(static_scene) => static_scene.clone(),
             None => StaticScene::build(text, &file, &self.options)?,
         };
-        load::build(&self.path, text, &file, static_scene, grids, &self.options)
+        load::build(&self.path, text, &file, static_scene, &mut grids, &self.options)
+            .map(|(scene, _)| scene)
     }
 
     fn patterns(&self) -> &[Pattern] {

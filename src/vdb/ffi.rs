@@ -119,3 +119,6 @@ pub(super) mod bridge {
         fn write_file(path: &str, grids: &[WriteGrid]) -> Result<()>;
     }
 }
+
+// SAFETY: a `File` is a stream of its own; neither another thread nor OpenVDB refers to it.
+unsafe impl Send for bridge::File {}

@@ -7,6 +7,7 @@ mod bare;
 mod error_goal;
 mod file;
 mod limits;
+mod open;
 mod plan;
 mod schema;
 mod settings;

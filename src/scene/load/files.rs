@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DAffine3;
 
 use crate::error::Result;
+use crate::scene::camera::Frustum;
 use crate::scene::file::{DensitySection, EmissionSection, GridReference, MediumSection};
 use crate::vdb::roles::GridRef;
 use crate::vdb::{Grid, ReadAs, VdbFile, Voxel, Wanted};
@@ -15,7 +16,7 @@ use crate::vdb::{Grid, ReadAs, VdbFile, Voxel, Wanted};
 pub(in crate::scene) struct Grids {
     files: BTreeMap<PathBuf, VdbFile>,
     memory: Option<u64>,
-    scalars: Vec<(ScalarKey, Grid<f32>)>,
+    scalars: Vec<ReadScalars>,
     pub(super) vectors: Vec<ReadColors>,
     /// Warnings of bad values in them, one line each.
     pub(super) warnings: Vec<String>,
@@ -23,6 +24,15 @@ pub(in crate::scene) struct Grids {
     pub(super) notes: Vec<String>,
     /// Scalar grids that are named more than once.
     shared: Vec<GridName>,
+}
+
+/// A scalar grid with its key.
+#[derive(Debug)]
+struct ReadScalars {
+    key: ScalarKey,
+    grid: Grid<f32>,
+    /// Whether the scene that is loaded uses it.
+    is_used: bool,
 }
 
 /// A grid of colours with its key.
@@ -42,8 +52,9 @@ pub(super) struct ScalarKey {
     pub(super) path: PathBuf,
     pub(super) index: usize,
     pub(super) read_as: ReadAs,
-    /// The grid's placement, where voxels out of sight were left out or counted.
-    pub(super) culled_at: Option<DAffine3>,
+    /// The grid's placement, the camera's frustum and whether voxels out of sight were left out, where these were
+    /// counted.
+    pub(super) culled: Option<(DAffine3, Frustum, bool)>,
 }
 
 impl Grids {
@@ -52,13 +63,18 @@ impl Grids {
         Self { memory, ..Self::default() }
     }
 
-    /// Finds the grids that several of these media name.
-    pub(super) fn for_media(self, media: &[MediumSection]) -> Self {
+    /// Lets each grid that is not read yet take `memory` bytes meanwhile.
+    pub(in crate::scene) fn limit(&mut self, memory: Option<u64>) {
+        self.memory = memory;
+    }
+
+    /// Prepares for the media of one scene, and finds the grids that several of them name.
+    pub(super) fn begin(&mut self, media: &[MediumSection]) {
         let mut names: Vec<_> = media.iter().flat_map(scalar_grids).map(name_of).collect();
         names.sort_unstable();
         let twice = names.windows(2).filter(|pair| pair[0] == pair[1]);
-        let shared = twice.map(|pair| pair[0].clone()).collect();
-        Self { shared, ..self }
+        self.shared = twice.map(|pair| pair[0].clone()).collect();
+        self.scalars.iter_mut().for_each(|read| read.is_used = false);
     }
 
     /// Whether several media name the grid, or one twice: it is then read whole, to be shared
@@ -71,10 +87,11 @@ impl Grids {
     pub(in crate::scene) fn open(&mut self, path: &Path) -> Result<&VdbFile> {
         if !self.files.contains_key(path) {
             let file = VdbFile::open(path)?.within(self.memory);
-            self.notes.extend(file.notes());
             self.files.insert(path.to_path_buf(), file);
         }
-        Ok(&self.files[path])
+        let file = &self.files[path];
+        add_once(&mut self.notes, file.notes());
+        Ok(file)
     }
 
     /// The scalar grid number `index` of `path`, all of it; bad values are taken as 0 and warned of.
@@ -84,27 +101,41 @@ impl Grids {
         index: usize,
         read_as: ReadAs,
     ) -> Result<Grid<f32>> {
-        self.scalar_where(ScalarKey { path: path.into(), index, read_as, culled_at: None }, None)
+        self.scalar_where(ScalarKey { path: path.into(), index, read_as, culled: None }, None)
             .map(|(grid, _)| grid)
     }
 
     /// The grid of `key` with the leaves that are `wanted`, and the number of its active voxels in others;
-    /// 0 where the grid was read before.
+    /// 0 where the scene has that grid already.
     pub(super) fn scalar_where(
         &mut self,
         key: ScalarKey,
         wanted: Option<Wanted<'_>>,
     ) -> Result<(Grid<f32>, u64)> {
-        if let Some((_, grid)) = self.scalars.iter().find(|(known, _)| *known == key) {
-            return Ok((grid.clone(), 0));
-        }
-        let file = self.open(&key.path)?;
-        let grid = file.read_scalar_where(key.index, key.read_as, wanted)?;
+        self.open(&key.path)?;
+        let file = &self.files[&key.path];
         let label = file.grids()[key.index].label();
-        self.warnings.extend(bad_values(&key.path, &label, &grid, "taken as 0"));
-        self.scalars.push((key, grid.clone()));
-        let unwanted = grid.unwanted();
-        Ok((grid, unwanted))
+        let known = match self.scalars.iter().position(|read| read.key == key) {
+            Some(known) => known,
+            None => {
+                let grid = file.read_scalar_where(key.index, key.read_as, wanted)?;
+                self.scalars.push(ReadScalars { key, grid, is_used: false });
+                self.scalars.len() - 1
+            }
+        };
+        let ReadScalars { key, grid, is_used } = &mut self.scalars[known];
+        add_once(&mut self.warnings, bad_values(&key.path, &label, grid, "taken as 0"));
+        let unwanted = if std::mem::replace(is_used, true) { 0 } else { grid.unwanted() };
+        Ok((grid.clone(), unwanted))
+    }
+}
+
+/// Adds those `lines` to `list` that it has not.
+pub(super) fn add_once(list: &mut Vec<String>, lines: impl IntoIterator<Item = String>) {
+    for line in lines {
+        if !list.contains(&line) {
+            list.push(line);
+        }
     }
 }
 

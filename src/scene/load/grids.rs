@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use super::context::{Context, at};
-use super::files::{ReadColors, ScalarKey, bad_values};
+use super::files::{ReadColors, ScalarKey, add_once, bad_values};
 use crate::error::Result;
 use crate::math::{Rgb, WorldPoint};
 use crate::medium::{Albedo, Ramped, Transfer};
@@ -57,15 +57,16 @@ pub(super) fn albedo(
     }
     let path = &reference.file.path;
     let known = context.grids.vectors.iter().find(|read| read.path == *path && read.grid == grid);
+    let label = grid.label().to_owned();
     let grid = if let Some(known) = known {
         known.colors.clone()
     } else {
         let file = at(&reference.file.at, context.grids.open(&reference.file.path))?;
         let read = at(&reference.at, file.read_color(&grid))?;
-        context.warnings.extend(bad_values(path, grid.label(), &read, "clamped to [0, 1]"));
         context.grids.vectors.push(ReadColors { path: path.clone(), grid, colors: read.clone() });
         read
     };
+    add_once(&mut context.warnings, bad_values(path, &label, &grid, "clamped to [0, 1]"));
     Ok(Albedo::Color { grid: placed(grid, placement, &reference.at)?, scale })
 }
 
@@ -83,7 +84,8 @@ fn scalar(
     };
     let wanted = culling.map(|c| Wanted { is_wanted: &is_wanted, leaves_out: c.leaves_out });
     let path = reference.file.path.clone();
-    let key = ScalarKey { path, index, read_as, culled_at: culling.map(|_| *placement) };
+    let culled = culling.map(|culling| (*placement, culling.frustum, culling.leaves_out));
+    let key = ScalarKey { path, index, read_as, culled };
     let read = context.grids.scalar_where(key, wanted);
     let (grid, unwanted) = at(&reference.at, read)?;
     context.unseen += unwanted;
@@ -121,8 +123,7 @@ fn find_vector<'c>(
 
 /// Adds a note, once, that `grid` was taken where the name fits several.
 fn note(notes: &mut Vec<String>, file: &VdbFile, grid: &GridRef, reference: &GridReference) {
-    let ambiguity = file.ambiguity(grid).filter(|_| reference.index.is_none());
-    notes.extend(ambiguity.filter(|note| !notes.contains(note)));
+    add_once(notes, file.ambiguity(grid).filter(|_| reference.index.is_none()));
 }
 
 fn placed<V: Voxel>(grid: Grid<V>, placement: &DAffine3, place: &Place) -> Result<Grid<V>> {

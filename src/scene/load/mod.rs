@@ -10,6 +10,7 @@ mod surfaces;
 
 use std::collections::BTreeMap;
 use std::io::Read;
+use std::mem::take;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,7 +22,7 @@ use super::outline;
 use super::reader::{Document, ShotText};
 use super::sanity;
 use super::settings::Planning;
-use super::usd::Files;
+use super::usd::{Files, is_usd};
 use super::{LoadOptions, RenderSettings, Scene, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
@@ -47,10 +48,20 @@ pub(super) struct StaticScene {
     hash: String,
 }
 
+/// Refuses the option that is for bare VDB files where the scene is none.
+fn refuse_level_set(options: &LoadOptions) -> Result<()> {
+    if options.level_set_as_fog {
+        return Err(Error::Usage(
+            "--level-set is for bare VDB files; in a scene write `level_set = \"fog\"`".into(),
+        ));
+    }
+    Ok(())
+}
+
 /// The text of a scene: that of a file, or one written for a bare VDB file.
 #[derive(Debug, Clone)]
 pub(super) enum Text {
-    /// Read from a scene file.
+    /// Read from a scene file, or given in place of one.
     File(String),
     /// Written for a bare VDB file, or for a sequence of them.
     Bare(Arc<BareScene>),
@@ -64,16 +75,21 @@ impl Text {
         if is_vdb(path)? {
             return bare::make(path, None, options, grids).map(|made| Self::Bare(Arc::new(made)));
         }
-        if options.level_set_as_fog {
-            return Err(Error::Usage(
-                "--level-set is for bare VDB files; in a scene write `level_set = \"fog\"`".into(),
-            ));
+        if is_usd(path) {
+            refuse_level_set(options)?;
+            return ShotSource::of_usd(path, options)?.text(options.frame).map(Self::from_shot);
         }
-        if let Some(shots) = ShotSource::open(path, options)? {
+        Self::given(path, file::read(path)?, options)
+    }
+
+    /// That of the scene file `path`, which takes no options for bare VDB files.
+    pub(super) fn given(path: &Path, text: String, options: &LoadOptions) -> Result<Self> {
+        refuse_level_set(options)?;
+        if let Some(shots) = ShotSource::of_text(path, &text, options)? {
             return shots.text(options.frame).map(Self::from_shot);
         }
         options.look.refuse_in_scene()?;
-        file::read(path).map(Self::File)
+        Ok(Self::File(text))
     }
 
     /// That of a shot.
@@ -165,27 +181,36 @@ impl StaticScene {
             notes: context.notes,
         })
     }
+
+    /// The same, where the content of some files is known.
+    #[must_use]
+    pub(super) fn knowing(mut self, sources: &Sources) -> Self {
+        self.sources.learn(sources);
+        self
+    }
 }
 
-/// The scene of `file`, whose text is `text`, with its media read; `grids` may hold some already.
+/// The scene of `file`, whose text is `text`, with its media read; `grids` may hold some already, and keep all. Also its
+/// files with hashes of their content.
 pub(super) fn build(
     path: &Path,
     text: &Text,
     file: &SceneFile,
     static_scene: StaticScene,
-    grids: Grids,
+    grids: &mut Grids,
     options: &LoadOptions,
-) -> Result<Scene> {
+) -> Result<(Scene, Sources)> {
     let StaticScene { camera, surfaces, lights, sources, warnings, notes, hash: static_hash } =
         static_scene;
-    let grids = grids.for_media(&file.media);
+    grids.begin(&file.media);
     let leaves_out = options.planning == Planning::Needed;
     let frustum =
         camera.frustum(file.film.size).filter(|_| only_camera_rays_need_voxels(file, &surfaces));
     let culling = frustum.map(|frustum| Culling { frustum, leaves_out });
     let meshes = text.meshes();
-    let mut context = Context { grids, meshes, sources, warnings, notes, culling, unseen: 0 };
-    let media = file
+    let held = take(grids);
+    let mut context = Context { grids: held, meshes, sources, warnings, notes, culling, unseen: 0 };
+    let media: Result<Vec<_>> = file
         .media
         .iter()
         .map(|section| {
@@ -193,14 +218,18 @@ pub(super) fn build(
             let coordinate = largest_coordinate(&medium, &camera);
             Ok(medium.resolved(coordinate))
         })
-        .collect::<Result<Vec<_>>>()?;
+        .collect();
+    let (of_grids, notes_of_grids) =
+        (take(&mut context.grids.warnings), take(&mut context.grids.notes));
+    *grids = take(&mut context.grids);
+    let media = media?;
     if let Some(warning) = endless_fog(file) {
         context.warnings.push(warning);
     }
     let media = Media::new(media);
-    context.warnings.append(&mut context.grids.warnings);
+    context.warnings.extend(of_grids);
     context.warnings.extend(sanity::notes(&media, &camera));
-    context.notes.append(&mut context.grids.notes);
+    context.notes.extend(notes_of_grids);
     let light = outline::light_tables(text.as_str()) + &options.hashed_light();
     let made = match text {
         Text::File(_) | Text::Shot(_) => None,
@@ -210,7 +239,7 @@ pub(super) fn build(
     notes.append(&mut context.notes);
     let mut warnings = text.warnings();
     warnings.append(&mut context.warnings);
-    Ok(Scene {
+    let scene = Scene {
         camera,
         media,
         surfaces,
@@ -225,7 +254,8 @@ pub(super) fn build(
         warnings,
         notes,
         made,
-    })
+    };
+    Ok((scene, context.sources))
 }
 
 /// The largest number by which places in `medium` are reckoned, in metres: a coordinate, or a distance from the camera.

@@ -37,37 +37,49 @@ impl ShotSource {
     /// # Errors
     /// Where a file cannot be read or used.
     pub(in crate::scene) fn open(path: &Path, options: &LoadOptions) -> Result<Option<Self>> {
-        let camera = options.camera.as_deref();
         if is_usd(path) {
-            options.look.refuse_in_scene()?;
-            let shot = Shot::open(path, camera)?;
-            return Ok(Some(Self { shot, path: path.into(), own: String::new() }));
+            return Self::of_usd(path, options).map(Some);
         }
-        let named = Self::named(path)?;
-        if named.is_none() && camera.is_some() {
-            return Err(Error::Usage(
-                "--camera is for shots (USD); a scene has its own [camera]".into(),
-            ));
-        }
-        let Some((own, section)) = named else { return Ok(None) };
+        Self::of_text(path, &file::read(path)?, options)
+    }
+
+    /// The shot of the USD file `path`.
+    ///
+    /// # Errors
+    /// Where it cannot be read or used.
+    pub(super) fn of_usd(path: &Path, options: &LoadOptions) -> Result<Self> {
+        options.look.refuse_in_scene()?;
+        let shot = Shot::open(path, options.camera.as_deref())?;
+        Ok(Self { shot, path: path.into(), own: String::new() })
+    }
+
+    /// The shot that the `text` of the scene file `path` names; nothing where it names none.
+    ///
+    /// # Errors
+    /// Where the shot cannot be read or used.
+    pub(super) fn of_text(path: &Path, text: &str, options: &LoadOptions) -> Result<Option<Self>> {
+        let camera = options.camera.as_deref();
+        let Some(section) = Self::named(path, text)? else {
+            if camera.is_some() {
+                return Err(Error::Usage(
+                    "--camera is for shots (USD); a scene has its own [camera]".into(),
+                ));
+            }
+            return Ok(None);
+        };
         options.look.refuse_in_scene()?;
         let file = section.file.path;
         let shot = Shot::open(&file, camera.or(section.camera.as_deref()));
         let shot = shot.map_err(|problem| section.file.at.error(problem))?;
-        Ok(Some(Self { shot, path: file, own }))
+        Ok(Some(Self { shot, path: file, own: text.into() }))
     }
 
-    /// The text of the scene file `path` and the shot that it names.
-    fn named(path: &Path) -> Result<Option<(String, file::ShotSection)>> {
-        let text = file::read(path)?;
-        let section = Document::new(path, &text, &[]).read(file::shot);
+    /// What the `text` of the scene file `path` says of a shot.
+    fn named(path: &Path, text: &str) -> Result<Option<file::ShotSection>> {
+        let section = Document::new(path, text, &[]).read(file::shot);
         // What is wrong with a text that names no shot is told where it is read.
         let names_one = || text.parse::<toml::Table>().is_ok_and(|t| t.contains_key("usd"));
-        match section {
-            Ok(section) => Ok(section.map(|section| (text, section))),
-            Err(problem) if names_one() => Err(problem),
-            Err(_) => Ok(None),
-        }
+        section.or_else(|problem| if names_one() { Err(problem) } else { Ok(None) })
     }
 
     /// The shot.
