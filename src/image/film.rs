@@ -130,11 +130,12 @@ const SEEN: usize = 6;
 pub struct Film {
     window: Window,
     full: [u32; 2],
-    layers: Vec<Vec<f32>>,
+    /// One plane of pixels after another, in the order of [`LAYERS`].
+    layers: Vec<f32>,
     /// The part of each pixel's radiance that is emission seen directly.
     visible_emission: Vec<[f32; 3]>,
-    /// What was seen before noise was taken off; empty where it is still there.
-    noisy: Vec<Vec<f32>>,
+    /// Planes of what was seen before noise was taken off; empty where it is still there.
+    noisy: Vec<f32>,
     /// Features of each pixel; empty where none were gathered.
     features: Vec<Features>,
     /// The denoiser, where the film is denoised.
@@ -168,7 +169,8 @@ impl Film {
         assert!(window.fits(full), "{window} of a film of {full:?} pixels");
         let pixels = window.width as usize * window.height as usize;
         let values = FilmPixel::default().values();
-        let layers = values.map(|v| vec![v as f32; pixels]).to_vec();
+        let mut layers = Vec::with_capacity(values.len() * pixels);
+        values.iter().for_each(|v| layers.extend(std::iter::repeat_n(*v as f32, pixels)));
         Self {
             window,
             full,
@@ -202,6 +204,10 @@ impl Film {
         self.window.height as usize
     }
 
+    fn pixels(&self) -> usize {
+        self.visible_emission.len()
+    }
+
     /// Sets the pixel in column `x` from the left and row `y` from the top. A NaN becomes 0 and an
     /// infinity the nearest f32, and [`repaired`](Self::repaired) counts them.
     ///
@@ -209,9 +215,9 @@ impl Film {
     /// Where the pixel lies outside the film.
     pub fn set(&mut self, x: usize, y: usize, pixel: &FilmPixel) {
         assert!(x < self.width() && y < self.height(), "pixel {x}, {y}");
-        let index = y * self.width() + x;
-        for (layer, value) in self.layers.iter_mut().zip(pixel.values()) {
-            layer[index] = finite(value, &mut self.repaired);
+        let (index, pixels) = (y * self.width() + x, self.pixels());
+        for (layer, value) in pixel.values().into_iter().enumerate() {
+            self.layers[layer * pixels + index] = finite(value, &mut self.repaired);
         }
         self.visible_emission[index] =
             pixel.visible_emission.to_array().map(|value| finite(value, &mut self.repaired));
@@ -251,9 +257,9 @@ impl Film {
     /// # Panics
     /// Where there are not as many as pixels.
     pub fn fill(&mut self, known: &[bool]) {
-        assert_eq!(known.len(), self.layers[0].len(), "one a pixel");
+        assert_eq!(known.len(), self.pixels(), "one a pixel");
         let Some(nearest) = fill::nearest(self.width(), known) else { return };
-        for layer in &mut self.layers[..SEEN] {
+        for layer in self.layers.chunks_exact_mut(known.len()).take(SEEN) {
             // What is known is its own nearest, and stays.
             for (index, &from) in nearest.iter().enumerate() {
                 layer[index] = layer[from as usize];
@@ -289,9 +295,13 @@ impl Film {
     fn replace(&mut self, image: &Image) {
         assert_eq!([image.width(), image.height()], [self.width(), self.height()], "its size");
         let clean = image.channels();
-        let clean =
-            clean.map(|c| c.iter().map(|v| finite((*v).into(), &mut self.repaired)).collect());
-        self.noisy = self.layers.splice(..NOISY_LAYERS.len(), clean).collect();
+        let count = NOISY_LAYERS.len() * self.pixels();
+        let radiance = self.layers[..count].iter_mut();
+        let clean = clean.iter().flat_map(|channel| channel.iter());
+        let repaired = &mut self.repaired;
+        let replace =
+            |(old, new): (&mut f32, &f32)| std::mem::replace(old, finite((*new).into(), repaired));
+        self.noisy = radiance.zip(clean).map(replace).collect();
     }
 
     /// Whether it was reconstructed from its components.
@@ -316,12 +326,13 @@ impl Film {
 
     /// All layers with their names.
     pub fn layers(&self) -> impl Iterator<Item = (&'static str, &[f32])> {
-        let kept = NOISY_LAYERS.into_iter().zip(&self.noisy);
-        LAYERS
-            .into_iter()
-            .zip(&self.layers)
-            .chain(kept)
-            .map(|(name, layer)| (name, layer.as_slice()))
+        let kept = NOISY_LAYERS.into_iter().zip(self.noisy.chunks_exact(self.pixels()));
+        LAYERS.into_iter().zip(self.layers.chunks_exact(self.pixels())).chain(kept)
+    }
+
+    /// `R`, `G` and `B`, one plane of rows from the top after another.
+    pub fn radiance(&self) -> &[f32] {
+        &self.layers[..NOISY_LAYERS.len() * self.pixels()]
     }
 
     /// [`FilmPixel::visible_emission`] of each pixel, row by row from the top.
@@ -331,7 +342,8 @@ impl Film {
 
     /// The picture: `R`, `G`, `B` as they are, that is before black.
     pub fn image(&self) -> Image {
-        let [r, g, b] = [0, 1, 2].map(|i| &self.layers[i]);
+        let mut planes = self.layers.chunks_exact(self.pixels());
+        let [r, g, b] = std::array::from_fn(|_| planes.next().unwrap_or_default());
         let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
         Image::new(self.width(), self.height(), pixels)
     }
