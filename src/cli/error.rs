@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::console;
 use crate::error::{Error, Result};
-use crate::image::read_exr;
+use crate::image::{Image, read_exr};
 use crate::study::metric::{Display, Errors, Options, check_pair, compare};
 use crate::study::significant;
 
@@ -83,11 +83,18 @@ struct Report<'a> {
 /// # Errors
 /// Where a file cannot be read, the pictures cannot be compared or an option is out of range.
 pub fn run(args: &Args) -> Result<()> {
+    console::result(told(args, &read_exr(&args.reference)?, &read_exr(&args.test)?)?.trim_end());
+    Ok(())
+}
+
+/// What `run` prints, of these pictures.
+///
+/// # Errors
+/// Where the pictures cannot be compared or an option is out of range.
+pub fn told(args: &Args, reference: &Image, test: &Image) -> Result<String> {
     let options = options(args);
-    let reference = read_exr(&args.reference)?;
-    let test = read_exr(&args.test)?;
-    check_pair((&reference, &args.reference), (&test, &args.test))?;
-    let errors = compare(&reference, &test, &options)?.errors;
+    check_pair((reference, &args.reference), (test, &args.test))?;
+    let errors = compare(reference, test, &options)?.errors;
     let report = Report {
         reference: &args.reference,
         test: &args.test,
@@ -95,14 +102,11 @@ pub fn run(args: &Args) -> Result<()> {
         errors: &errors,
         settings: &options,
     };
-    let text = if args.json {
-        serde_json::to_string_pretty(&report)
-            .map_err(|e| Error::file(&args.test, format!("cannot be told as JSON: {e}")))?
-    } else {
-        table(&report)
-    };
-    console::result(text.trim_end());
-    Ok(())
+    if args.json {
+        return serde_json::to_string_pretty(&report)
+            .map_err(|e| Error::file(&args.test, format!("cannot be told as JSON: {e}")));
+    }
+    Ok(table(&report))
 }
 
 fn options(args: &Args) -> Options {

@@ -127,6 +127,17 @@ pub(super) fn recipe(scene: &Scene, method: Method) -> String {
     blake3::hash(all.as_bytes()).to_hex().to_string()
 }
 
+/// The attribute with the [`recipe`] of a picture, where it is complete and has the `requested` photons.
+pub(super) fn recipe_of(
+    scene: &Scene,
+    rendered: &Rendered,
+    method: Method,
+    requested: u64,
+) -> Option<(String, String)> {
+    let is_as_asked = rendered.is_complete() && scene.render.photons == requested;
+    is_as_asked.then(|| (RECIPE.into(), recipe(scene, method)))
+}
+
 /// The attributes of the EXR header: settings and work, and whether the picture is unfinished.
 pub(super) fn attributes(
     settings: &Map<String, Value>,

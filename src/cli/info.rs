@@ -68,20 +68,27 @@ struct GridReport {
 /// # Errors
 /// Where the file cannot be opened, or the report not be written.
 pub fn run(args: &Args) -> Result<()> {
-    let file = VdbFile::open(&args.file)?;
-    let report = report(&file);
-    let text = if args.json {
-        let json = serde_json::to_string_pretty(&report);
-        json.map_err(|e| Error::file(&args.file, format!("cannot be told as JSON: {e}")))? + "\n"
-    } else {
-        text::readable(&report)
-    };
-    match io::stdout().lock().write_all(text.as_bytes()) {
+    match io::stdout().lock().write_all(told(args)?.as_bytes()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
             Err(Error::file("standard output", format!("cannot be written: {e}")))
         }
         _ => Ok(()), // a reader that has seen enough is no error
     }
+}
+
+/// What `run` prints.
+///
+/// # Errors
+/// Where the file cannot be opened.
+pub fn told(args: &Args) -> Result<String> {
+    let report = report(&VdbFile::open(&args.file)?);
+    if args.json {
+        let json = serde_json::to_string_pretty(&report);
+        return json
+            .map(|json| json + "\n")
+            .map_err(|e| Error::file(&args.file, format!("cannot be told as JSON: {e}")));
+    }
+    Ok(text::readable(&report))
 }
 
 fn report(file: &VdbFile) -> Report {

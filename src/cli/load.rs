@@ -1,6 +1,5 @@
 //! Loads scenes for commands and prints their notes and warnings.
 
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rayon::ThreadPool;
@@ -11,7 +10,7 @@ use super::memory;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
 use crate::render;
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{LoadOptions, OpenScene, Scene};
 
 /// The settings that override a scene's, and the look of a bare VDB file.
 pub(super) fn options(settings: &SettingArgs, look: &LookArgs) -> LoadOptions {
@@ -33,31 +32,40 @@ pub(super) struct Preparation {
     pub(super) metering: Option<Duration>,
 }
 
-/// Loads `path` in a pool of the requested number of threads; also the pool and the time taken.
+/// Loads a scene in a pool of the requested number of threads; also the pool and the time taken.
 pub(super) fn scene(
-    path: &Path,
+    open: &mut OpenScene,
+    options: LoadOptions,
+    run: &RunArgs,
+) -> Result<(Scene, ThreadPool, Preparation)> {
+    let (scene, pool, preparation) = in_silence(open, options, run)?;
+    if !run.quiet {
+        scene.notes.iter().for_each(|note| console::message(&format!("note: {note}")));
+    }
+    console::warn(&scene.warnings);
+    Ok((scene, pool, preparation))
+}
+
+/// As [`scene`], and nothing is printed.
+pub(super) fn in_silence(
+    open: &mut OpenScene,
     mut options: LoadOptions,
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Preparation)> {
     options.memory = options.memory.or_else(memory::available);
     let pool = thread_pool(run.threads)?;
     let start = Instant::now();
-    let scene = pool.install(|| Scene::load(path, &options))?;
-    let loading = start.elapsed();
-    if !run.quiet {
-        scene.notes.iter().for_each(|note| console::message(&format!("note: {note}")));
-    }
-    console::warn(&scene.warnings);
-    Ok((scene, pool, Preparation { loading, metering: None }))
+    let scene = pool.install(|| open.load(&options))?;
+    Ok((scene, pool, Preparation { loading: start.elapsed(), metering: None }))
 }
 
 /// As [`scene`], with the exposure metered where the scene sets none.
 pub(super) fn scene_to_show(
-    path: &Path,
+    open: &mut OpenScene,
     options: LoadOptions,
     run: &RunArgs,
 ) -> Result<(Scene, ThreadPool, Preparation)> {
-    let (mut scene, pool, mut preparation) = scene(path, options, run)?;
+    let (mut scene, pool, mut preparation) = scene(open, options, run)?;
     preparation.metering = meter(&mut scene, &pool)?;
     Ok((scene, pool, preparation))
 }

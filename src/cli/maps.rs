@@ -15,7 +15,7 @@ use crate::image::{
     write_exr_layers, write_picture,
 };
 use crate::render::{self, DirectorMaps, Earlier, Extent, Stages};
-use crate::scene::{LoadOptions, Scene};
+use crate::scene::{LoadOptions, OpenScene, Scene};
 
 /// Panels side by side on the contact sheet.
 const COLUMNS: usize = 4;
@@ -63,17 +63,7 @@ enum Content<'a> {
 pub(super) fn run(args: &Args) -> Result<()> {
     std::fs::create_dir_all(&args.output)
         .map_err(|e| Error::file(&args.output, format!("cannot be made: {e}; give a folder")))?;
-    let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
-    let (scene, pool, _) = load::scene_to_show(&args.scene, options, &args.run)?;
-    let snapshot = args
-        .z
-        .as_ref()
-        .map(|path| CachedSnapshot::read(path, &scene, &scene.render))
-        .transpose()?;
-    let earlier = Earlier { snapshot, ..Earlier::default() };
-    let mut stages = Stages::default();
-    let maps =
-        pool.install(|| render::maps(&scene, &scene.render, earlier, Extent::All, &mut stages))?;
+    let (scene, maps, stages) = make(args, &mut OpenScene::of_file(&args.scene))?;
     let outputs = write(&args.output, &scene, &maps)?;
     if args.run.json {
         let seconds: Map<String, Value> = stages
@@ -92,6 +82,54 @@ pub(super) fn run(args: &Args) -> Result<()> {
         outputs.iter().for_each(|path| console::result(&path.display().to_string()));
     }
     Ok(())
+}
+
+/// The maps of the scene `open`; also that scene, and the times of the stages.
+fn make(args: &Args, open: &mut OpenScene) -> Result<(Scene, DirectorMaps, Stages)> {
+    let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
+    let (scene, pool, _) = load::scene_to_show(open, options, &args.run)?;
+    let snapshot = args
+        .z
+        .as_ref()
+        .map(|path| CachedSnapshot::read(path, &scene, &scene.render))
+        .transpose()?;
+    let earlier = Earlier { snapshot, ..Earlier::default() };
+    let mut stages = Stages::default();
+    let maps =
+        pool.install(|| render::maps(&scene, &scene.render, earlier, Extent::All, &mut stages))?;
+    Ok((scene, maps, stages))
+}
+
+/// A map as numbers.
+#[derive(Debug)]
+pub struct MapValues {
+    /// The name of its file, without an ending.
+    pub name: String,
+    /// Rows, pixels of a row, and where there are several channels of a pixel.
+    pub shape: Vec<usize>,
+    /// Row by row from the top.
+    pub values: Vec<f32>,
+}
+
+/// The maps of the scene `open`, none of them written.
+pub(super) fn values(args: &Args, open: &mut OpenScene) -> Result<Vec<MapValues>> {
+    let (_, maps, _) = make(args, open)?;
+    let width = maps.size[0] as usize;
+    let depth = maps.snapshot.iter().flat_map(|cached| &cached.snapshot.depth);
+    let distances: Vec<f32> = depth.map(|z| *z as f32).collect();
+    let values = |shown: Shown<'_>| {
+        let (shape, values) = match shown.content {
+            Content::Values(values, _) | Content::Distances(values) => {
+                (vec![values.len() / width, width], values.to_vec())
+            }
+            Content::Light(image) => {
+                let values = image.pixels().iter().flatten().copied().collect();
+                (vec![image.height(), image.width(), 3], values)
+            }
+        };
+        MapValues { name: shown.name.into(), shape, values }
+    };
+    Ok(shown(&maps, &distances).into_iter().map(values).collect())
 }
 
 fn write(folder: &Path, scene: &Scene, maps: &DirectorMaps) -> Result<Vec<PathBuf>> {

@@ -3,11 +3,13 @@
 //! Results go to stdout, progress and messages to stderr. The exit code is 0, 1 (it failed) or 2
 //! (misuse).
 
+pub mod calls;
 mod completions;
 mod console;
 mod error;
 mod export;
 mod first_look;
+mod fit;
 mod frames;
 mod header;
 mod help;
@@ -28,26 +30,33 @@ mod pace;
 mod partial;
 mod photon_args;
 mod picture;
+mod picture_in_memory;
 mod plan;
 mod preview;
 mod progress;
 mod render;
 mod render_args;
+mod report;
 mod save_photons;
 mod sequence;
 mod settings;
+mod shared_photons;
 mod study;
 mod trial;
 mod units;
 mod verify;
 
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 use clap::{Parser, Subcommand};
 
 use crate::image::PICTURE_DECODER;
 use crate::scene::USD_READER;
 use crate::shape::MESH_READER;
+
+pub use maps::MapValues;
+pub use picture_in_memory::PictureInMemory;
+pub use shared_photons::SharedPhotons;
 
 /// Volumetric photon-mapping renderer for OpenVDB smoke, fog and fire.
 #[derive(Debug, Parser)]
@@ -98,17 +107,19 @@ enum Command {
     Help(help::Args),
 }
 
-/// Runs the program with the process's arguments.
-pub fn main() -> ExitCode {
+/// Runs the program with its `arguments`, the first of which is its name, and returns its exit code.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     hush_decoder();
     memory::give_freed_blocks_back();
-    let cli = Cli::parse();
+    let arguments: Vec<_> = arguments.into_iter().collect();
+    let command = command(&arguments);
+    let cli = Cli::parse_from(arguments);
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
         Command::Maps(args) => maps::run(args),
         Command::Error(args) => error::run(args),
-        Command::Study(args) => study::run(args),
-        Command::Trial(args) => trial::run(args),
+        Command::Study(args) => study::run(args, &command),
+        Command::Trial(args) => trial::run(args, &command),
         Command::Plan(args) => plan::run(args),
         Command::Info(args) => info::run(args),
         Command::Export(args) => export::run(args),
@@ -126,19 +137,20 @@ pub fn main() -> ExitCode {
         }
     };
     match result {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(()) => 0,
         Err(error) => {
             console::message(&format!("error: {error}"));
-            ExitCode::from(error.exit_code())
+            error.exit_code()
         }
     }
 }
 
-/// The command as it was given.
-fn command() -> String {
-    let words = std::env::args()
-        .skip(1)
-        .map(|word| if word.contains(char::is_whitespace) { format!("'{word}'") } else { word });
+/// The command as it was given by its `arguments`.
+fn command(arguments: &[OsString]) -> String {
+    let words =
+        arguments.iter().skip(1).map(|word| word.to_string_lossy().into_owned()).map(|word| {
+            if word.contains(char::is_whitespace) { format!("'{word}'") } else { word }
+        });
     std::iter::once("fogbow".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::file::{self, PendingFile};
-use crate::image::{Picture, View, exr_bytes, png_bytes, png_path_beside};
+use crate::image::{Film, Picture, View, exr_bytes, png_bytes, png_path_beside};
 use crate::render::Rendered;
 
 /// The files of one picture.
@@ -48,11 +48,9 @@ impl Output {
         rendered: &Rendered,
         attributes: &[(String, String)],
     ) -> Result<()> {
-        let attributes: Vec<(&str, String)> =
-            attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
         let (png, exr) = rayon::join(
-            || png_bytes(&self.png, &Picture::developed(&rendered.film.image(), view)),
-            || exr_bytes(&self.exr, &rendered.film, &attributes),
+            || shown(&self.png, &rendered.film, view),
+            || layers(&self.exr, &rendered.film, attributes),
         );
         self.write_bytes(&exr?, Some(&png?))
     }
@@ -72,4 +70,22 @@ impl Output {
     pub(super) fn names(&self) -> [String; 2] {
         [&self.exr, &self.png].map(|path| path.display().to_string())
     }
+}
+
+/// The content of the PNG `path` of `film` in this `view`.
+///
+/// # Errors
+/// Where it cannot be encoded.
+pub(super) fn shown(path: &Path, film: &Film, view: &View) -> Result<Vec<u8>> {
+    png_bytes(path, &Picture::developed(&film.image(), view))
+}
+
+/// The content of the EXR `path` of `film`.
+///
+/// # Errors
+/// Where a value is not finite.
+pub(super) fn layers(path: &Path, film: &Film, attributes: &[(String, String)]) -> Result<Vec<u8>> {
+    let attributes: Vec<(&str, String)> =
+        attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
+    exr_bytes(path, film, &attributes)
 }

@@ -7,31 +7,25 @@ use rayon::ThreadPool;
 use serde_json::{Map, Value, json};
 
 use super::console;
+use super::fit::{Fit, writing};
 use super::header::{self, Method};
 use super::interrupt::Interrupt;
 use super::limit_args::{CheckpointInterval, LimitArgs, checkpoint_path};
 use super::live::Live;
 use super::load::Preparation;
 use super::memory;
-use super::memory_limit;
 use super::output::Output;
 use super::partial;
 use super::preview::Previews;
 use super::progress::Console;
+use super::report::{Seconds, about, report};
 use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
 use crate::image::Denoiser;
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Earlier, Ended, Preview, ReachedError, Rendered,
-    SavedPhotons,
 };
 use crate::scene::Scene;
-
-/// Seconds a pixel that writing takes: an allowance that the deadline leaves for it.
-const WRITING: f64 = 1e-6;
-
-/// Seconds a pixel that denoising or reconstruction takes: an allowance that the deadline leaves for it.
-const FILTERING: f64 = 1.5e-5;
 
 /// Longest and shortest time of a preview, for a render that is interrupted before its first ray. A larger
 /// film, which takes longer to write, gets less.
@@ -39,9 +33,6 @@ const PREVIEW: [Duration; 2] = [Duration::from_millis(400), Duration::from_milli
 
 /// Time of a preview with writing it: what somebody who pressed Ctrl-C is made to wait.
 const LEAVING: Duration = Duration::from_millis(800);
-
-/// Largest share of the time that is left for photons; rays take the rest.
-const PHOTON_SHARE: f64 = 0.4;
 
 /// The job of rendering one picture.
 #[derive(Debug, Clone, Copy)]
@@ -111,7 +102,11 @@ impl PictureJob<'_> {
     ) -> Result<PictureReport> {
         let requested = scene.render.photons;
         let start = Instant::now();
-        let fewer_photons = pool.install(|| self.fit_photons(scene, earlier.photons))?;
+        let fewer_photons = pool.install(|| {
+            let before =
+                if earlier.photons.is_some() { None } else { self.photons_before(requested)? };
+            self.fit(scene).photons(scene, before, earlier.photons)
+        })?;
         let fitting = start.elapsed();
         console::warn(fewer_photons.as_slice());
         warnings.extend(fewer_photons);
@@ -129,27 +124,15 @@ impl PictureJob<'_> {
         warnings.extend(ended);
         let start = Instant::now();
         let settings = header::settings(scene, Some(&rendered), self.method.reference, requested);
-        let output = self.write(scene, &rendered, &settings, checkpoints.as_ref())?;
+        let output = self.write(scene, &rendered, &settings, requested, checkpoints.as_ref())?;
         self.live.finish(&self.output.exr, &rendered.film);
-        let mut report = json!({
-            "settings": settings,
-            "complete": rendered.is_complete(),
-            "seconds": seconds(self.preparation, fitting, &rendered, start.elapsed()),
-            "work": rendered.work,
-            "peak_memory": memory::peak(),
-            "warnings": warnings,
-            "notes": scene.notes,
-            "outputs": output.names(),
-        });
+        let stages =
+            Seconds { preparation: self.preparation, fitting, writing: Some(start.elapsed()) };
+        let mut report = report(scene, &rendered, settings, &stages, &warnings);
+        report["peak_memory"] = json!(memory::peak());
+        report["outputs"] = json!(output.names());
         if rendered.film.denoiser().is_some() {
-            report["denoiser"] =
-                json!(denoiser.map(|d| json!({ "version": d.version(), "path": d.path() })));
-        }
-        if let Some(strategy) = &rendered.strategy {
-            report["strategy"] = json!(strategy);
-        }
-        if let Some(directed) = rendered.director {
-            report["director"] = json!(directed);
+            report["denoiser"] = json!(denoiser.map(about));
         }
         let stopped = rendered.ended == Ended::Stopped;
         let interrupted = stopped.then(|| {
@@ -163,38 +146,10 @@ impl PictureJob<'_> {
         Ok(PictureReport { report, output, interrupted, snapshot: rendered.snapshot.take() })
     }
 
-    /// Reduces the photons of `scene` to those of the checkpoint that is resumed, or to as many as fit the
-    /// limits of memory and time. Returns a warning where memory or time are too small for all. Those that were
-    /// `saved` are all read.
-    fn fit_photons(
-        &self,
-        scene: &mut Scene,
-        saved: Option<&SavedPhotons>,
-    ) -> Result<Option<String>> {
-        let taken = self.program + self.live.memory(scene.window().pixels());
-        if let Some(saved) = saved {
-            return memory_limit::hold_saved(scene, saved, self.limits.memory, taken)
-                .map(|()| None);
-        }
-        let requested = scene.render.photons;
-        let before = self.photons_before(requested)?;
-        scene.render.photons = before.unwrap_or(requested);
-        let warning = memory_limit::fit_photons(scene, self.limits.memory, self.method, taken)?;
-        let (Some(deadline), None, false) = (self.deadline(scene), before, self.method.reference)
-        else {
-            return Ok(warning);
-        };
-        if scene.render.error.is_some() {
-            // Rounds are fitted to the time.
-            return Ok(warning);
-        }
-        let left = deadline.left().mul_f64(PHOTON_SHARE);
-        let all = scene.render.photons;
-        let photons = render::photons_within(scene, &scene.render, left)?;
-        scene.render.photons = photons;
-        let too_short =
-            || format!("{photons} photons instead of {requested}, for which --time is too short");
-        Ok((photons < all).then(too_short).or(warning))
+    fn fit(&self, scene: &Scene) -> Fit<'_> {
+        let Self { limits, method, clock, start, .. } = *self;
+        let program = self.program + self.live.memory(scene.window().pixels());
+        Fit { memory: limits.memory, time: limits.time, method, clock, start, program }
     }
 
     /// The photons of the checkpoint that is resumed, where `requested` photons were reduced to them.
@@ -208,16 +163,6 @@ impl PictureJob<'_> {
         let number = |name: &str| key.get(name).and_then(Value::as_u64);
         let before = number("photons_asked").or_else(|| number("photons"));
         Ok(number("photons").filter(|_| before == Some(requested)))
-    }
-
-    /// Time by which rays must end, so that the files are written within `--time`.
-    fn deadline(&self, scene: &Scene) -> Option<Deadline<'_>> {
-        let time = self.limits.time?;
-        let is_filtered = scene.render.denoise || scene.render.reconstructs();
-        let filtering = if is_filtered { FILTERING } else { 0.0 };
-        let after = writing(scene) + seconds_of(scene, filtering);
-        let at = self.start.checked_add(time - after.min(time / 4))?;
-        Some(Deadline { clock: self.clock, at })
     }
 
     fn checkpoints(&self, scene: &Scene, requested: u64) -> Result<Option<Checkpoints>> {
@@ -258,7 +203,7 @@ impl PictureJob<'_> {
         let console = Console::new(self.clock.clone(), self.quiet);
         self.live.begin(&self.output.exr, scene.film.shown(), console.watch());
         let stop = self.interrupt.stop();
-        let deadline = self.deadline(scene);
+        let deadline = self.fit(scene).deadline(scene);
         let Self { output, live, method, .. } = *self;
         let previews = Previews::new(scene, output, live, self.limits.preview, method.reference);
         let preview = Preview {
@@ -339,6 +284,7 @@ impl PictureJob<'_> {
         scene: &Scene,
         rendered: &Rendered,
         settings: &Map<String, Value>,
+        requested: u64,
         checkpoints: Option<&Checkpoints>,
     ) -> Result<Output> {
         let output = match rendered.ended {
@@ -346,10 +292,7 @@ impl PictureJob<'_> {
             Ended::Complete | Ended::OutOfTime => self.output.clone(),
         };
         let mut named = header::attributes(settings, rendered);
-        if rendered.is_complete() && !settings.contains_key("photons_asked") {
-            let recipe = header::recipe(scene, self.method);
-            named.push((header::RECIPE.into(), recipe));
-        }
+        named.extend(header::recipe_of(scene, rendered, self.method, requested));
         output.write(&scene.film.shown(), rendered, &named)?;
         if rendered.is_complete() {
             partial::clear(self.output);
@@ -357,16 +300,6 @@ impl PictureJob<'_> {
         }
         Ok(output)
     }
-}
-
-/// Time to write the picture of `scene`.
-fn writing(scene: &Scene) -> Duration {
-    seconds_of(scene, WRITING)
-}
-
-/// Time of a step that takes the seconds `a_pixel`, for the picture of `scene`.
-fn seconds_of(scene: &Scene, a_pixel: f64) -> Duration {
-    Duration::from_secs_f64(scene.window().pixels() as f64 * a_pixel)
 }
 
 /// How to resume an unfinished picture.
@@ -377,22 +310,4 @@ fn how_to_resume(checkpoints: Option<&Checkpoints>, rendered: &Rendered) -> Stri
         }
         None => "; its state was not kept".into(),
     }
-}
-
-/// Seconds of each stage. `fitting` is the time to fit photons to the limits.
-fn seconds(
-    preparation: Preparation,
-    fitting: Duration,
-    rendered: &Rendered,
-    writing: Duration,
-) -> Map<String, Value> {
-    let stages = rendered.timings.iter().map(|(name, time)| (*name, *time));
-    let metering = preparation.metering.map(|time| ("meter", time));
-    std::iter::once(("load", preparation.loading))
-        .chain(metering)
-        .chain([("fit", fitting)])
-        .chain(stages)
-        .chain([("write", writing)])
-        .map(|(name, time)| (name.to_owned(), json!(time.as_secs_f64())))
-        .collect()
 }

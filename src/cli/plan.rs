@@ -12,7 +12,7 @@ use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{self, Costs, StageSeconds};
 use crate::scene::plan::{Item, RenderPlan};
-use crate::scene::{self, Director, LoadOptions, Scene};
+use crate::scene::{self, Director, LoadOptions, OpenScene, Scene};
 
 /// Seconds: photons that take longer are warned of.
 const LONG: f64 = 600.0;
@@ -42,16 +42,22 @@ pub(super) struct Args {
 
 /// Prints what rendering the scene needs, and what it should cost.
 pub(super) fn run(args: &Args) -> Result<()> {
+    console::result(&report(args, &mut OpenScene::of_file(&args.scene))?);
+    Ok(())
+}
+
+/// What `run` prints, of the scene `open`.
+pub(super) fn report(args: &Args, open: &mut OpenScene) -> Result<String> {
     let program = memory_limit::program();
     let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
-    let (mut scene, pool, _) = load::scene(&args.scene, options, &args.run)?;
+    let (mut scene, pool, _) = load::scene(open, options, &args.run)?;
     scene.render = pool.install(|| render::foretold(&scene, &scene.render))?;
     let plan = RenderPlan::new(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
     let advice: Vec<_> = scene::advice(&scene).into_iter().chain(slow(&scene, &costs)).collect();
     console::warn(&advice);
     let warnings = [scene.warnings.as_slice(), &advice].concat();
-    let text = if args.run.json {
+    if args.run.json {
         let items: Vec<_> = plan.items.iter().map(|item| with_work(item, &costs)).collect();
         let report = json!({
             "scene": scene.hash,
@@ -67,12 +73,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "warnings": warnings,
             "notes": scene.notes,
         });
-        report.to_string()
+        Ok(report.to_string())
     } else {
-        readable(&scene, &plan, &costs, pool.current_num_threads())
-    };
-    console::result(&text);
-    Ok(())
+        Ok(readable(&scene, &plan, &costs, pool.current_num_threads()))
+    }
 }
 
 /// A sentence where photons take long.

@@ -17,6 +17,7 @@ use super::save_photons;
 use super::sequence;
 use crate::error::Result;
 use crate::render::{Clock, Earlier};
+use crate::scene::OpenScene;
 
 /// Renders and writes the pictures, and shows them meanwhile.
 pub(super) fn run(args: &Args) -> Result<()> {
@@ -39,7 +40,7 @@ fn render(args: &Args, live: &Live) -> Result<()> {
     let output = Output::check(args.output()?)?;
     let interrupt = Interrupt::listen()?;
     let (mut scene, pool, mut preparation) =
-        load::scene(&args.paths.scene, args.options(), &args.run)?;
+        load::scene(&mut OpenScene::of_file(&args.paths.scene), args.options(), &args.run)?;
     args.limits.set_part(&mut scene, args.reference)?;
     let photons = args.photons.open(&mut scene)?;
     let look = FirstLook {

@@ -13,6 +13,7 @@ use super::render_args::Args;
 use crate::error::{Error, Result};
 use crate::file::PendingFile;
 use crate::render::{self, Clock, Control, PhotonsReport, SavedPhotons};
+use crate::scene::OpenScene;
 
 /// Shoots the photons of the scene and saves them in the file `path`.
 ///
@@ -27,7 +28,8 @@ pub(super) fn run(args: &Args, path: &Path) -> Result<()> {
     }
     drop(PendingFile::new(path)?);
     let interrupt = Interrupt::listen()?;
-    let (scene, pool, preparation) = load::scene(&args.paths.scene, args.options(), &args.run)?;
+    let (scene, pool, preparation) =
+        load::scene(&mut OpenScene::of_file(&args.paths.scene), args.options(), &args.run)?;
     args.photons.check_goal(&scene)?;
     let console = Console::new(clock, args.run.quiet);
     let control = Control { progress: &console, ..Control::silent() };

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde_json::json;
 
-use super::command;
 use super::console;
 use super::load;
 use super::look::LookArgs;
@@ -14,7 +13,7 @@ use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{Clock, Progress};
-use crate::scene::{LoadOptions, MAX_RAYS};
+use crate::scene::{LoadOptions, MAX_RAYS, OpenScene};
 use crate::study::{
     CANDIDATES, Effect, Estimate, MOST_SEEDS, Metric, Request, Study, write_report,
 };
@@ -75,8 +74,21 @@ pub(super) struct Args {
     run: RunArgs,
 }
 
-/// Runs the study and writes its report.
-pub(super) fn run(args: &Args) -> Result<()> {
+/// Runs the study, writes its report, and prints what it found. The program was called by `command`.
+pub(super) fn run(args: &Args, command: &str) -> Result<()> {
+    let progress = Console::new(Clock::start(), args.run.quiet);
+    let told = report(args, &mut OpenScene::of_file(&args.scene), command, &progress)?;
+    console::result(&told);
+    Ok(())
+}
+
+/// What `run` prints, of a study of the scene `open`.
+pub(super) fn report(
+    args: &Args,
+    open: &mut OpenScene,
+    command: &str,
+    progress: &dyn Progress,
+) -> Result<String> {
     let seeds = if args.time.is_some() { MOST_SEEDS } else { Request::default().seeds };
     let request = Request {
         candidates: args.candidates.clone(),
@@ -89,12 +101,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     };
     request.check()?;
     let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
-    let (scene, pool, _) = load::scene_to_show(&args.scene, options, &args.run)?;
-    let console = Console::new(Clock::start(), args.run.quiet);
-    let progress: &dyn Progress = &console;
+    let (scene, pool, _) = load::scene_to_show(open, options, &args.run)?;
     let results = pool.install(|| {
         let study = Study::new(&scene, &args.output, &request, args.resume)?;
-        let results = study.run(&command(), progress)?;
+        let results = study.run(command, progress)?;
         write_report(&results, &args.output)?;
         Ok(results)
     })?;
@@ -109,15 +119,14 @@ pub(super) fn run(args: &Args) -> Result<()> {
             "report": report,
             "results": args.output.join("results.json"),
         });
-        console::result(&summary.to_string());
-    } else {
-        results.verdict.iter().for_each(|sentence| console::result(sentence));
-        if !results.ablation.is_empty() {
-            console::result(&table(&results.ablation));
-        }
-        console::result(&report.display().to_string());
+        return Ok(summary.to_string());
     }
-    Ok(())
+    let mut lines = results.verdict;
+    if !results.ablation.is_empty() {
+        lines.push(table(&results.ablation));
+    }
+    lines.push(report.display().to_string());
+    Ok(lines.join("\n"))
 }
 
 /// What each part of the director brings.

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::command;
 use super::console;
 use super::load;
 use super::look::LookArgs;
@@ -13,7 +12,7 @@ use super::progress::Console;
 use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
 use crate::render::{Clock, Progress};
-use crate::scene::LoadOptions;
+use crate::scene::{LoadOptions, OpenScene};
 use crate::study::forced_choice::{
     PAGE, Pair, Server, Tally, check_scenes, read_answers, tally, write_trial,
 };
@@ -68,16 +67,16 @@ pub(super) struct Args {
     run: RunArgs,
 }
 
-/// Makes the page, serves it, or counts answers.
-pub(super) fn run(args: &Args) -> Result<()> {
+/// Makes the page, serves it, or counts answers. The program was called by `command`.
+pub(super) fn run(args: &Args, command: &str) -> Result<()> {
     let Some(folder) = &args.output else { return analyse(&args.analyse, args.run.json) };
     if !args.scenes.is_empty() {
-        make(args, folder)?;
+        make(args, command, folder)?;
     }
     args.serve.map_or(Ok(()), |port| serve(args, folder, port))
 }
 
-fn make(args: &Args, folder: &Path) -> Result<()> {
+fn make(args: &Args, command: &str, folder: &Path) -> Result<()> {
     let console = Console::new(Clock::start(), args.run.quiet);
     let progress: &dyn Progress = &console;
     let mut loaded = Vec::new();
@@ -85,7 +84,8 @@ fn make(args: &Args, folder: &Path) -> Result<()> {
     for path in &args.scenes {
         let options =
             LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
-        loaded.push(load::scene_to_show(path, options, &args.run)?);
+        let open = &mut OpenScene::of_file(path);
+        loaded.push(load::scene_to_show(open, options, &args.run)?);
     }
     check_scenes(loaded.iter().map(|(scene, ..)| scene))?;
     std::fs::create_dir_all(folder)
@@ -97,7 +97,7 @@ fn make(args: &Args, folder: &Path) -> Result<()> {
         progress.advance(1);
     }
     progress.finish();
-    write_trial(&pairs, &command(), folder)?;
+    write_trial(&pairs, command, folder)?;
     let page = folder.join(PAGE);
     if args.run.json {
         let scenes: Vec<_> = pairs.iter().map(|pair| &pair.scene).collect();

@@ -58,7 +58,7 @@ pub use costs::{Costs, StageSeconds, costs, memory_needed};
 pub use director_pass::{DirectorMaps, Earlier, Extent, maps};
 pub use memory::{Memory, MemoryParts, memory_without_photons};
 pub use pass_settings::PassSettings;
-pub use photon_file::SavedPhotons;
+pub use photon_file::{SavedPhotons, photons_key};
 pub use photon_pass::PhotonPass;
 pub use photon_rate::photons_within;
 pub use pilot::{exposure, metered};

@@ -279,6 +279,12 @@ fn name(path: &Path) -> io::Result<PhotonsName> {
     Ok(PhotonsName(bytes))
 }
 
+/// All that photons for the camera of `scene` depend on, in one line: pictures that differ in nothing of it may have the
+/// same.
+pub fn photons_key(scene: &Scene) -> String {
+    Value::Object(key(scene, &scene.render, false)).to_string()
+}
+
 /// All that photons depend on, of a picture of `scene` under `settings`.
 fn key(scene: &Scene, settings: &RenderSettings, any_camera: bool) -> Map<String, Value> {
     let camera = format!("{:?} {:?}", scene.camera, scene.film.size);

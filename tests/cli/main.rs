@@ -4,6 +4,7 @@
 mod skip;
 
 mod bad_files;
+mod calls;
 mod error;
 mod help;
 mod merge;
