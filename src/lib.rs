@@ -17,6 +17,8 @@ pub mod make;
 pub mod math;
 pub mod medium;
 pub mod photon;
+#[cfg(feature = "python")]
+mod python;
 pub mod render;
 pub mod scene;
 pub mod sequence;

@@ -20,6 +20,7 @@ pages! {
     names, "names.md";
     directing, "directing.md";
     studies, "studies.md";
+    python, "python.md";
     sequences, "sequences.md";
     farms, "farms.md";
     verification, "verification.md";

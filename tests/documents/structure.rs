@@ -24,7 +24,7 @@ const SHORT: usize = 60;
 const FEW: usize = 5;
 
 /// Rooms from the lowest floor to the highest. A room uses those on floors below its own.
-const FLOORS: [&[&str]; 10] = [
+const FLOORS: [&[&str]; 11] = [
     &["error", "file", "loopback", "math", "sequence", "work"],
     &["vdb", "image", "shape"],
     &["medium", "surface", "light", "make"],
@@ -34,7 +34,8 @@ const FLOORS: [&[&str]; 10] = [
     &["director", "film"],
     &["render"],
     &["study", "verify"],
-    &["cli", "main"],
+    &["cli"],
+    &["python", "main"],
 ];
 
 /// Path of a module below the crate's root.
