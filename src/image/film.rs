@@ -118,6 +118,9 @@ const LAYERS: [&str; 12] = [
     "variance",
 ];
 
+/// How many of them are radiance.
+const RADIANCE: usize = 3;
+
 /// The names of the layers that hold the noisy picture of a denoised film.
 pub const NOISY_LAYERS: [&str; 3] = ["noisy.R", "noisy.G", "noisy.B"];
 
@@ -130,8 +133,10 @@ const SEEN: usize = 6;
 pub struct Film {
     window: Window,
     full: [u32; 2],
-    /// One plane of pixels after another, in the order of [`LAYERS`].
-    layers: Vec<f32>,
+    /// The first [`RADIANCE`] layers, one plane of pixels after another.
+    radiance: Vec<f32>,
+    /// The others, in the order of [`LAYERS`].
+    others: Vec<Vec<f32>>,
     /// The part of each pixel's radiance that is emission seen directly.
     visible_emission: Vec<[f32; 3]>,
     /// Planes of what was seen before noise was taken off; empty where it is still there.
@@ -169,12 +174,13 @@ impl Film {
         assert!(window.fits(full), "{window} of a film of {full:?} pixels");
         let pixels = window.width as usize * window.height as usize;
         let values = FilmPixel::default().values();
-        let mut layers = Vec::with_capacity(values.len() * pixels);
-        values.iter().for_each(|v| layers.extend(std::iter::repeat_n(*v as f32, pixels)));
+        let (radiance, others) = values.split_at(RADIANCE);
+        let plane = |value: &f64| vec![*value as f32; pixels];
         Self {
             window,
             full,
-            layers,
+            radiance: radiance.iter().map(plane).collect::<Vec<_>>().concat(),
+            others: others.iter().map(plane).collect(),
             visible_emission: vec![[0.0; 3]; pixels],
             noisy: Vec::new(),
             features: Vec::new(),
@@ -217,7 +223,11 @@ impl Film {
         assert!(x < self.width() && y < self.height(), "pixel {x}, {y}");
         let (index, pixels) = (y * self.width() + x, self.pixels());
         for (layer, value) in pixel.values().into_iter().enumerate() {
-            self.layers[layer * pixels + index] = finite(value, &mut self.repaired);
+            let value = finite(value, &mut self.repaired);
+            match layer.checked_sub(RADIANCE) {
+                None => self.radiance[layer * pixels + index] = value,
+                Some(other) => self.others[other][index] = value,
+            }
         }
         self.visible_emission[index] =
             pixel.visible_emission.to_array().map(|value| finite(value, &mut self.repaired));
@@ -259,7 +269,8 @@ impl Film {
     pub fn fill(&mut self, known: &[bool]) {
         assert_eq!(known.len(), self.pixels(), "one a pixel");
         let Some(nearest) = fill::nearest(self.width(), known) else { return };
-        for layer in self.layers.chunks_exact_mut(known.len()).take(SEEN) {
+        let others = self.others.iter_mut().map(Vec::as_mut_slice);
+        for layer in self.radiance.chunks_exact_mut(known.len()).chain(others).take(SEEN) {
             // What is known is its own nearest, and stays.
             for (index, &from) in nearest.iter().enumerate() {
                 layer[index] = layer[from as usize];
@@ -295,8 +306,7 @@ impl Film {
     fn replace(&mut self, image: &Image) {
         assert_eq!([image.width(), image.height()], [self.width(), self.height()], "its size");
         let clean = image.channels();
-        let count = NOISY_LAYERS.len() * self.pixels();
-        let radiance = self.layers[..count].iter_mut();
+        let radiance = self.radiance.iter_mut();
         let clean = clean.iter().flat_map(|channel| channel.iter());
         let repaired = &mut self.repaired;
         let replace =
@@ -327,12 +337,14 @@ impl Film {
     /// All layers with their names.
     pub fn layers(&self) -> impl Iterator<Item = (&'static str, &[f32])> {
         let kept = NOISY_LAYERS.into_iter().zip(self.noisy.chunks_exact(self.pixels()));
-        LAYERS.into_iter().zip(self.layers.chunks_exact(self.pixels())).chain(kept)
+        let others = self.others.iter().map(Vec::as_slice);
+        let all = self.radiance.chunks_exact(self.pixels()).chain(others);
+        LAYERS.into_iter().zip(all).chain(kept)
     }
 
     /// `R`, `G` and `B`, one plane of rows from the top after another.
     pub fn radiance(&self) -> &[f32] {
-        &self.layers[..NOISY_LAYERS.len() * self.pixels()]
+        &self.radiance
     }
 
     /// [`FilmPixel::visible_emission`] of each pixel, row by row from the top.
@@ -342,7 +354,7 @@ impl Film {
 
     /// The picture: `R`, `G`, `B` as they are, that is before black.
     pub fn image(&self) -> Image {
-        let mut planes = self.layers.chunks_exact(self.pixels());
+        let mut planes = self.radiance.chunks_exact(self.pixels());
         let [r, g, b] = std::array::from_fn(|_| planes.next().unwrap_or_default());
         let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect();
         Image::new(self.width(), self.height(), pixels)

@@ -61,7 +61,9 @@ impl Draft {
         self.tables.retain(|table| {
             let is_replaced = |entry: &Entry| entry.name == "name" && named.contains(&&entry.value);
             let replaces_single = !table.listed && scene.contains_key(table.name);
-            !replaces_single && !(table.name == "medium" && table.entries.iter().any(is_replaced))
+            let replaces_medium =
+                || table.name == "medium" && table.entries.iter().any(is_replaced);
+            !(replaces_single || replaces_medium())
         });
     }
 

@@ -42,6 +42,10 @@ inside() {
     ' bash "$hidden" env -i HOME="$folder" LANG=C.UTF-8 PATH="$folder/clean/bin:/usr/bin:/bin" "$@"
 }
 [ "$(id -u)" = 0 ] || UNSHARE=--map-root-user
+if [ -n "$quick" ] && ! unshare --mount ${UNSHARE-} true 2> /dev/null; then
+    echo "no namespaces here: OpenVDB is not hidden"
+    inside() { env -i HOME="$folder" LANG=C.UTF-8 PATH="$folder/clean/bin:/usr/bin:/bin" "$@"; }
+fi
 inside fogbow --version
 check=$PWD/tests/check/wheel.py
 if [ -n "$quick" ]; then

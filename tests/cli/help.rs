@@ -6,7 +6,7 @@ use std::process::Output;
 use assert_cmd::Command;
 
 /// The commands, in the order of the help.
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 14] = [
     "render",
     "maps",
     "error",
@@ -14,6 +14,7 @@ const COMMANDS: [&str; 13] = [
     "trial",
     "plan",
     "info",
+    "export",
     "merge",
     "make",
     "verify",

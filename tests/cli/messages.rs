@@ -171,7 +171,7 @@ fn bad_input_exits_with_1_and_one_line() {
         (&["good.toml", "-o", "gone/a.exr"], &["gone/a.exr", "cannot be written"]),
         (&["good.toml", "-o", "text.vdb/a.exr"], &["text.vdb/a.exr", "cannot be written"]),
         (&["good.toml", "-o", "folder.exr"], &["folder.exr", "not a regular file"]),
-        (&[".", "-o", "a.exr"], &["is a folder", "give a scene (.toml) or a VDB file"]),
+        (&[".", "-o", "a.exr"], &["is a folder", "give a scene (.toml), a VDB or a USD file"]),
         (&["folder.vdb", "-o", "a.exr"], &["folder.vdb", "is a folder"]),
         (&["folder.toml", "-o", "a.exr"], &["medium[0].file", "folder.vdb"]),
         (&["pointer.vdb", "-o", "a.exr"], &["pointer.vdb", "git-lfs pointer", "git lfs pull"]),

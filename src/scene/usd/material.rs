@@ -144,7 +144,7 @@ impl Looks {
         let mut left_out = Vec::new();
         for unknown in names.unknown {
             if number(unknown, 0.0)? > 0.0 {
-                left_out.push(format!("{unknown}"));
+                left_out.push(unknown.to_string());
             }
         }
         if reader.source(&shader, "inputs:normal")?.is_some() {

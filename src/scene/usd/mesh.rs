@@ -178,13 +178,20 @@ struct Sizes {
 impl Sizes {
     /// `list` as `interpolation` spreads it; nothing where it is too short.
     fn spread<T>(&self, interpolation: Option<&str>, list: Vec<T>) -> Spread<T> {
-        let (needed, spread): (usize, fn(Vec<T>) -> Spread<T>) = match interpolation {
-            Some("faceVarying") => (self.corners, Spread::Corners),
-            Some("uniform") => (self.faces, Spread::Faces),
+        let needed = match interpolation {
+            Some("faceVarying") => self.corners,
+            Some("uniform") => self.faces,
             Some("constant") => return Spread::None,
-            _ => (self.points, Spread::Points),
+            _ => self.points,
         };
-        if list.is_empty() || list.len() < needed { Spread::None } else { spread(list) }
+        if list.is_empty() || list.len() < needed {
+            return Spread::None;
+        }
+        match interpolation {
+            Some("faceVarying") => Spread::Corners(list),
+            Some("uniform") => Spread::Faces(list),
+            _ => Spread::Points(list),
+        }
     }
 }
 

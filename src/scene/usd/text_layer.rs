@@ -31,7 +31,8 @@ pub(super) fn readable(text: &str) -> Result<Cow<'_, str>, String> {
             b'@' => {
                 let end = end_of_quoted(text, at);
                 let quoted = &text[at..end];
-                if samples == Some(depth) && !quoted.starts_with("@@") {
+                let is_whole = quoted.len() > 1 && quoted.ends_with('@');
+                if samples == Some(depth) && is_whole && !quoted.starts_with("@@") {
                     let path = quoted.trim_matches('@');
                     let quote = if path.contains('"') { '\'' } else { '"' };
                     out += &text[copied..at];

@@ -237,11 +237,11 @@ fn triples(value: &Value) -> Option<Vec<DVec3>> {
     Some(match value {
         Value::Vec3d(v) => vec![DVec3::new(v.x, v.y, v.z)],
         Value::Vec3f(v) => vec![wide([v.x, v.y, v.z])],
-        Value::Vec3h(v) => vec![wide([v.x, v.y, v.z].map(|c| c.to_f32()))],
+        Value::Vec3h(v) => vec![wide([v.x, v.y, v.z].map(half::f16::to_f32))],
         Value::Vec3dVec(list) => list.iter().map(|v| DVec3::new(v.x, v.y, v.z)).collect(),
         Value::Vec3fVec(list) => list.iter().map(|v| wide([v.x, v.y, v.z])).collect(),
         Value::Vec3hVec(list) => {
-            list.iter().map(|v| wide([v.x, v.y, v.z].map(|c| c.to_f32()))).collect()
+            list.iter().map(|v| wide([v.x, v.y, v.z].map(half::f16::to_f32))).collect()
         }
         _ => return None,
     })
