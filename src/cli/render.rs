@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::console;
-use super::first_look::FirstLook;
+use super::first_look;
 use super::interrupt::Interrupt;
 use super::live::Live;
 use super::load;
@@ -39,33 +39,17 @@ fn render(args: &Args, live: &Live) -> Result<()> {
     let mut denoiser = early_denoiser(args)?;
     let output = Output::check(args.output()?)?;
     let interrupt = Interrupt::listen()?;
-    let (mut scene, pool, mut preparation) =
+    let (mut scene, pool, preparation) =
         load::scene(&mut OpenScene::of_file(&args.paths.scene), args.options(), &args.run)?;
     args.limits.set_part(&mut scene, args.reference)?;
     let photons = args.photons.open(&mut scene)?;
-    let look = FirstLook {
-        scene: &scene,
-        output: &output,
-        live,
-        limits: &args.limits,
-        is_reference: args.reference,
-        clock: &clock,
-    };
-    pool.install(|| look.show());
-    preparation.metering = load::meter(&mut scene, &pool)?;
     if find_denoiser(&mut denoiser, &scene)? {
         denoiser
             .iter()
             .filter(|_| !args.run.quiet)
             .for_each(|found| console::message(&note(found)));
     }
-    write_scene(args, &scene)?;
-    let plan = plan(args, &scene);
-    plan.iter().for_each(|line| console::message(line));
-    let advice = advice(args, &scene);
-    console::warn(&advice);
-    let warnings = [scene.warnings.clone(), advice].concat();
-    let job = PictureJob {
+    let mut job = PictureJob {
         output: &output,
         limits: &args.limits,
         interrupt: &interrupt,
@@ -78,6 +62,14 @@ fn render(args: &Args, live: &Live) -> Result<()> {
         program,
         denoiser: denoiser.as_ref(),
     };
+    pool.install(|| first_look::show(&scene, &job));
+    job.preparation.metering = load::meter(&mut scene, &pool)?;
+    write_scene(args, &scene)?;
+    let plan = plan(args, &scene);
+    plan.iter().for_each(|line| console::message(line));
+    let advice = advice(args, &scene);
+    console::warn(&advice);
+    let warnings = [scene.warnings.clone(), advice].concat();
     let earlier = Earlier { photons: photons.as_ref(), ..Earlier::default() };
     let picture = job.run(&mut scene, &pool, warnings, earlier)?;
     print_report(args, &picture);

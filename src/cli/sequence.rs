@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::console;
-use super::first_look::FirstLook;
+use super::first_look;
 use super::frames::{Frame, Reader};
 use super::header;
 use super::interrupt::Interrupt;
@@ -47,8 +47,8 @@ pub(super) fn run(args: &Args, frames: &Frames, live: &Live) -> Result<()> {
         console::warn(&[warning]);
     }
     let chooses_strategies = !args.reference && args.photons.photons_from.is_none();
-    let Shot { metered, exposure, strategies } =
-        pool.install(|| Shot::new(&sequence, !chooses_strategies))?;
+    let InCommon { metered, exposure, strategies } =
+        pool.install(|| InCommon::new(&sequence, !chooses_strategies))?;
     if let Some(scene) = metered.filter(|_| args.write_scene.is_some()) {
         let mut scene = scene?;
         scene.film.exposure = scene.film.exposure.or(exposure);
@@ -75,7 +75,7 @@ pub(super) fn run(args: &Args, frames: &Frames, live: &Live) -> Result<()> {
 }
 
 /// What all frames have in common, found in one of them.
-struct Shot {
+struct InCommon {
     /// That frame; an error where it cannot be used, which is told where it is rendered.
     metered: Option<Result<Scene>>,
     /// The exposure, where the scene leaves it open.
@@ -84,7 +84,7 @@ struct Shot {
     strategies: Option<Assignment>,
 }
 
-impl Shot {
+impl InCommon {
     fn new(sequence: &Sequence, chooses_none: bool) -> Result<Self> {
         let metered = sequence.metered_frame().map(|frame| sequence.load(frame));
         let (mut exposure, mut strategies) = (None, None);
@@ -239,15 +239,7 @@ impl<'a> FrameLoop<'a> {
             program: self.program + next as u64,
             denoiser: self.denoiser.as_ref(),
         };
-        let look = FirstLook {
-            scene,
-            output,
-            live: self.live,
-            limits: &self.args.limits,
-            is_reference: self.args.reference,
-            clock: &self.clock,
-        };
-        pool.install(|| look.show());
+        pool.install(|| first_look::show(scene, &job));
         let strategies = self.strategies.as_ref();
         let earlier = Earlier { snapshot: self.snapshot.take(), strategies, photons };
         let mut picture = job.run(scene, pool, warnings, earlier)?;
