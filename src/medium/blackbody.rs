@@ -2,7 +2,7 @@
 
 use glam::DMat3;
 
-use crate::math::Rgb;
+use crate::math::{Rgb, luminance};
 
 /// First radiation constant for radiance, 2 h c², in W nm⁴ / (m² sr): the wavelength enters in
 /// nanometres, the result counts per nanometre.
@@ -43,6 +43,13 @@ const HOTTEST: f64 = 1e9;
 /// temperatures and NaN glow with 0; above 1e9 K the radiance is that of 1e9 K.
 pub fn blackbody_radiance(kelvin: f64) -> Rgb {
     unclamped_radiance(kelvin).max(Rgb::ZERO)
+}
+
+/// Colour of a blackbody, of luminance 1; black where it gives hardly any light.
+pub fn blackbody_color(kelvin: f64) -> Rgb {
+    let radiance = blackbody_radiance(kelvin);
+    let brightness = luminance(radiance);
+    if brightness >= f64::MIN_POSITIVE { radiance / brightness } else { Rgb::ZERO }
 }
 
 fn unclamped_radiance(kelvin: f64) -> Rgb {

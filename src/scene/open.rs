@@ -65,15 +65,16 @@ impl OpenScene {
             self.text.get_or_insert_with(|| text.clone());
         }
         let file = text.read(&self.path, options, None)?;
-        // Meshes of a shot may differ under the same names.
-        let is_kept = !matches!(text, Text::Shot(_));
         let key = format!("{}\n{:?}\n{}", text.as_str(), file.film.size, options.hashed());
-        let known = self.static_scene.take().filter(|(known, _)| is_kept && *known == key);
+        let known = self.static_scene.take().filter(|(known, _)| *known == key);
         let static_scene = match known {
             Some((_, known)) => known,
             None => StaticScene::build(&text, &file, options)?,
         };
-        self.static_scene = Some((key, static_scene.clone()));
+        // Meshes of a shot may differ under the same names.
+        if !matches!(text, Text::Shot(_)) {
+            self.static_scene = Some((key, static_scene.clone()));
+        }
         let static_scene = static_scene.knowing(&self.sources);
         let (scene, sources) =
             load::build(&self.path, &text, &file, static_scene, &mut self.grids, options)?;

@@ -4,7 +4,7 @@ use toml::Value;
 
 use super::measure::{mean_thickness, world_bounds};
 use crate::math::luminance;
-use crate::medium::blackbody::blackbody_radiance;
+use crate::medium::blackbody::{blackbody_color, blackbody_radiance};
 use crate::scene::draft::{rounded, triple};
 use crate::vdb::Grid;
 use crate::vdb::roles::{Fire, FireKind, Unit};
@@ -110,8 +110,7 @@ impl Glow {
             GlowKind::Intensity { max, length } => {
                 // The hues of blackbodies, and not their luminance, which falls by ten powers of ten.
                 let stops = FLAME.map(|(place, kelvin)| {
-                    let hot = blackbody_radiance(kelvin);
-                    let color = hot / luminance(hot) * (place * place);
+                    let color = blackbody_color(kelvin) * (place * place);
                     Value::Array(vec![Value::Float(place), triple(color)])
                 });
                 put("from", Value::Array(vec![Value::Float(0.0), number(max)]));

@@ -8,10 +8,10 @@ use super::geometry::Geometry;
 use super::primitive;
 use super::shot::Files;
 use super::values::Reader;
-use super::walk::Placed;
+use super::walk::{Placed, StageSpace};
 use crate::error::Result;
 use crate::math::{Rgb, luminance};
-use crate::medium::blackbody::blackbody_radiance;
+use crate::medium::blackbody::blackbody_color;
 use crate::scene::draft::{Draft, exact};
 use crate::scene::keys::{light as keys, surface};
 
@@ -35,10 +35,8 @@ pub(super) struct Lights<'a> {
     pub(super) warnings: &'a mut Vec<String>,
     /// Whether Blender wrote the file.
     pub(super) by_blender: bool,
-    /// Metres in a unit of the stage.
-    pub(super) metres: f64,
-    /// Whether z is upward on the stage.
-    pub(super) z_up: bool,
+    /// How the stage lies in the world.
+    pub(super) space: StageSpace,
 }
 
 /// Whether prims of this type are lights.
@@ -89,9 +87,7 @@ impl Lights<'_> {
         let exposure = self.number(placed, "exposure", 0.0)?;
         let color = self.reader.triple(path, "inputs:color")?.unwrap_or(Rgb::ONE);
         let temperature = if self.reader.flag(path, "inputs:enableColorTemperature")? {
-            let hot = blackbody_radiance(self.number(placed, "colorTemperature", 6500.0)?);
-            let brightness = luminance(hot);
-            if brightness > 0.0 { hot / brightness } else { Rgb::ZERO }
+            blackbody_color(self.number(placed, "colorTemperature", 6500.0)?)
         } else {
             Rgb::ONE
         };
@@ -110,11 +106,11 @@ impl Lights<'_> {
         // The radius in metres of a ball as large as the one that is scaled.
         let scale = placed.to_world.matrix3.determinant().abs().cbrt();
         let world_radius = radius * scale;
-        let area = 4.0 * PI * (world_radius / self.metres).powi(2);
+        let area = 4.0 * PI * (world_radius / self.space.metres).powi(2);
         let normalize = self.reader.flag(&placed.path, "inputs:normalize")?;
         // Of a ball of radiance L the radiant intensity is that times the area of its disk.
         let intensity = if normalize {
-            color / 4.0 * self.metres * self.metres
+            color / 4.0 * self.space.metres * self.space.metres
         } else {
             color * PI * world_radius * world_radius
         };
@@ -174,7 +170,8 @@ impl Lights<'_> {
         if self.reader.asset(&placed.path, "inputs:texture:file")?.is_some() {
             self.warn(placed, "its texture is left out");
         }
-        let radiance = self.radiance(placed, color, area / (self.metres * self.metres))?;
+        let radiance =
+            self.radiance(placed, color, area / (self.space.metres * self.space.metres))?;
         self.draft
             .listed("light", &title(placed, "rectangular light"))
             .key(&keys::TYPE, "area")
@@ -188,7 +185,7 @@ impl Lights<'_> {
     fn disk(&mut self, placed: &Placed, color: Rgb) -> Result<()> {
         let radius = self.number(placed, "radius", 0.5)?;
         let place = placed.to_world * DAffine3::from_scale(DVec3::splat(radius));
-        let axis = |v: DVec3| place.transform_vector3(v) / self.metres;
+        let axis = |v: DVec3| place.transform_vector3(v) / self.space.metres;
         let area = PI * axis(DVec3::X).cross(axis(DVec3::Y)).length();
         if area <= 0.0 {
             self.warn(placed, "has no area and gives no light");
@@ -234,7 +231,8 @@ impl Lights<'_> {
             self.warn(placed, "the colour on its texture is taken as grey");
         }
         let pole = self.reader.word(&placed.path, "poleAxis")?;
-        let pole_is_up = placed.kind == "DomeLight_1" && self.z_up && pole.as_deref() != Some("Y");
+        let pole_is_up =
+            placed.kind == "DomeLight_1" && self.space.z_up && pole.as_deref() != Some("Y");
         let upright = if pole_is_up { DMat3::from_rotation_x(0.5 * PI) } else { DMat3::IDENTITY };
         let (rotation, is_level) = turn_of_sky(&(placed.to_world.matrix3 * upright));
         // Blender does not turn its even skies upright.

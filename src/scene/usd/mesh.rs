@@ -9,6 +9,12 @@ use super::values::Reader;
 use crate::error::Result;
 use crate::shape::MeshData;
 
+/// Attributes that may hold normals.
+const NORMALS: [&str; 2] = ["primvars:normals", "normals"];
+
+/// Attributes that may hold texture coordinates, by the usual names.
+const UVS: [&str; 4] = ["primvars:st", "primvars:UVMap", "primvars:uv", "primvars:map1"];
+
 /// The faces of a mesh that have the same material.
 pub(super) struct Part {
     /// The prim that says which material that is: a subset, or nothing for the mesh itself.
@@ -124,8 +130,10 @@ impl Source {
             }
         }
         let sizes = Sizes { points: points.len(), corners: corners.len(), faces: counts.len() };
-        let normals = normals(reader, path, &sizes)?;
-        let uvs = uvs(reader, path, &sizes)?;
+        let normals = sizes.first(reader, path, &NORMALS, |name| {
+            Ok(reader.triples(path, name)?.iter().map(|v| v.as_vec3()).collect())
+        })?;
+        let uvs = sizes.first(reader, path, &UVS, |name| reader.pairs(path, name))?;
         let is_left_handed = reader.word(path, "orientation")?.as_deref() == Some("leftHanded");
         Ok(Self { points, counts, corners, normals, uvs, is_left_handed, holes })
     }
@@ -178,20 +186,33 @@ struct Sizes {
 impl Sizes {
     /// `list` as `interpolation` spreads it; nothing where it is too short.
     fn spread<T>(&self, interpolation: Option<&str>, list: Vec<T>) -> Spread<T> {
-        let needed = match interpolation {
-            Some("faceVarying") => self.corners,
-            Some("uniform") => self.faces,
+        let found = list.len();
+        let (needed, spread) = match interpolation {
+            Some("faceVarying") => (self.corners, Spread::Corners(list)),
+            Some("uniform") => (self.faces, Spread::Faces(list)),
             Some("constant") => return Spread::None,
-            _ => self.points,
+            _ => (self.points, Spread::Points(list)),
         };
-        if list.is_empty() || list.len() < needed {
-            return Spread::None;
+        if found == 0 || found < needed { Spread::None } else { spread }
+    }
+
+    /// The first of the attributes `names` that has any values, as `read` gives them.
+    fn first<T: Copy>(
+        &self,
+        reader: &Reader<'_>,
+        path: &sdf::Path,
+        names: &[&str],
+        read: impl Fn(&str) -> Result<Vec<T>>,
+    ) -> Result<Spread<T>> {
+        for name in names {
+            let list = read(name)?;
+            if !list.is_empty() {
+                let list = indexed(list, &reader.integers(path, &format!("{name}:indices"))?);
+                let interpolation = reader.interpolation(path, name)?;
+                return Ok(self.spread(interpolation.as_deref(), list));
+            }
         }
-        match interpolation {
-            Some("faceVarying") => Spread::Corners(list),
-            Some("uniform") => Spread::Faces(list),
-            _ => Spread::Points(list),
-        }
+        Ok(Spread::None)
     }
 }
 
@@ -202,29 +223,4 @@ fn indexed<T: Copy>(list: Vec<T>, indices: &[i64]) -> Vec<T> {
     }
     let get = |index: &i64| usize::try_from(*index).ok().and_then(|i| list.get(i).copied());
     indices.iter().map_while(get).collect()
-}
-
-fn normals(reader: &Reader<'_>, path: &sdf::Path, sizes: &Sizes) -> Result<Spread<Vec3>> {
-    for name in ["primvars:normals", "normals"] {
-        let list: Vec<Vec3> = reader.triples(path, name)?.iter().map(|v| v.as_vec3()).collect();
-        if !list.is_empty() {
-            let list = indexed(list, &reader.integers(path, &format!("{name}:indices"))?);
-            let interpolation = reader.interpolation(path, name)?;
-            return Ok(sizes.spread(interpolation.as_deref(), list));
-        }
-    }
-    Ok(Spread::None)
-}
-
-/// The texture coordinates `st`, else the first that have another of the usual names.
-fn uvs(reader: &Reader<'_>, path: &sdf::Path, sizes: &Sizes) -> Result<Spread<Vec2>> {
-    for name in ["primvars:st", "primvars:UVMap", "primvars:uv", "primvars:map1"] {
-        let list = reader.pairs(path, name)?;
-        if !list.is_empty() {
-            let list = indexed(list, &reader.integers(path, &format!("{name}:indices"))?);
-            let interpolation = reader.interpolation(path, name)?;
-            return Ok(sizes.spread(interpolation.as_deref(), list));
-        }
-    }
-    Ok(Spread::None)
 }

@@ -35,6 +35,7 @@ use shading::Shading;
 use stage::Root;
 use values::Reader;
 use volume::Volume;
+use walk::StageSpace;
 
 pub use shot::Files;
 pub use stage::USD_READER;
@@ -127,11 +128,11 @@ impl Shot {
         let (timing, volumes) = root.read(|stage| {
             let timing = Timing::of(stage);
             let reader = Reader { stage, file: path, time: timing.at(None) };
-            let (to_world, metres) = walk::world_of(stage);
+            let space = StageSpace::of(stage);
             let (mut volumes, mut warnings) = (Vec::new(), Vec::new());
-            walk::prims(&reader, to_world, &mut |placed| {
+            walk::prims(&reader, space.to_world, &mut |placed| {
                 if placed.kind == "Volume" {
-                    volumes.extend(Volume::read(&reader, placed, metres, &mut warnings)?);
+                    volumes.extend(Volume::read(&reader, placed, space.metres, &mut warnings)?);
                 }
                 Ok(())
             })?;
@@ -179,10 +180,10 @@ impl Shot {
     fn understood(&self, stage: &Stage, time: f64) -> Result<ShotScene> {
         let path = self.root.path.as_path();
         let reader = Reader { stage, file: path, time };
-        let (to_world, metres) = walk::world_of(stage);
+        let space = StageSpace::of(stage);
         let files = Files::of(path, self.root.unpacked());
-        let mut seen = Seen::nothing(stage, files, metres);
-        walk::prims(&reader, to_world, &mut |placed| seen.add(&reader, placed))?;
+        let mut seen = Seen::nothing(stage, files, space);
+        walk::prims(&reader, space.to_world, &mut |placed| seen.add(&reader, placed))?;
         let camera = self.choose(&seen.cameras)?;
         let mut draft = Draft::default();
         camera.write(&mut draft, resolution(&reader)?);

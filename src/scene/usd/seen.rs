@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DAffine3, DVec3};
-use openusd::sdf;
 use openusd::usd::Stage;
 
 use super::camera::Camera;
@@ -13,7 +12,7 @@ use super::material::Looks;
 use super::shot::Files;
 use super::values::Reader;
 use super::volume::Volume;
-use super::walk::Placed;
+use super::walk::{Placed, StageSpace};
 use super::{mesh, primitive};
 use crate::error::Result;
 use crate::scene::draft::Draft;
@@ -32,8 +31,7 @@ pub(super) struct Seen {
     /// Meshes that are cages of subdivision surfaces.
     pub(super) cages: BTreeSet<String>,
     by_blender: bool,
-    metres: f64,
-    z_up: bool,
+    space: StageSpace,
 }
 
 /// Types of prims that are seen and left out.
@@ -53,9 +51,8 @@ const UNKNOWN: [&str; 12] = [
 ];
 
 impl Seen {
-    /// Nothing yet of `stage`, a unit of which is `metres` long; the scene names its files by `files`.
-    pub(super) fn nothing(stage: &Stage, files: Files, metres: f64) -> Self {
-        let is_z = |axis: sdf::Value| axis.as_str() == Some("Z");
+    /// Nothing yet of `stage`, which lies in `space`; the scene names its files by `files`.
+    pub(super) fn nothing(stage: &Stage, files: Files, space: StageSpace) -> Self {
         Self {
             cameras: Vec::new(),
             volumes: Vec::new(),
@@ -67,8 +64,7 @@ impl Seen {
             unknown: BTreeMap::new(),
             cages: BTreeSet::new(),
             by_blender: written_by_blender(stage),
-            metres,
-            z_up: stage.stage_metadata("upAxis").ok().flatten().is_some_and(is_z),
+            space,
         }
     }
 
@@ -78,9 +74,9 @@ impl Seen {
     /// Where it cannot be used.
     pub(super) fn add(&mut self, reader: &Reader<'_>, placed: &Placed) -> Result<()> {
         match placed.kind.as_str() {
-            "Camera" => self.cameras.push(Camera::read(reader, placed, self.metres)?),
+            "Camera" => self.cameras.push(Camera::read(reader, placed, self.space.metres)?),
             "Volume" => {
-                let read = Volume::read(reader, placed, self.metres, &mut self.warnings)?;
+                let read = Volume::read(reader, placed, self.space.metres, &mut self.warnings)?;
                 self.volumes.extend(read);
             }
             "Mesh" => self.add_mesh(reader, placed)?,
@@ -100,8 +96,7 @@ impl Seen {
                     geometry: &mut self.geometry,
                     warnings: &mut self.warnings,
                     by_blender: self.by_blender,
-                    metres: self.metres,
-                    z_up: self.z_up,
+                    space: self.space,
                 };
                 lights.add(placed)?;
             }

@@ -9,7 +9,7 @@ use super::shot::Files;
 use super::values::Reader;
 use crate::error::Result;
 use crate::math::{Rgb, luminance};
-use crate::medium::blackbody::blackbody_radiance;
+use crate::medium::blackbody::blackbody_color;
 use crate::scene::bare::Appearance;
 use crate::scene::draft::{Draft, exact};
 use crate::scene::keys::medium as keys;
@@ -219,11 +219,8 @@ fn blackbody_ramp(intensity: f64, tint: Rgb) -> Value {
     let stop = |k: u32| {
         let place = f64::from(k) / f64::from(INTERVALS);
         let kelvin = place * HOTTEST;
-        let hot = blackbody_radiance(kelvin);
-        let brightness = luminance(hot);
-        let hue = if brightness > f64::MIN_POSITIVE { hot / brightness } else { Rgb::ZERO };
         let power = STEFAN_BOLTZMANN * (1.0 + (kelvin.powi(4) - 1.0) * intensity);
-        let color = if k == 0 { Rgb::ZERO } else { hue * power * tint };
+        let color = blackbody_color(kelvin) * power * tint;
         Value::Array(vec![Value::Float(place), exact(color.max(Rgb::ZERO))])
     };
     Value::Array((0..=INTERVALS).map(stop).collect())

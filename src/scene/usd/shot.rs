@@ -57,6 +57,7 @@ impl Files {
         self.meshes.insert(file.clone(), mesh);
         file
     }
+
     /// VDB files and pictures by their names in the scene: where they are.
     pub fn assets(&self) -> impl Iterator<Item = (&str, &Path)> {
         self.assets.iter().map(|(name, path)| (name.as_str(), path.as_path()))

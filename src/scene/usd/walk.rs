@@ -1,6 +1,8 @@
 //! Prims in the world: what is inherited, and what instances are of.
 
-use glam::{DAffine3, DMat4, DQuat, DVec3};
+use std::collections::HashSet;
+
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use openusd::schemas::geom::{Imageable, Xformable};
 use openusd::sdf;
 use openusd::usd::{Prim, PrimStatus, SchemaBase, SchemaKind, Stage, TimeCode};
@@ -184,7 +186,7 @@ fn push_instances(
         none if none.is_empty() => reader.rotations(path, "orientations")?,
         turns => turns,
     };
-    let hidden = reader.integers(path, "invisibleIds")?;
+    let hidden: HashSet<i64> = reader.integers(path, "invisibleIds")?.into_iter().collect();
     let ids = reader.integers(path, "ids")?;
     if positions.len() < indices.len() {
         return Err(reader.wrong(
@@ -231,20 +233,27 @@ impl SchemaBase for AnyPrim {
 impl Imageable for AnyPrim {}
 impl Xformable for AnyPrim {}
 
-/// How the space of `stage` lies in the world: metres, y up.
-pub(super) fn world_of(stage: &Stage) -> (DAffine3, f64) {
-    let metres = match stage.stage_metadata("metersPerUnit") {
-        Ok(Some(sdf::Value::Double(metres))) if metres > 0.0 && metres.is_finite() => metres,
-        _ => 0.01,
-    };
-    let z_up = matches!(
-        stage.stage_metadata("upAxis"),
-        Ok(Some(axis)) if axis.as_str() == Some("Z")
-    );
-    let upright = if z_up {
-        glam::DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y)
-    } else {
-        glam::DMat3::IDENTITY
-    };
-    (DAffine3::from_mat3(upright * metres), metres)
+/// How the space of a stage lies in the world: metres, y up.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StageSpace {
+    pub(super) to_world: DAffine3,
+    /// Metres in a unit.
+    pub(super) metres: f64,
+    /// Whether z is upward.
+    pub(super) z_up: bool,
+}
+
+impl StageSpace {
+    /// That of `stage`.
+    pub(super) fn of(stage: &Stage) -> Self {
+        let metres = match stage.stage_metadata("metersPerUnit") {
+            Ok(Some(sdf::Value::Double(metres))) if metres > 0.0 && metres.is_finite() => metres,
+            _ => 0.01,
+        };
+        let axis = stage.stage_metadata("upAxis");
+        let z_up = matches!(axis, Ok(Some(axis)) if axis.as_str() == Some("Z"));
+        let upright =
+            if z_up { DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y) } else { DMat3::IDENTITY };
+        Self { to_world: DAffine3::from_mat3(upright * metres), metres, z_up }
+    }
 }
