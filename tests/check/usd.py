@@ -18,6 +18,7 @@ import OpenEXR
 sys.path[:0] = glob.glob(
     os.path.join(bpy.utils.resource_path("LOCAL"), "python", "lib", "python3*", "site-packages")
 )
+from ply import mesh_corners  # noqa: E402
 from bpy_extras.object_utils import world_to_camera_view  # noqa: E402
 from mathutils import Vector  # noqa: E402
 
@@ -221,15 +222,6 @@ def projected(scene, corner):
     depth = seen @ ahead
     across, upward = seen @ right / depth, seen @ np.cross(right, ahead) / depth
     return np.array([SIZE / 2 + across / pixel, SIZE / 2 - upward / pixel])
-
-
-def mesh_corners(path):
-    with open(path, "rb") as file:
-        head, body = file.read().split(b"end_header\n", 1)
-    lines = head.decode().split("\n")
-    count = next(int(line.split()[-1]) for line in lines if line.startswith("element vertex"))
-    width = sum(line.startswith("property float") for line in lines)
-    return np.frombuffer(body, "<f4", count * width).reshape(count, width)[:, :3].astype(float)
 
 
 def compare(folder, fogbow):

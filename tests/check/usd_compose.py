@@ -7,6 +7,7 @@ import sys
 import tomllib
 
 import numpy as np
+from ply import mesh_corners
 from pxr import Usd, UsdGeom
 
 PART = """#usda 1.0
@@ -120,15 +121,6 @@ def Xform "set"
 """
 
 
-def corners(path):
-    with open(path, "rb") as file:
-        head, body = file.read().split(b"end_header\n", 1)
-    lines = head.decode().split("\n")
-    count = next(int(line.split()[-1]) for line in lines if line.startswith("element vertex"))
-    width = sum(line.startswith("property float") for line in lines)
-    return np.frombuffer(body, "<f4", count * width).reshape(count, width)[:, :3].astype(float)
-
-
 def here(place):
     """From centimetres with z up to metres with y up."""
     x, y, z = place
@@ -156,7 +148,7 @@ def main(folder, fogbow):
         subprocess.run(command, check=True)
         with open(scene_file, "rb") as file:
             scene = tomllib.load(file)
-        found = np.concatenate([corners(os.path.join(folder, s["file"])) for s in scene["surface"]])
+        found = np.concatenate([mesh_corners(os.path.join(folder, s["file"])) for s in scene["surface"]])
         known = np.array(known)
         distance = np.linalg.norm(found[:, None] - known[None], axis=-1)
         farthest = max(distance.min(0).max(), distance.min(1).max())

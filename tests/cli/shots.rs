@@ -47,16 +47,22 @@ def Volume "smoke"
 }
 "#;
 
+/// A folder with the shot, and the VDB files of so many of its frames.
+fn shot(frames: u32) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("shot.usda"), SHOT).unwrap();
+    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.vdb");
+    for frame in 1..=frames {
+        std::fs::copy(&smoke, folder.path().join(format!("smoke_000{frame}.vdb"))).unwrap();
+    }
+    folder
+}
+
 /// The sequence of the guide: what its page of shots tells a user to type.
 #[test]
 fn a_shot_renders_by_frames_and_its_export_gives_the_same_pixels() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = shot(3);
     let here = folder.path();
-    std::fs::write(here.join("shot.usda"), SHOT).unwrap();
-    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.vdb");
-    for frame in 1..=3 {
-        std::fs::copy(&smoke, here.join(format!("smoke_000{frame}.vdb"))).unwrap();
-    }
     let small = ["--size", "24x24", "--rays", "2", "--photons", "2000", "--exposure", "0"];
     let with = |words: &[&'static str]| [words, &small].concat();
     let frames = with(&["render", "shot.usda", "--frames", "1-3", "-o", "frame_####.exr"]);
@@ -86,10 +92,7 @@ fn a_shot_renders_by_frames_and_its_export_gives_the_same_pixels() {
 
 #[test]
 fn a_missing_file_is_told_with_its_frame() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("shot.usda"), SHOT).unwrap();
-    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.vdb");
-    std::fs::copy(&smoke, folder.path().join("smoke_0001.vdb")).unwrap();
+    let folder = shot(1);
     let (code, _, err) =
         run(folder.path(), &["render", "shot.usda", "--frames", "1-2", "-o", "f_####.exr"]);
     assert!(code == 1 && err.contains("frame 2") && err.contains("smoke_0002.vdb"), "{err}");
@@ -97,13 +100,8 @@ fn a_missing_file_is_told_with_its_frame() {
 
 #[test]
 fn a_scene_adds_to_a_shot_and_stands_over_parts_of_it() {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = shot(3);
     let here = folder.path();
-    std::fs::write(here.join("shot.usda"), SHOT).unwrap();
-    let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.vdb");
-    for frame in 1..=3 {
-        std::fs::copy(&smoke, here.join(format!("smoke_000{frame}.vdb"))).unwrap();
-    }
     let render = ["render", "more.toml", "--frames", "2", "-o", "m_####.exr", "--exposure", "0"];
     let small = ["--rays", "1", "--photons", "1000"];
     let picture = |text: &str| {
