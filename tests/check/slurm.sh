@@ -46,8 +46,14 @@ until_true() {
 }
 state() { scontrol show job "$1" 2> /dev/null | sed -n 's/^ *JobState=\([A-Z_]*\).*/\1/p' | head -n 1; }
 is() { [ "$(state "$1")" = "$2" ]; }
-# The process that writes a picture.
-renders() { pgrep -f "^$work/bin/fogbow render .* -o $1( |\$)" > pid; }
+# renders PICTURE: whether a process of this cluster writes it, whose number goes to the file pid.
+renders() {
+    local process
+    for process in $(pgrep -f "fogbow render .* -o $1( |\$)"); do
+        [ "$(readlink "/proc/$process/exe")" = "$work/bin/fogbow" ] && echo "$process" > pid && return
+    done
+    return 1
+}
 
 title "a cluster of one node"
 mkdir daemons daemons/state daemons/spool bin
