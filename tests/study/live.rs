@@ -324,7 +324,7 @@ fn the_page_of_a_render_works() {
 fn the_page_says_that_it_is_finished() {
     let Some(mut browser) = Browser::start(1400, 900) else { return };
     let folder = tempfile::tempdir().unwrap();
-    let goal = ["--size", "240x160", "--error", "0.04", "--quiet", "--view"];
+    let goal = ["--size", "120x80", "--error", "0.04", "--quiet", "--view"];
     let mut running = Running(Viewed::start(render(folder.path(), &goal)));
     browser.open(&format!("http://{}/", running.0.address));
     browser.wait_for("!$('error').hidden && $('reached').textContent.includes('±')");
