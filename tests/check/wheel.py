@@ -3,7 +3,7 @@
 notebooks NAME...   runs notebooks of volumes/notebooks and fails where a cell does
 arrays FOGBOW       arrays beside the EXR of the command, read by OpenEXR; errors; Ctrl-C
 memory              peak memory of a large picture, with and without all of its arrays
-time FOGBOW         processor time of a render beside that of the program FOGBOW
+time FOGBOW         processor time of renders beside those of the program FOGBOW
 beside NAME         bpy or mitsuba in one process, imported before fogbow and after it
 """
 
@@ -125,9 +125,19 @@ def interrupt() -> None:
 
 def child(*words: str) -> tuple[float, float]:
     """Processor seconds and peak MiB of a process."""
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return ended(start(words))
+
+
+def start(words: tuple[str, ...], core: int | None = None) -> subprocess.Popen:
+    """A process, on one core alone if that is told."""
+    pin = None if core is None else lambda: os.sched_setaffinity(0, {core})
+    return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=pin)
+
+
+def ended(process: subprocess.Popen) -> tuple[float, float]:
+    """Processor seconds and peak MiB of a process that was started, once it ended."""
     _, status, used = os.wait4(process.pid, 0)
-    assert status == 0, words
+    assert status == 0, process.args
     return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
 
@@ -154,20 +164,26 @@ RENDER = "import fogbow; fogbow.render({smoke!r}, **{settings!r}).save({exr!r}, 
 
 
 def timed(program: str) -> None:
-    """The module against the program, whose build must be of the same profile, in turn."""
-    settings = {"rays": 16, "photons": 200_000, "size": (512, 512)}
+    """The module beside the program, whose build must be of the same profile.
+
+    Both run at once, on a core each that they change every time, so that other programs slow both alike.
+    """
+    settings = {"rays": 16, "photons": 200_000, "size": (256, 256)}
+    cores = sorted(os.sched_getaffinity(0))[:2]
+    assert len(cores) == 2, "two cores are needed"
     ratios = []
     with tempfile.TemporaryDirectory() as folder:
         code = RENDER.format(smoke=str(SMOKE), settings=settings, exr=f"{folder}/a.exr", png=f"{folder}/a.png")
-        flags = ["--rays=16", "--photons=200000", "--size=512x512", "--quiet"]
-        for number in range(10):
-            calls = [(sys.executable, "-c", code), (program, "render", str(SMOKE), "-o", f"{folder}/b.exr", *flags)]
-            order = calls if number % 2 == 0 else calls[::-1]
-            used = {call[0]: child(*call)[0] for call in order}
-            ratios.append(used[sys.executable] / used[program])
-            print(f"{used[sys.executable]:.2f} s against {used[program]:.2f} s: {ratios[-1]:.4f}")
+        flags = ["--rays=16", "--photons=200000", "--size=256x256", "--quiet"]
+        calls = [(sys.executable, "-c", code), (program, "render", str(SMOKE), "-o", f"{folder}/b.exr", *flags)]
+        for number in range(20):
+            order = cores if number % 2 == 0 else cores[::-1]
+            started = [start(call, core) for call, core in zip(calls, order)]
+            module, command = (ended(process)[0] for process in started)
+            ratios.append(module / command)
+            print(f"{module:.2f} s beside {command:.2f} s: {ratios[-1]:.4f}")
     mean = statistics.mean(ratios)
-    half = 2.262 * statistics.stdev(ratios) / len(ratios) ** 0.5  # Student's t, 9 degrees of freedom, 95 %
+    half = 2.093 * statistics.stdev(ratios) / len(ratios) ** 0.5  # Student's t, 19 degrees of freedom, 95 %
     print(f"processor time over that of the command: {mean:.4f}, 95 % interval {mean - half:.4f} to {mean + half:.4f}")
     assert mean + half < 1.02
 
