@@ -336,10 +336,11 @@ fn finished_frames_are_left_out() {
 }
 
 /// Kills a sequence at a moment of its choice in each of `rounds`, twice in every third, goes on and
-/// compares. The moments are drawn with a fixed seed from the time that a whole run takes.
-fn kills(rounds: u64) {
+/// compares, each time on another number of threads. The moments are drawn with a fixed seed from the time that a whole run
+/// takes.
+fn kills(rounds: u64, more: &[&str]) {
     let studio = Studio::new();
-    let args = ["render", "scene.toml", "--frames", "7-10", "--quiet", "-o"];
+    let args = [&["render", "scene.toml", "--frames", "7-10", "--quiet"], more, &["-o"]].concat();
     let begin = Instant::now();
     studio.does(&[&args[..], &["whole_#.exr"]].concat());
     let time = begin.elapsed().as_secs_f64();
@@ -353,7 +354,9 @@ fn kills(rounds: u64) {
             }
         }
         for _ in 0..1 + u64::from(round % 3 == 2) {
-            let mut command = studio.command(&[&args[..], &["a_#.exr", "--resume"]].concat());
+            let threads = ((1.0 + 3.0 * moments.uniform()) as u32).to_string();
+            let own = ["a_#.exr", "--resume", "--checkpoint", "20ms", "--threads", &threads];
+            let mut command = studio.command(&[&args[..], &own].concat());
             let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
             std::thread::sleep(Duration::from_secs_f64(moments.uniform() * time));
             child.kill().unwrap(); // SIGKILL
@@ -363,19 +366,25 @@ fn kills(rounds: u64) {
         studio.does(&[&args[..], &["a_#.exr", "--resume"]].concat());
         assert!(studio.pictures("a_#") == whole, "round {round}");
     }
-    eprintln!("{rounds} rounds, {left_something} of them with finished frames: all equal");
+    eprintln!(
+        "{more:?}: {rounds} rounds, {left_something} of them with finished frames: all equal"
+    );
 }
 
 #[test]
 fn a_killed_sequence_goes_on() {
-    kills(3);
+    kills(3, &[]);
+    kills(2, &RECONSTRUCTED);
 }
 
-/// The figure of issue 8: `cargo test --test sequence -- --ignored --nocapture fifty`.
+/// Rays by the error that is left after reconstruction.
+const RECONSTRUCTED: [&str; 4] = ["--x", "error", "--op", "tolerance"];
+
 #[test]
-#[ignore = "a minute: fifty rounds"]
+#[ignore = "minutes: cargo test --test sequence -- --ignored --nocapture fifty"]
 fn fifty_kills_and_resumes() {
-    kills(50);
+    kills(50, &[]);
+    kills(50, &RECONSTRUCTED);
 }
 
 #[test]

@@ -14,7 +14,8 @@ pub use components::{ComponentFilm, PixelComponents};
 pub use feature_mean::FeatureMean;
 pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
 pub use reconstruct::{
-    Antialiased, FilmNoise, RECONSTRUCTION_BYTES, Reconstruction, VisibilityRay,
+    Antialiased, FilmNoise, RECONSTRUCTION_BYTES, RECONSTRUCTION_REACH, Reconstruction,
+    VisibilityRay,
 };
 pub use sample::{Components, Sample, Seen, VisibleSurface};
 pub use tiled::{FilmContents, FilmState, Importance, Pixel, Tile, TiledFilm};

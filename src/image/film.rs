@@ -200,6 +200,32 @@ impl Film {
         self.full
     }
 
+    /// The part of it that lies in `window` of the film that it is part of.
+    ///
+    /// # Panics
+    /// Where that has pixels which it has not.
+    #[must_use]
+    pub fn cut(self, window: Window) -> Self {
+        if window == self.window {
+            return self;
+        }
+        let own = self.window;
+        let planes = |layers: &[f32]| -> Vec<f32> {
+            let planes = layers.chunks_exact(self.pixels());
+            planes.flat_map(|plane| window.cut(plane, own)).collect()
+        };
+        let has_features = !self.features.is_empty();
+        Self {
+            window,
+            radiance: planes(&self.radiance),
+            others: self.others.iter().map(|plane| window.cut(plane, own)).collect(),
+            visible_emission: window.cut(&self.visible_emission, own),
+            noisy: planes(&self.noisy),
+            features: if has_features { window.cut(&self.features, own) } else { Vec::new() },
+            ..self
+        }
+    }
+
     /// Pixels in a row.
     pub fn width(&self) -> usize {
         self.window.width as usize

@@ -31,12 +31,12 @@ impl Window {
         inside(self.left, self.width, size[0]) && inside(self.top, self.height, size[1])
     }
 
-    /// It and the pixels round it, as far as they lie on a film of `size`.
+    /// It and `reach` pixels on each side, as far as they lie on a film of `size`.
     #[must_use]
-    pub fn grown(&self, size: [u32; 2]) -> Self {
+    pub fn grown(&self, reach: u32, size: [u32; 2]) -> Self {
         let grown = |first: u32, length: u32, all: u32| {
-            let begin = first.saturating_sub(1);
-            [begin, (first + length + 1).min(all) - begin]
+            let begin = first.saturating_sub(reach);
+            [begin, (first + length).saturating_add(reach).min(all) - begin]
         };
         let [left, width] = grown(self.left, self.width, size[0]);
         let [top, height] = grown(self.top, self.height, size[1]);
@@ -63,6 +63,18 @@ impl Window {
             let begin = (top + row) * width + left;
             (begin..begin + length, row * length..(row + 1) * length)
         })
+    }
+
+    /// The values of its pixels in a `plane` of those of the window `larger`, row by row from the top.
+    ///
+    /// # Panics
+    /// Where `larger` does not hold all of it.
+    pub(super) fn cut<T: Copy>(&self, plane: &[T], larger: Self) -> Vec<T> {
+        assert_eq!(larger.intersection(self), Some(*self), "a part of {larger}");
+        let [left, top] = [self.left - larger.left, self.top - larger.top];
+        let there = Self { left, top, ..*self };
+        let rows = there.rows(larger.width as usize);
+        rows.flat_map(|(there, _)| &plane[there]).copied().collect()
     }
 
     /// Pixels in it.
@@ -124,6 +136,17 @@ mod tests {
         let window = Window { left: 3, top: 1, width: 2, height: 2 };
         let rows: Vec<_> = window.rows(8).collect();
         assert_eq!(rows, [(11..13, 0..2), (19..21, 2..4)]);
+    }
+
+    #[test]
+    fn windows_are_cut_out_of_larger_ones() {
+        let larger = Window { left: 2, top: 5, width: 4, height: 3 };
+        let plane: Vec<u32> = (0..12).collect();
+        let window = Window { left: 3, top: 6, width: 2, height: 2 };
+        assert_eq!(window.cut(&plane, larger), [5, 6, 9, 10]);
+        assert_eq!(larger.cut(&plane, larger), plane);
+        assert_eq!(window.grown(1, [5, 9]), Window { left: 2, top: 5, width: 3, height: 4 });
+        assert_eq!(window.grown(u32::MAX, [5, 9]), Window::whole([5, 9]));
     }
 
     #[test]

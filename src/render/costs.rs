@@ -157,6 +157,7 @@ impl RaySample {
         let region = RenderRegion {
             size: small,
             window: Window::whole(small),
+            shown: Window::whole(small),
             seed,
             stage: Stage::Director,
             rays: settings.rays,

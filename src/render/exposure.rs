@@ -39,6 +39,8 @@ pub struct RenderRegion {
     pub size: [u32; 2],
     /// The part of it that gets rays.
     pub window: Window,
+    /// The part of that which the picture shows.
+    pub shown: Window,
     /// Seed of the random streams.
     pub seed: u64,
     /// The stage that the random streams belong to.
@@ -79,8 +81,10 @@ impl Sampled {
 /// The result of an exposure.
 #[derive(Debug)]
 pub struct Exposure {
-    /// The picture.
+    /// What has got rays.
     pub film: Film,
+    /// The part of it that is the picture.
+    pub shown: Window,
     /// Its components, where they are gathered.
     pub components: Option<ComponentFilm>,
     /// Work done for it, that before a checkpoint included.
@@ -96,10 +100,10 @@ pub struct Exposure {
 impl Exposure {
     /// The picture after these `stages`; `work` was done beside it. `radius` is the finest one of gathers, in metres.
     pub fn rendered(self, mut work: Work, stages: Stages, radius: Option<f64>) -> Rendered {
-        let Self { film, work: exposing, ended, rays_left, checkpoint_error, .. } = self;
+        let Self { film, shown, work: exposing, ended, rays_left, checkpoint_error, .. } = self;
         work += exposing;
         Rendered {
-            film,
+            film: film.cut(shown),
             work,
             timings: stages.timings,
             radius,
@@ -167,7 +171,7 @@ pub fn resolve(
         FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
     });
     known.iter().for_each(|known| film.fill(known));
-    Exposure { film, components, work, ended, rays_left, checkpoint_error }
+    Exposure { film, shown: region.shown, components, work, ended, rays_left, checkpoint_error }
 }
 
 /// The picture of the samples that the `film` of `region` has so far, for which so much `work` was done.

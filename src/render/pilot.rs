@@ -79,6 +79,7 @@ impl Pilot {
             RenderRegion {
                 size,
                 window: Window::whole(size),
+                shown: Window::whole(size),
                 seed,
                 stage: Stage::Director,
                 rays: RAYS,

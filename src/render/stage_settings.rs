@@ -3,7 +3,7 @@
 use super::exposure::RenderRegion;
 use super::pass_settings::PassSettings;
 use crate::director::PixelBudget;
-use crate::film::FilmContents;
+use crate::film::{FilmContents, RECONSTRUCTION_REACH};
 use crate::image::Window;
 use crate::math::Stage;
 use crate::photon::PhotonSettings;
@@ -66,6 +66,14 @@ pub(super) fn finest_step(scene: &Scene, settings: &RenderSettings) -> f64 {
     settings.step.unwrap_or_else(|| scene.media.detail().unwrap_or(0.0))
 }
 
+/// The part of the film that gets rays under `settings`: what the picture shows, and round it what its reconstruction looks
+/// at.
+pub(super) fn exposed_window(scene: &Scene, settings: &RenderSettings) -> Window {
+    let shown = settings.crop.unwrap_or(Window::whole(scene.film.size));
+    let reach = if settings.reconstructs() { RECONSTRUCTION_REACH as u32 } else { 0 };
+    shown.grown(reach, scene.film.size)
+}
+
 /// The region of the film that is rendered, with random streams of `stage`.
 pub(super) fn render_region(
     scene: &Scene,
@@ -75,7 +83,8 @@ pub(super) fn render_region(
     let size = scene.film.size;
     RenderRegion {
         size,
-        window: settings.crop.unwrap_or(Window::whole(size)),
+        window: exposed_window(scene, settings),
+        shown: settings.crop.unwrap_or(Window::whole(size)),
         seed: settings.seed,
         stage,
         rays: PixelBudget::fixed(settings.rays, 0.0, 0.0).of_pass(settings).rays,

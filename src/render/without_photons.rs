@@ -44,10 +44,12 @@ fn trace_reference<S: Spectrum>(
     let paths = PathTracer::new(scene, settings.max_scatter);
     let tracer = FeatureTracer::new(scene, settings.denoise);
     let budget = PixelBudget::fixed(settings.rays, 0.0, 0.0).of_pass(settings);
+    let region = render_region(scene, settings, Stage::Reference);
     let exposed = expose(
         RenderRegion {
+            window: region.shown,
             contents: FilmContents { features: settings.denoise, components: false },
-            ..render_region(scene, settings, Stage::Reference)
+            ..region
         },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| budget,
@@ -75,11 +77,9 @@ pub fn preview<'a>(
     let photons = PhotonPass::<Rgb>::empty(settings.radius.unwrap_or(0.0));
     let budget = PixelBudget::fixed(1, photons.radius, finest_step(scene, settings));
     let integrator = photons.integrator(scene, Needs::new(scene, settings));
+    let region = render_region(scene, settings, Stage::March);
     let exposed = expose(
-        RenderRegion {
-            contents: FilmContents::default(),
-            ..render_region(scene, settings, Stage::March)
-        },
+        RenderRegion { window: region.shown, contents: FilmContents::default(), ..region },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| budget,
         |camera_ray, workspace| integrator.radiance(camera_ray, workspace),

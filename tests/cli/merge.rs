@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use fogbow::image::{Layers, write_exr_layers};
+use fogbow::image::{Film, Layers, write_exr, write_exr_layers};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -82,6 +82,12 @@ fn altered(folder: &Path, from: &str, name: &str, attribute: &str, value: &str) 
     write_exr_layers(&path, from.width, from.height, &named, &attributes).unwrap();
 }
 
+/// The bits of all layers.
+fn bits(layers: &Layers) -> BTreeMap<String, Vec<u32>> {
+    let bits = |values: &Vec<f32>| values.iter().map(|v| v.to_bits()).collect();
+    layers.channels.iter().map(|(name, values)| (name.clone(), bits(values))).collect()
+}
+
 #[test]
 fn crops_merged_equal_the_whole_bit_for_bit() {
     let folder = folder();
@@ -89,10 +95,6 @@ fn crops_merged_equal_the_whole_bit_for_bit() {
     let [a, b, c, d] = ["crop0.exr", "crop1.exr", "crop2.exr", "crop3.exr"];
     assert_eq!(merges(folder, &[a, b, c, d], "out.exr"), "out.exr\nout.png\n");
     let (merged, whole) = (layers(folder, "out.exr"), layers(folder, "whole.exr"));
-    let bits = |layers: &Layers| -> BTreeMap<String, Vec<u32>> {
-        let bits = |values: &Vec<f32>| values.iter().map(|v| v.to_bits()).collect();
-        layers.channels.iter().map(|(name, values)| (name.clone(), bits(values))).collect()
-    };
     assert!(whole.channels.len() >= 12 && whole.get("R").unwrap().iter().any(|r| *r > 0.0));
     assert!(bits(&merged) == bits(&whole), "pixels differ");
     assert_eq!((merged.corner, merged.display), (whole.corner, whole.display));
@@ -277,16 +279,44 @@ fn the_output_is_none_of_the_parts() {
     }
 }
 
+/// Crops that are narrower than what the filter looks at, and that leave out pixels which it does not reach.
 #[test]
-fn crops_that_were_filtered_are_merged_with_a_warning() {
+fn reconstructed_crops_merged_equal_the_whole_bit_for_bit() {
     let folder = folder();
     let folder = folder.path();
-    for (name, crop) in [("a.exr", "0,0,16x23"), ("b.exr", "16,0,17x23")] {
-        render(folder, name, &["--reconstruct", "--crop", crop]);
+    let crops = ["0,0,97x31", "97,0,1x31", "98,0,63x17", "98,17,63x14"];
+    for directed in [&[][..], &["--director", "xs", "--x", "error", "--op", "tolerance"]] {
+        let more = [&["--reconstruct", "--size", "161x31", "--rays", "3"], directed].concat();
+        render(folder, "all.exr", &more);
+        for (index, crop) in crops.iter().enumerate() {
+            let threads = (1 + index % 3).to_string();
+            let own = ["--crop", crop, "--threads", &threads];
+            render(folder, &format!("part{index}.exr"), &[&more[..], &own].concat());
+        }
+        let parts = [0, 1, 2, 3].map(|index| format!("part{index}.exr"));
+        merges(folder, &parts, "out.exr");
+        let [merged, whole] = ["out.exr", "all.exr"].map(|name| layers(folder, name));
+        assert!(whole.channels["noisy.R"] != whole.channels["R"]);
+        assert!(bits(&merged) == bits(&whole), "pixels differ: {more:?}");
+    }
+}
+
+#[test]
+fn crops_that_were_denoised_are_merged_with_a_warning() {
+    let folder = folder();
+    let folder = folder.path();
+    for (name, crop) in [("a", "0,0,16x23"), ("b", "16,0,17x23")] {
+        render(folder, "crop.exr", &["--crop", crop]);
+        // Black pixels, and the header of a crop for which a library for it was there.
+        let part = layers(folder, "crop.exr");
+        let film = Film::part([33, 23], crop.parse().unwrap());
+        let denoised = ("fogbow:denoised", "true".to_owned());
+        let attributes = part.attributes.iter().map(|(n, v)| (n.as_str(), v.clone()));
+        let attributes: Vec<_> = attributes.chain([denoised]).collect();
+        write_exr(&folder.join(format!("{name}.exr")), &film, &attributes).unwrap();
     }
     let (code, _, err) = run(folder, &["merge", "a.exr", "b.exr", "-o", "out.exr"]);
-    assert!(code == 0 && err.contains("warning: the crops are reconstructed"), "{err}");
-    assert!(layers(folder, "out.exr").channels.contains_key("noisy.R"));
+    assert!(code == 0 && err.contains("warning: the crops are denoised"), "{err}");
 }
 
 /// The variance that the layers of two halves of twelve passes tell, over half of their squared difference. It is 1

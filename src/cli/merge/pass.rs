@@ -223,11 +223,9 @@ fn listed<T>(things: &[T], text: impl Fn(&T) -> String, between: &str) -> String
 pub(super) fn warnings(passes: &[Pass]) -> Vec<String> {
     let has_crops = passes.iter().any(|pass| pass.parts.len() > 1);
     let first = passes[0].first();
-    let filtered = ["reconstructed", "denoised"]
-        .into_iter()
-        .find(|name| first.attribute(name) == Some("true"));
-    let seams = filtered.filter(|_| has_crops).map(|filtered| {
-        format!("the crops are {filtered}, each by its own pixels: seams between them may be seen")
+    let is_denoised = first.attribute("denoised") == Some("true");
+    let seams = (is_denoised && has_crops).then(|| {
+        "the crops are denoised, each by its own pixels: seams between them may be seen".to_owned()
     });
     let view = first.view().is_none().then(|| {
         "there is no PNG: the parts do not tell fogbow:exposure and fogbow:view".to_owned()

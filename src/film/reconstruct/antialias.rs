@@ -6,7 +6,7 @@ use glam::Vec3A;
 use super::edges::mean_reflectance;
 use super::levels::around;
 use super::media::OPACITY_STEP;
-use super::scale::{DARKEST, box_sums};
+use super::scale::{DARKEST, box_means, box_sums};
 use super::surfaces::{SurfaceFeatures, ratio};
 use super::{FilteredLight, Reconstruction};
 use crate::film::sample::VisibleSurface;
@@ -19,7 +19,7 @@ const LEAST_LIKENESS: f32 = 1e-3;
 /// Pixels on each side over which the agreement of both halves is averaged.
 ///
 /// Unit: pixels. Limit: on how far an edge decides for others: a contact shadow is as narrow.
-const AGREEMENT_RADIUS: usize = 2;
+pub(super) const AGREEMENT_RADIUS: usize = 2;
 
 /// Distance along each axis from a ray beyond which pixels do not count.
 ///
@@ -101,12 +101,14 @@ impl Reconstruction<'_> {
     /// summed over the pixels around (shrinkage by James and Stein 1961, "Estimation with Quadratic Loss").
     pub(super) fn corrected(&self, all: &[Antialiased]) -> Vec<Vec3A> {
         let none = vec![0.0; self.film.pixels.len()];
+        let around = |of: Vec<f32>| box_sums(self.film.width, &of, AGREEMENT_RADIUS);
+        let mut squares = none.clone();
+        all.iter().for_each(|of| squares[of.pixel] = of.radiance.length_squared());
+        let squares = box_means(self.film.width, &squares, AGREEMENT_RADIUS);
         let [mut agreed, mut agreed_squares, mut noisy] = [none.clone(), none.clone(), none];
-        let typical = all.iter().map(|pixel| pixel.radiance.length_squared()).sum::<f32>();
-        let least = DARKEST * typical / all.len() as f32;
         for &Antialiased { pixel, radiance, residuals } in all {
             let [Some(a), Some(b)] = residuals else { continue };
-            let scale = radiance.length_squared() + least;
+            let scale = radiance.length_squared() + DARKEST * squares[pixel];
             let product = a.dot(b) / scale;
             let square = (0.5 * (a + b)).length_squared() / scale;
             if (product * product).is_finite() && square.is_finite() {
@@ -114,7 +116,6 @@ impl Reconstruction<'_> {
                 noisy[pixel] = square;
             }
         }
-        let around = |of: Vec<f32>| box_sums(self.film.width, &of, AGREEMENT_RADIUS);
         let [agreed, agreed_squares, noisy] = [agreed, agreed_squares, noisy].map(around);
         let corrected = |of: &Antialiased| {
             let sure = agreed[of.pixel] - agreed_squares[of.pixel].sqrt();

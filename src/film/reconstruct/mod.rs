@@ -42,6 +42,17 @@ pub const RECONSTRUCTION_BYTES: usize = 2 * 2 * (levels::LEVELS as usize + 1) * 
     + size_of::<Option<SurfaceFeatures>>()
     + 2 * size_of::<[Vec3A; 3]>();
 
+/// Pixels on each side on which a reconstructed pixel depends.
+///
+/// Unit: pixels. Derivation: the radii of all that is looked at, one from the other: outliers or spacings, the taps of all
+/// levels, errors and the light they are relative to, levels, the neighbours of edges, and agreement with what that is relative to.
+pub const RECONSTRUCTION_REACH: usize = 1
+    + 2 * ((1 << levels::LEVELS) - 1)
+    + 2 * scale::ERROR_RADIUS
+    + scale::LEVEL_RADIUS
+    + 1
+    + 2 * antialias::AGREEMENT_RADIUS;
+
 /// The components of a picture with less noise.
 #[derive(Debug)]
 pub struct Reconstruction<'a> {
@@ -266,7 +277,7 @@ mod tests {
             // Outliers are clamped by both halves, which would not be independent.
             let candidates = media::levels(&film, media::pixels(&film));
             let [raw, .., widest] = candidates.as_slice() else { unreachable!() };
-            let scales = scale::scales(widest);
+            let scales = scale::scales(SIZE[0], widest);
             let told = candidates.iter().map(|candidate| {
                 let errors = scale::relative_errors(candidate, raw, &scales);
                 let differences =

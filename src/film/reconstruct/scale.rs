@@ -5,17 +5,17 @@ use rayon::prelude::*;
 
 use super::levels::Candidate;
 
-/// Pixels on each side over which errors are averaged.
+/// Pixels on each side over which errors, and the light they are relative to, are averaged.
 ///
 /// Unit: pixels. Limit: on the noise of errors: 49 pixels of two halves each tell them to a fifth.
-const ERROR_RADIUS: usize = 3;
+pub(super) const ERROR_RADIUS: usize = 3;
 
 /// Pixels on each side over which levels are averaged.
 ///
 /// Unit: pixels. Limit: on seams between levels.
-const LEVEL_RADIUS: usize = 2;
+pub(super) const LEVEL_RADIUS: usize = 2;
 
-/// Squared light, over the mean of the picture, below which errors are no longer relative.
+/// Squared light, over the mean of the pixels around, below which errors are no longer relative.
 ///
 /// Unit: none. Limit: on the weight of pixels that are nearly black.
 pub(super) const DARKEST: f32 = 1e-3;
@@ -32,7 +32,7 @@ pub(super) struct Selected {
 /// The component of these `candidates`, from that of the pixels on.
 pub(super) fn select(width: usize, candidates: &[Candidate]) -> Selected {
     let [raw, .., widest] = candidates else { unreachable!("there are several levels") };
-    let scales = scales(widest);
+    let scales = scales(width, widest);
     let errors: Vec<Vec<f32>> =
         candidates.iter().map(|of| errors(width, of, raw, &scales)).collect();
     let pixels = scales.len();
@@ -42,11 +42,9 @@ pub(super) fn select(width: usize, candidates: &[Candidate]) -> Selected {
         levels.min_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(0) as f32
     };
     let best: Vec<f32> = (0..pixels).into_par_iter().map(best).collect();
-    let ones = vec![1.0; pixels];
-    let counts = box_sums(width, &ones, LEVEL_RADIUS);
-    let levels = box_sums(width, &best, LEVEL_RADIUS);
+    let levels = box_means(width, &best, LEVEL_RADIUS);
     let blend = |at: &(dyn Fn(usize, usize) -> Option<Vec3A> + Sync), pixel: usize| {
-        let level = levels[pixel] / counts[pixel];
+        let level = levels[pixel];
         let below = (level as usize).min(candidates.len() - 1);
         let above = (below + 1).min(candidates.len() - 1);
         let raw = at(0, pixel);
@@ -88,12 +86,12 @@ fn errors(width: usize, candidate: &Candidate, raw: &Candidate, scales: &[f32]) 
 }
 
 /// Squared light relative to which errors of pixels are, by the `widest` candidate.
-pub(super) fn scales(widest: &Candidate) -> Vec<f32> {
+pub(super) fn scales(width: usize, widest: &Candidate) -> Vec<f32> {
     let pixels = widest.halves[0].len();
     let typical = |pixel: usize| widest.mean(pixel).map_or(0.0, Vec3A::length_squared);
     let typical: Vec<f32> = (0..pixels).map(typical).collect();
-    let least = DARKEST * typical.iter().sum::<f32>() / pixels as f32;
-    typical.into_iter().map(|typical| typical + least).collect()
+    let around = box_means(width, &typical, ERROR_RADIUS);
+    typical.iter().zip(around).map(|(typical, around)| typical + DARKEST * around).collect()
 }
 
 /// The squared error of the mean of both halves of a candidate in each pixel, relative to `scales`, and
@@ -127,6 +125,13 @@ pub(super) fn relative_errors(
         error.is_finite().then_some((error / scale, a.w > 0.0 && b.w > 0.0))
     };
     scales.par_iter().enumerate().map(error).collect()
+}
+
+/// Means over squares of `radius` pixels to each side, as far as there are pixels.
+pub(super) fn box_means(width: usize, values: &[f32], radius: usize) -> Vec<f32> {
+    let ones = vec![1.0; values.len()];
+    let [sums, counts] = [values, &ones].map(|of| box_sums(width, of, radius));
+    sums.into_iter().zip(counts).map(|(sum, count)| sum / count).collect()
 }
 
 /// Sums over squares of `radius` pixels to each side.
