@@ -16,6 +16,7 @@ use std::time::Instant;
 
 use fogbow::image::{PICTURE_DECODER, decode_texture};
 use fogbow::scene::file::parse;
+use fogbow::scene::{LoadOptions, USD_READER, read_shot};
 use fogbow::shape::{MESH_READER, load_mesh};
 use fogbow::vdb::{ReadAs, VdbFile};
 use glam::DAffine3;
@@ -60,7 +61,29 @@ fn scene(path: &Path) -> fogbow::Result<()> {
     parse(path, &String::from_utf8_lossy(&fs::read(path).unwrap())).map(drop)
 }
 
-fn readers() -> [Reader; 5] {
+fn shot(path: &Path) -> fogbow::Result<()> {
+    read_shot(path, &LoadOptions::default()).map(drop)
+}
+
+/// Shots as text, as binary files of two writers, and as packages of these.
+fn shots() -> [Vec<Vec<u8>>; 3] {
+    let text = include_str!("corpus/shot.usda");
+    let written = openusd::usda::parse(text).unwrap();
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    openusd::usdc::CrateWriter::write(&written, &mut bytes).unwrap();
+    let binary = vec![bytes.into_inner(), include_bytes!("corpus/blender.usdc").to_vec()];
+    let packages = binary.iter().map(|layer| {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let mut archive = openusd::usdz::ArchiveWriter::new(&mut bytes);
+        archive.add_layer("shot.usdc", layer).unwrap();
+        archive.finish().unwrap();
+        bytes.into_inner()
+    });
+    let packages = packages.collect();
+    [vec![text.into()], binary, packages]
+}
+
+fn readers() -> [Reader; 8] {
     use exr::prelude::*;
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.exr");
@@ -81,6 +104,7 @@ fn readers() -> [Reader; 5] {
     let scenes = ["smoke.toml", "fire.toml", "road.toml", "balls_b.toml", "lucy.toml"].map(shipped);
     let volumes = corpus::odd().into_iter().map(|case| case.bytes);
     let volumes = volumes.filter(|bytes| (16..1 << 16).contains(&bytes.len())); // quick to read
+    let [text, binary, packages] = shots();
     let formats = |bytes: Vec<u8>| (222..=226).map(move |version| corpus::format(&bytes, version));
     [
         Reader { name: "a.vdb", inputs: volumes.flat_map(formats).collect(), read: vdb },
@@ -88,6 +112,9 @@ fn readers() -> [Reader; 5] {
         Reader { name: "a.ply", inputs: vec![PLY.into()], read: mesh },
         Reader { name: "a.exr", inputs: pictures.into(), read: texture },
         Reader { name: "a.toml", inputs: scenes.into(), read: scene },
+        Reader { name: "a.usda", inputs: text, read: shot },
+        Reader { name: "a.usdc", inputs: binary, read: shot },
+        Reader { name: "a.usdz", inputs: packages, read: shot },
     ]
 }
 
@@ -174,7 +201,10 @@ fn run(count: u64, seed: u64, keep: &Path) -> Vec<Outcome> {
 fn hush() {
     let print = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
-        if !matches!(std::thread::current().name(), Some(PICTURE_DECODER | MESH_READER)) {
+        if !matches!(
+            std::thread::current().name(),
+            Some(PICTURE_DECODER | MESH_READER | USD_READER)
+        ) {
             print(info);
         }
     }));

@@ -4,11 +4,13 @@
 //! that `fogbow export` makes of it give the same picture. Meshes are kept in memory under the names that the
 //! exported scene gives their files.
 
+mod binary_layer;
 mod camera;
 mod geometry;
 mod light;
 mod material;
 mod mesh;
+mod package;
 mod primitive;
 mod seen;
 mod shading;

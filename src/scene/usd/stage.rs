@@ -7,7 +7,7 @@ use openusd::ar::{Asset, AssetInfo, DefaultResolver, ResolvedPath, Resolver};
 use openusd::usd::Stage;
 use tempfile::TempDir;
 
-use super::text_layer;
+use super::{binary_layer, package, text_layer};
 use crate::error::{Error, Result};
 use crate::scene::reader::one_line;
 
@@ -40,14 +40,14 @@ impl Root {
     pub(super) fn open(path: &Path) -> Result<Self> {
         let mut file = crate::file::open(path)?;
         let mut magic = [0; 2];
-        let is_package = file.read_exact(&mut magic).is_ok() && &magic == b"PK";
+        let is_package = file.read_exact(&mut magic).is_ok() && package::is_package(&magic);
         if !is_package {
             return Ok(Self { path: path.into(), layer: path.into(), folder: None });
         }
         let wrong = |problem: String| Error::file(path, one_line(&problem));
         let folder = TempDir::with_prefix("fogbow-usdz-")
             .map_err(|e| wrong(format!("cannot be unpacked: {e}")))?;
-        let layer = unpack(path, folder.path()).map_err(wrong)?;
+        let layer = package::unpack(path, folder.path()).map_err(wrong)?;
         Ok(Self { path: path.into(), layer, folder: Some(folder) })
     }
 
@@ -92,35 +92,6 @@ impl Root {
     }
 }
 
-/// Unpacks the package `path` into `folder`. Returns its first layer.
-fn unpack(path: &Path, folder: &Path) -> Result<PathBuf, String> {
-    let damaged = |e: &dyn std::fmt::Display| format!("is no USD package that can be read: {e}");
-    let file = std::fs::File::open(path).map_err(|e| damaged(&e))?;
-    let mut left = file.metadata().map_err(|e| damaged(&e))?.len();
-    let mut archive = zip::ZipArchive::new(file).map_err(|e| damaged(&e))?;
-    let mut first = None;
-    for index in 0..archive.len() {
-        let mut entry = archive.by_index(index).map_err(|e| damaged(&e))?;
-        if entry.is_dir() {
-            continue;
-        }
-        let name = entry.enclosed_name().ok_or_else(|| damaged(&"a name that leads out of it"))?;
-        if entry.compression() != zip::CompressionMethod::Stored {
-            return Err(damaged(
-                &"its files are compressed, and a package stores them as they are",
-            ));
-        }
-        left = left.checked_sub(entry.size()).ok_or_else(|| damaged(&"its sizes cannot be"))?;
-        let target = folder.join(&name);
-        target.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(|e| damaged(&e))?;
-        let mut out = std::fs::File::create(&target).map_err(|e| damaged(&e))?;
-        let size = entry.size();
-        io::copy(&mut (&mut entry).take(size), &mut out).map_err(|e| damaged(&e))?;
-        first = first.or(Some(target));
-    }
-    first.ok_or_else(|| damaged(&"it is empty"))
-}
-
 /// `message` in one line, cut where it is long.
 fn shortened(message: &str) -> String {
     let line = one_line(message);
@@ -130,7 +101,7 @@ fn shortened(message: &str) -> String {
     }
 }
 
-/// Finds and opens layers, text in a form that the crate reads.
+/// Finds and opens layers: binary ones are checked, text is in a form that the crate reads.
 #[derive(Default)]
 struct Layers(DefaultResolver);
 
@@ -149,12 +120,18 @@ impl Resolver for Layers {
 
     fn open_asset(&self, resolved_path: &ResolvedPath) -> io::Result<Box<dyn Asset>> {
         let bytes = self.0.open_asset(resolved_path)?.read_all()?;
-        if !text_layer::is_text(&bytes) {
-            return Ok(Box::new(Cursor::new(bytes)));
+        let checked = if package::is_package(&bytes) {
+            package::each_layer(&bytes, |layer| readable(layer).map(|_| ())).map(|()| bytes)
+        } else {
+            readable(bytes)
+        };
+        match checked {
+            Ok(bytes) => Ok(Box::new(Cursor::new(bytes))),
+            Err(problem) => {
+                let name = resolved_path.file_name().unwrap_or_default();
+                Err(io::Error::other(format!("{}: {problem}", name.display())))
+            }
         }
-        let text = String::from_utf8(bytes).map_err(|_| io::Error::other("is not UTF-8"))?;
-        let readable = text_layer::readable(&text).map_err(io::Error::other)?.into_owned();
-        Ok(Box::new(Cursor::new(readable.into_bytes())))
     }
 
     fn get_asset_info(&self, asset_path: &str, resolved_path: &ResolvedPath) -> AssetInfo {
@@ -164,4 +141,16 @@ impl Resolver for Layers {
     fn identity(&self) -> String {
         self.0.identity()
     }
+}
+
+/// The layer `bytes` in a form that the crate reads.
+fn readable(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
+    if binary_layer::is_binary(&bytes) {
+        return binary_layer::check(&bytes).map(|()| bytes);
+    }
+    if !text_layer::is_text(&bytes) {
+        return Ok(bytes);
+    }
+    let text = String::from_utf8(bytes).map_err(|_| "is not UTF-8")?;
+    Ok(text_layer::readable(&text)?.into_owned().into_bytes())
 }

@@ -19,7 +19,8 @@ pub(super) fn is_text(bytes: &[u8]) -> bool {
 /// `text` with the asset paths among its time samples as strings.
 ///
 /// # Errors
-/// Where brackets are nested too deeply.
+/// Where brackets are nested too deeply, or a path has a brace without its partner, which makes the crate look for its
+/// prim without end.
 pub(super) fn readable(text: &str) -> Result<Cow<'_, str>, String> {
     let bytes = text.as_bytes();
     let (mut out, mut copied) = (String::new(), 0);
@@ -41,6 +42,12 @@ pub(super) fn readable(text: &str) -> Result<Cow<'_, str>, String> {
                     out.push(quote);
                     copied = end;
                 }
+                at = end;
+                continue;
+            }
+            b'<' => {
+                let end = text[at..].find(['>', '\n']).map_or(text.len(), |end| at + end);
+                has_paired_braces(&text[at..end])?;
                 at = end;
                 continue;
             }
@@ -66,6 +73,21 @@ pub(super) fn readable(text: &str) -> Result<Cow<'_, str>, String> {
     }
     out += &text[copied..];
     Ok(Cow::Owned(out))
+}
+
+fn has_paired_braces(path: &str) -> Result<(), String> {
+    let mut open = 0_i32;
+    for c in path.chars().filter(|c| "{}".contains(*c)) {
+        open += if c == '{' { 1 } else { -1 };
+        if !(0..=1).contains(&open) {
+            break;
+        }
+    }
+    if open == 0 {
+        Ok(())
+    } else {
+        Err(format!("the path {path}> has a brace without its partner"))
+    }
 }
 
 /// Whether a block that follows on `before` holds time samples.
@@ -111,5 +133,7 @@ mod tests {
             assert_eq!(readable(text).unwrap(), text);
         }
         assert!(readable(&"(".repeat(1000)).unwrap_err().contains("deep"));
+        assert!(readable("a = </b}c>").unwrap_err().contains("</b}c>"));
+        assert!(readable("a = </b{c=d}e>").is_ok());
     }
 }

@@ -35,7 +35,43 @@ impl Reader<'_> {
     }
 
     fn attribute(&self, prim: &sdf::Path, name: &str) -> Result<openusd::usd::Attribute> {
-        Ok(self.stage.attribute(self.of(prim, prim.append_property(name))?))
+        Ok(self.stage.attribute(self.property(prim, name)?))
+    }
+
+    /// The path of a property. The crate looks without end for the prim of a path that has a brace in its name.
+    fn property(&self, prim: &sdf::Path, name: &str) -> Result<sdf::Path> {
+        if !is_name(name) {
+            return Err(self.wrong(prim, format!("`{name}` is no name of a property")));
+        }
+        self.of(prim, prim.append_property(name))
+    }
+
+    /// The path of the child `name` of `prim`.
+    pub(super) fn child(&self, prim: &sdf::Path, name: &str) -> Result<sdf::Path> {
+        if !is_name(name) {
+            return Err(self.wrong(prim, format!("`{name}` is no name of a prim")));
+        }
+        self.of(prim, prim.append_path(name))
+    }
+
+    /// The path that `prim` names.
+    fn named(&self, prim: &sdf::Path, path: &sdf::Path) -> Result<sdf::Path> {
+        if path.as_str().contains(['{', '}']) {
+            return Err(self.wrong(prim, format!("`{}` is no path of a prim", path.as_str())));
+        }
+        Ok(path.clone())
+    }
+
+    /// The list of words; empty where there is none.
+    pub(super) fn words(&self, prim: &sdf::Path, name: &str) -> Result<Vec<String>> {
+        let list = self.typed(prim, name, "a list of words", |value| match value {
+            Value::TokenVec(list) => {
+                Some(list.iter().map(|word| word.as_str().to_owned()).collect())
+            }
+            Value::StringVec(list) => Some(list.clone()),
+            _ => None,
+        })?;
+        Ok(list.unwrap_or_default())
     }
 
     /// The value, if the attribute has one.
@@ -156,14 +192,16 @@ impl Reader<'_> {
 
     /// Targets of a relationship.
     pub(super) fn targets(&self, prim: &sdf::Path, name: &str) -> Result<Vec<sdf::Path>> {
-        let path = self.of(prim, prim.append_property(name))?;
-        self.of(prim, self.stage.relationship(path).targets())
+        let path = self.property(prim, name)?;
+        let targets = self.of(prim, self.stage.relationship(path).targets())?;
+        targets.iter().map(|target| self.named(prim, target)).collect()
     }
 
     /// The prim and the output that an input is connected to.
     pub(super) fn source(&self, prim: &sdf::Path, name: &str) -> Result<Option<sdf::Path>> {
         let found = self.of(prim, self.attribute(prim, name)?.connections())?;
-        Ok(found.first().map(sdf::Path::prim_path))
+        let found = found.first().map(|path| self.named(prim, path)).transpose()?;
+        Ok(found.as_ref().map(sdf::Path::prim_path))
     }
 
     /// The names of the properties of `prim`.
@@ -250,6 +288,11 @@ fn triples(value: &Value) -> Option<Vec<DVec3>> {
 /// Whether `value` is a list without a type, as an empty one in text is.
 fn is_empty(value: &Value) -> bool {
     matches!(value, Value::StringVec(list) if list.is_empty())
+}
+
+/// Whether `name` can be that of a prim or a property.
+fn is_name(name: &str) -> bool {
+    !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || "_:-".contains(c))
 }
 
 /// The type of `value`, in a word.

@@ -12,6 +12,8 @@ use crate::error::{Error, Result};
 
 /// Most prims, those of instances counted each time.
 const MAX_PRIMS: usize = 20_000_000;
+/// Operation that leaves out the transforms of prims above.
+const RESETS: &str = "!resetXformStack!";
 /// Deepest nesting of point instancers in prototypes.
 const MAX_NESTED: u32 = 8;
 
@@ -105,7 +107,7 @@ fn push_children(
         reader.stage.prim(own.path.clone()).child_names()
     };
     for name in reader.of(&own.path, names)?.iter().rev() {
-        let path = reader.of(&own.path, own.path.append_path(name.as_str()))?;
+        let path = reader.child(&own.path, name.as_str())?;
         stack.push((own.clone(), path));
     }
     Ok(())
@@ -131,12 +133,13 @@ fn place(
         Some("proxy" | "guide") => Purpose::Other,
         Some(_) => Purpose::Rendered,
     };
-    let prim = AnyPrim(reader.stage.prim(path.clone()));
-    let local = prim.local_to_parent_transform(TimeCode::new(reader.time));
-    let local = reader.of(path, local)?;
-    // Rows of its matrices are columns here.
-    let local = DAffine3::from_mat4(DMat4::from_cols_array(&local.into()));
-    let above = if reader.of(path, prim.resets_xform_stack())? { root } else { parent.to_world };
+    let (above, local) = match reader.words(path, "xformOpOrder")?.as_slice() {
+        [] => (parent.to_world, DAffine3::IDENTITY),
+        order => {
+            let above = if order[0] == RESETS { root } else { parent.to_world };
+            (above, local_transform(reader, path, order)?)
+        }
+    };
     let to_world = above * local;
     if !to_world.is_finite() {
         return Err(reader.wrong(path, "its transform is not finite; give other xformOps"));
@@ -148,6 +151,25 @@ fn place(
     let nested = parent.nested;
     let own = Inherited { path, to_world, material, material_is_stronger, purpose, nested };
     Ok(Some((placed, own)))
+}
+
+/// The transform of the prim at `path` by its operations, from its space to that of its parent.
+fn local_transform(
+    reader: &Reader<'_>,
+    path: &sdf::Path,
+    operations: &[String],
+) -> Result<DAffine3> {
+    for name in operations {
+        let plain = name.trim_start_matches('!');
+        if !plain.chars().all(|c| c.is_alphanumeric() || "_:!".contains(c)) {
+            return Err(reader.wrong(path, format!("`{name}` in xformOpOrder is no operation")));
+        }
+    }
+    let prim = AnyPrim(reader.stage.prim(path.clone()));
+    let local = prim.local_to_parent_transform(TimeCode::new(reader.time));
+    // Rows of its matrices are columns here.
+    let local = reader.of(path, local)?.into();
+    Ok(DAffine3::from_mat4(DMat4::from_cols_array(&local)))
 }
 
 /// The material of the prim at `path`, and whether it wins over those bound below.
