@@ -7,6 +7,7 @@
 mod binary_layer;
 mod camera;
 mod geometry;
+mod layers;
 mod light;
 mod material;
 mod mesh;
@@ -23,10 +24,11 @@ mod walk;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use openusd::sdf;
 use openusd::usd::Stage;
+use tempfile::TempDir;
 
 use super::bare::{self, Appearance};
 use super::draft::Draft;
@@ -60,21 +62,24 @@ pub struct ShotScene {
     /// What is left out, one line each.
     pub warnings: Vec<String>,
     /// Keeps the files of a package.
-    _root: Arc<Root>,
+    _folder: Option<Arc<TempDir>>,
 }
 
 /// A USD file.
 #[derive(Debug)]
 pub(in crate::scene) struct Shot {
-    root: Arc<Root>,
+    root: Root,
     /// The camera that was asked for, by its path or name.
     camera: Option<String>,
     timing: Timing,
-    /// Its volumes at the first frame.
-    volumes: Vec<Volume>,
-    /// Looks of those without a material, by their paths.
-    appearances: BTreeMap<String, Option<Appearance>>,
+    /// Its volumes at the first frame, where they were asked for.
+    volumes: OnceLock<Vec<Volume>>,
+    /// Looks of those without a material, by their paths, so that all frames have the same.
+    appearances: Arc<Mutex<Appearances>>,
 }
+
+/// Looks of volumes by their paths; nothing where no file is there.
+type Appearances = BTreeMap<String, Option<Appearance>>;
 
 /// Frames of a shot.
 #[derive(Debug, Clone, Copy)]
@@ -126,25 +131,10 @@ impl Shot {
     /// # Errors
     /// Where it, or a file it asks for, cannot be read.
     pub(super) fn open(path: &Path, camera: Option<&str>) -> Result<Self> {
-        let root = Arc::new(Root::open(path)?);
-        let (timing, volumes) = root.read(|stage| {
-            let timing = Timing::of(stage);
-            let reader = Reader { stage, file: path, time: timing.at(None) };
-            let space = StageSpace::of(stage);
-            let (mut volumes, mut warnings) = (Vec::new(), Vec::new());
-            walk::prims(&reader, space.to_world, &mut |placed| {
-                if placed.kind == "Volume" {
-                    volumes.extend(Volume::read(&reader, placed, space.metres, &mut warnings)?);
-                }
-                Ok(())
-            })?;
-            Ok((timing, volumes))
-        })?;
-        let mut appearances = BTreeMap::new();
-        for volume in volumes.iter().filter(|volume| volume.shading.is_none()) {
-            appearances.insert(volume.path.clone(), appearance(path, volume)?);
-        }
+        let root = Root::open(path)?;
+        let timing = root.read(|stage| Ok(Timing::of(stage)))?;
         let camera = camera.map(str::to_owned);
+        let (volumes, appearances) = (OnceLock::new(), Arc::default());
         Ok(Self { root, camera, timing, volumes, appearances })
     }
 
@@ -154,10 +144,28 @@ impl Shot {
         frames.filter(|frame| self.volume_files(*frame).iter().all(|file| file.is_file())).collect()
     }
 
-    /// The VDB files of `frame`.
+    /// The VDB files of `frame`; none where the shot cannot be used, as its [`scene`](Self::scene) says.
     pub(super) fn volume_files(&self, frame: i64) -> Vec<PathBuf> {
         let time = self.timing.at(Some(frame));
-        self.volumes.iter().flat_map(|volume| volume.files(time)).collect()
+        let volumes = self.volumes.get_or_init(|| self.read_volumes().unwrap_or_default());
+        volumes.iter().flat_map(|volume| volume.files(time)).collect()
+    }
+
+    /// Its volumes at the first frame.
+    fn read_volumes(&self) -> Result<Vec<Volume>> {
+        let (path, time) = (self.root.path.clone(), self.timing.at(None));
+        self.root.read(move |stage| {
+            let reader = Reader { stage, file: &path, time };
+            let space = StageSpace::of(stage);
+            let (mut volumes, mut warnings) = (Vec::new(), Vec::new());
+            walk::prims(&reader, space.to_world, &mut |placed| {
+                if placed.kind == "Volume" {
+                    volumes.extend(Volume::read(&reader, placed, space.metres, &mut warnings)?);
+                }
+                Ok(())
+            })?;
+            Ok(volumes)
+        })
     }
 
     /// The scene of `frame`, or of the first.
@@ -166,7 +174,13 @@ impl Shot {
     /// Where a prim cannot be used, or there is no camera.
     pub(super) fn scene(&self, frame: Option<i64>) -> Result<ShotScene> {
         let time = self.timing.at(frame);
-        let mut made = self.root.read(|stage| self.understood(stage, time))?;
+        let view = View {
+            path: self.root.path.clone(),
+            folder: self.root.folder(),
+            camera: self.camera.clone(),
+            appearances: self.appearances.clone(),
+        };
+        let mut made = self.root.read(move |stage| view.understood(stage, time))?;
         if let (None, Some([first, last])) = (frame, self.timing.frames())
             && first != last
         {
@@ -177,13 +191,24 @@ impl Shot {
         }
         Ok(made)
     }
+}
 
+/// What a scene of a shot needs besides its stage.
+struct View {
+    path: PathBuf,
+    /// Where a package was unpacked.
+    folder: Option<Arc<TempDir>>,
+    camera: Option<String>,
+    appearances: Arc<Mutex<Appearances>>,
+}
+
+impl View {
     /// The scene of `stage` at the time code `time`.
     fn understood(&self, stage: &Stage, time: f64) -> Result<ShotScene> {
-        let path = self.root.path.as_path();
+        let path = self.path.as_path();
         let reader = Reader { stage, file: path, time };
         let space = StageSpace::of(stage);
-        let files = Files::of(path, self.root.unpacked());
+        let files = Files::of(path, self.folder.as_ref().map(|folder| folder.path()));
         let mut seen = Seen::nothing(stage, files, space);
         walk::prims(&reader, space.to_world, &mut |placed| seen.add(&reader, placed))?;
         let camera = self.choose(&seen.cameras)?;
@@ -194,9 +219,7 @@ impl Shot {
             let shading = match &volume.shading {
                 Some(given) => Shading::Given(given.clone()),
                 None => {
-                    // One that is hidden in the first frame is not known yet.
-                    let known = self.appearances.get(&volume.path).cloned();
-                    let known = known.map_or_else(|| appearance(path, volume), Ok)?;
+                    let known = self.appearance(volume)?;
                     let Some(chosen) = known else {
                         let file = volume.files(time).into_iter().next().unwrap_or_default();
                         let problem = format!("{}: {}: no such file", volume.path, file.display());
@@ -233,11 +256,22 @@ impl Shot {
                 "{path}: {first}: subdivision surfaces are shown as their cages, {count} in all"
             ));
         }
-        Ok(ShotScene { draft, files: seen.files, notes, warnings, _root: self.root.clone() })
+        Ok(ShotScene { draft, files: seen.files, notes, warnings, _folder: self.folder.clone() })
+    }
+
+    /// The look of a volume without a material.
+    fn appearance(&self, volume: &Volume) -> Result<Option<Appearance>> {
+        let mut known = self.appearances.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = known.get(&volume.path) {
+            return Ok(known.clone());
+        }
+        let found = appearance(&self.path, volume)?;
+        known.insert(volume.path.clone(), found.clone());
+        Ok(found)
     }
 
     fn choose<'c>(&self, cameras: &'c [Camera]) -> Result<&'c Camera> {
-        let path = &self.root.path;
+        let path = &self.path;
         let Some(asked) = &self.camera else {
             let problem = "has no camera; export one with it";
             return cameras.first().ok_or_else(|| Error::file(path, problem));

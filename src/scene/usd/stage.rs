@@ -1,13 +1,15 @@
 //! Opens USD stages.
 
-use std::io::{self, Cursor, Read as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use openusd::ar::{Asset, AssetInfo, DefaultResolver, ResolvedPath, Resolver};
 use openusd::usd::Stage;
 use tempfile::TempDir;
 
-use super::{binary_layer, package, text_layer};
+use super::layers::Layers;
+use super::package;
 use crate::error::{Error, Result};
 use crate::scene::reader::one_line;
 
@@ -21,7 +23,11 @@ const STACK: usize = 256 << 20;
 /// Most characters of a message of the crate.
 const MAX_MESSAGE: usize = 400;
 
-/// A USD file; a package is unpacked into a folder that lasts as long as this.
+/// What is read of a stage, or why it cannot be opened.
+type Task = Box<dyn FnOnce(Result<&Stage, &str>) + Send>;
+
+/// A USD file; a package is unpacked into a folder that lasts as long as this. The stage is opened once, where it
+/// is first read.
 #[derive(Debug)]
 pub(super) struct Root {
     /// The file as the user named it.
@@ -29,7 +35,9 @@ pub(super) struct Root {
     /// The layer to open.
     layer: PathBuf,
     /// Where a package was unpacked.
-    folder: Option<TempDir>,
+    folder: Option<Arc<TempDir>>,
+    /// To the thread that holds the stage.
+    tasks: Mutex<Option<Sender<Task>>>,
 }
 
 impl Root {
@@ -41,54 +49,82 @@ impl Root {
         let mut file = crate::file::open(path)?;
         let mut magic = [0; 2];
         let is_package = file.read_exact(&mut magic).is_ok() && package::is_package(&magic);
+        let tasks = Mutex::new(None);
         if !is_package {
-            return Ok(Self { path: path.into(), layer: path.into(), folder: None });
+            return Ok(Self { path: path.into(), layer: path.into(), folder: None, tasks });
         }
         let wrong = |problem: String| Error::file(path, one_line(&problem));
         let folder = TempDir::with_prefix("fogbow-usdz-")
             .map_err(|e| wrong(format!("cannot be unpacked: {e}")))?;
         let layer = package::unpack(path, folder.path()).map_err(wrong)?;
-        Ok(Self { path: path.into(), layer, folder: Some(folder) })
+        Ok(Self { path: path.into(), layer, folder: Some(Arc::new(folder)), tasks })
     }
 
     /// The folder into which it was unpacked, where it is a package.
-    pub(super) fn unpacked(&self) -> Option<&Path> {
-        self.folder.as_ref().map(TempDir::path)
+    pub(super) fn folder(&self) -> Option<Arc<TempDir>> {
+        self.folder.clone()
     }
 
     /// What `read` finds on the stage.
     ///
     /// # Errors
     /// Where the file or one that it asks for cannot be read, or `read` fails.
-    pub(super) fn read<T: Send>(&self, read: impl FnOnce(&Stage) -> Result<T> + Send) -> Result<T> {
-        let wrong = |problem: String| {
-            Error::file(&self.path, shortened(&problem.replace(&self.shown_folder(), "")))
+    pub(super) fn read<T: Send + 'static>(
+        &self,
+        read: impl FnOnce(&Stage) -> Result<T> + Send + 'static,
+    ) -> Result<T> {
+        let (path, folder) = (self.path.clone(), self.folder.clone());
+        let wrong = move |problem: &str| {
+            // Paths in a package, as messages of the crate have them.
+            let unpacked = folder.as_ref().map(|folder| format!("{}/", folder.path().display()));
+            let problem = unpacked.map_or(problem.into(), |folder| problem.replace(&folder, ""));
+            Error::file(&path, shortened(&problem))
         };
-        let opened = || {
-            let layer = self.layer.to_str().ok_or_else(|| wrong("has no name in UTF-8".into()))?;
-            let stage = Stage::builder().resolver(Layers::default()).open(layer);
-            let stage = stage.map_err(|e| wrong(format!("{e:#}")))?;
-            let found = read(&stage);
-            // Files that prims refer to are opened where the prims are asked for.
-            match stage.composition_errors().first() {
-                Some(problem) => Err(wrong(problem.to_string())),
-                None => found,
-            }
-        };
-        std::thread::scope(|scope| {
-            std::thread::Builder::new()
-                .name(USD_READER.into())
-                .stack_size(STACK)
-                .spawn_scoped(scope, opened)
-                .map_err(|e| wrong(format!("cannot be read: {e}")))?
-                .join()
-                .unwrap_or_else(|_| Err(wrong("is damaged: its numbers cannot be".into())))
-        })
+        let (answer, found) = channel();
+        let say = wrong.clone();
+        let task: Task = Box::new(move |stage| {
+            let found = stage.map_err(&say).and_then(|stage| {
+                let found = read(stage);
+                // Files that prims refer to are opened where the prims are asked for.
+                match stage.composition_errors().first() {
+                    Some(problem) => Err(say(&problem.to_string())),
+                    None => found,
+                }
+            });
+            // Where it fails, nobody waits for the answer.
+            let _ = answer.send(found);
+        });
+        let tasks = self.tasks().map_err(|problem| wrong(&problem))?;
+        let damaged = || wrong("is damaged: its numbers cannot be");
+        tasks.send(task).map_err(|_| damaged())?;
+        found.recv().unwrap_or_else(|_| Err(damaged()))
     }
 
-    /// The beginning of paths in a package, as messages of the crate have it.
-    fn shown_folder(&self) -> String {
-        self.unpacked().map_or("\0".into(), |folder| format!("{}/", folder.display()))
+    /// The way to the thread that holds the stage.
+    fn tasks(&self) -> Result<Sender<Task>, String> {
+        let mut tasks = self.tasks.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(tasks) = &*tasks {
+            return Ok(tasks.clone());
+        }
+        let (sender, receiver) = channel();
+        let layer = self.layer.clone();
+        std::thread::Builder::new()
+            .name(USD_READER.into())
+            .stack_size(STACK)
+            .spawn(move || serve(&layer, &receiver))
+            .map_err(|e| format!("cannot be read: {e}"))?;
+        Ok(tasks.insert(sender).clone())
+    }
+}
+
+/// Opens the stage of `layer` and does `tasks` with it, until there can be no more.
+fn serve(layer: &Path, tasks: &Receiver<Task>) {
+    let name = layer.to_str().ok_or_else(|| "has no name in UTF-8".to_owned());
+    let stage = name.and_then(|name| {
+        Stage::builder().resolver(Layers::default()).open(name).map_err(|e| format!("{e:#}"))
+    });
+    for task in tasks {
+        task(stage.as_ref().map_err(String::as_str));
     }
 }
 
@@ -99,58 +135,4 @@ fn shortened(message: &str) -> String {
         Some((end, _)) => format!("{}...", &line[..end]),
         None => line,
     }
-}
-
-/// Finds and opens layers: binary ones are checked, text is in a form that the crate reads.
-#[derive(Default)]
-struct Layers(DefaultResolver);
-
-impl Resolver for Layers {
-    fn create_identifier(&self, asset_path: &str, anchor: Option<&ResolvedPath>) -> String {
-        self.0.create_identifier(asset_path, anchor)
-    }
-
-    fn resolve(&self, asset_path: &str) -> Option<ResolvedPath> {
-        self.0.resolve(asset_path).filter(|path| !path.is_dir())
-    }
-
-    fn resolve_for_new_asset(&self, asset_path: &str) -> Option<ResolvedPath> {
-        self.0.resolve_for_new_asset(asset_path)
-    }
-
-    fn open_asset(&self, resolved_path: &ResolvedPath) -> io::Result<Box<dyn Asset>> {
-        let bytes = self.0.open_asset(resolved_path)?.read_all()?;
-        let checked = if package::is_package(&bytes) {
-            package::each_layer(&bytes, |layer| readable(layer).map(|_| ())).map(|()| bytes)
-        } else {
-            readable(bytes)
-        };
-        match checked {
-            Ok(bytes) => Ok(Box::new(Cursor::new(bytes))),
-            Err(problem) => {
-                let name = resolved_path.file_name().unwrap_or_default();
-                Err(io::Error::other(format!("{}: {problem}", name.display())))
-            }
-        }
-    }
-
-    fn get_asset_info(&self, asset_path: &str, resolved_path: &ResolvedPath) -> AssetInfo {
-        self.0.get_asset_info(asset_path, resolved_path)
-    }
-
-    fn identity(&self) -> String {
-        self.0.identity()
-    }
-}
-
-/// The layer `bytes` in a form that the crate reads.
-fn readable(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
-    if binary_layer::is_binary(&bytes) {
-        return binary_layer::check(&bytes).map(|()| bytes);
-    }
-    if !text_layer::is_text(&bytes) {
-        return Ok(bytes);
-    }
-    let text = String::from_utf8(bytes).map_err(|_| "is not UTF-8")?;
-    Ok(text_layer::readable(&text)?.into_owned().into_bytes())
 }

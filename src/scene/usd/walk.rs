@@ -125,15 +125,21 @@ fn place(
     if !status.contains(needed) || status.contains(PrimStatus::ABSTRACT) {
         return Ok(None);
     }
-    if reader.word(path, "visibility")?.as_deref() == Some("invisible") {
+    // Asking for what is not there takes the time of the many prims that have nothing.
+    let properties = reader.properties(path)?;
+    let has = |name: &str| properties.iter().any(|property| property == name);
+    let word = |name| if has(name) { reader.word(path, name) } else { Ok(None) };
+    if word("visibility")?.as_deref() == Some("invisible") {
         return Ok(None);
     }
-    let purpose = match reader.word(path, "purpose")?.as_deref() {
+    let purpose = match word("purpose")?.as_deref() {
         None => parent.purpose,
         Some("proxy" | "guide") => Purpose::Other,
         Some(_) => Purpose::Rendered,
     };
-    let (above, local) = match reader.words(path, "xformOpOrder")?.as_slice() {
+    let operations =
+        if has("xformOpOrder") { reader.words(path, "xformOpOrder")? } else { Vec::new() };
+    let (above, local) = match operations.as_slice() {
         [] => (parent.to_world, DAffine3::IDENTITY),
         order => {
             let above = if order[0] == RESETS { root } else { parent.to_world };
@@ -144,7 +150,7 @@ fn place(
     if !to_world.is_finite() {
         return Err(reader.wrong(path, "its transform is not finite; give other xformOps"));
     }
-    let (material, material_is_stronger) = binding(reader, parent, path)?;
+    let (material, material_is_stronger) = binding(reader, parent, path, &has)?;
     let kind = reader.type_of(path)?;
     let placed = Placed { path: path.clone(), kind, to_world, material: material.clone() };
     let path = path.clone();
@@ -172,16 +178,17 @@ fn local_transform(
     Ok(DAffine3::from_mat4(DMat4::from_cols_array(&local)))
 }
 
-/// The material of the prim at `path`, and whether it wins over those bound below.
+/// The material of the prim at `path`, which `has` properties, and whether it wins over those bound below.
 fn binding(
     reader: &Reader<'_>,
     parent: &Inherited,
     path: &sdf::Path,
+    has: &dyn Fn(&str) -> bool,
 ) -> Result<(Option<sdf::Path>, bool)> {
     if parent.material_is_stronger {
         return Ok((parent.material.clone(), true));
     }
-    for name in ["material:binding:full", "material:binding"] {
+    for name in ["material:binding:full", "material:binding"].into_iter().filter(|name| has(name)) {
         if let Some(material) = reader.targets(path, name)?.into_iter().next() {
             let strength = reader.strength_of_binding(path, name)?;
             return Ok((Some(material), strength.as_deref() == Some("strongerThanDescendants")));
