@@ -8,7 +8,7 @@ use crate::medium::Media;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
 use crate::transport::specular::{MAX_SNAPSHOT_BOUNCES, scatter_specular};
-use crate::transport::{PathContext, direct_light};
+use crate::transport::{PathContext, direct_light, surface_light};
 use crate::work::Work;
 
 /// First-hit distances and direct light without the medium, one ray through the middle of each
@@ -71,11 +71,11 @@ fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) 
             first = hit.t;
         }
         light += throughput * direct_light::emitted(scene, &ray, &hit);
-        if !hit.material.is_specular() {
+        if !hit.material.is_followed() {
             let nothing = Media::default();
             let u = std::array::from_fn(|_| ctx.rng.uniform());
             let direct: Rgb =
-                direct_light::direct_on_surface(scene, &nothing, ray.direction, &hit, u, ctx);
+                surface_light::direct_on_surface(scene, &nothing, ray.direction, &hit, u, ctx);
             light += throughput * direct;
             break;
         }

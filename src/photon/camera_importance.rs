@@ -111,7 +111,7 @@ impl CameraImportance {
                 }
             }
             let Some(hit) = hit else { return };
-            if !hit.material.is_specular() {
+            if !hit.material.is_followed() {
                 self.surfaces.push(hit.point);
                 return;
             }

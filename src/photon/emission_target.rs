@@ -3,7 +3,6 @@
 use crate::error::{Error, Result};
 use crate::light::{EmissionTarget, TargetSphere};
 use crate::scene::Scene;
-use crate::surface::Material;
 use crate::transport::is_camera_outside;
 
 use super::camera_importance::CameraImportance;
@@ -67,6 +66,8 @@ pub(super) fn emission_target(
 /// The images of a focus in infinite mirrors and panes: light that they reflect to it is aimed there.
 fn images(scene: &Scene, focus: &TargetSphere) -> impl Iterator<Item = TargetSphere> {
     let feet = scene.surfaces.infinite_feet(focus.center);
-    let mirrors = feet.filter(|(surface, _)| surface.materials().iter().any(Material::is_specular));
+    let mirrors = feet.filter(|(surface, _)| {
+        surface.materials().iter().any(|material| material.is_specular() || material.is_rough())
+    });
     mirrors.map(|(_, foot)| TargetSphere { center: foot + (foot - focus.center), ..*focus })
 }

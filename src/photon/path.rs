@@ -322,11 +322,13 @@ impl PhotonTracer<'_> {
         out: &mut Deposits<S, H>,
     ) -> bool {
         let incoming = photon.ray.direction;
-        if self.settings.needs.surface_photons && !hit.material.is_specular() && !photon.direct {
+        if self.settings.needs.surface_photons && !hit.material.is_followed() && !photon.direct {
             let power = photon.power / self.units.surface;
             out.surface.push(self.deposit(hit.point, incoming, power));
         }
-        if let Some(window) = self.window.filter(|_| !hit.material.is_specular()) {
+        if let Some(window) =
+            self.window.filter(|_| !hit.material.is_specular() && !hit.material.is_rough())
+        {
             self.reflect(photon, hit, window, rng, more);
             return false;
         }

@@ -124,7 +124,7 @@ pub(super) fn visible_surface(
     VisibleSurface {
         offset: hit.point - eye,
         normal: if is_back { -hit.shading_normal } else { hit.shading_normal },
-        reflectance: hit.material.diffuse_albedo(hit) * weight,
+        reflectance: hit.material.color(hit) * weight,
     }
 }
 

@@ -134,7 +134,8 @@ impl<'a> Visibility<'a> {
             Some(hit) => direct_light::emitted(self.scene, ray, hit),
             None => direct_light::environment(self.scene, ray, ctx),
         };
-        let is_specular = hit.as_ref().is_some_and(|hit| hit.material.is_specular());
+        let is_specular =
+            hit.as_ref().is_some_and(|hit| hit.material.is_specular() || hit.material.is_rough());
         let diffuse = hit.filter(|_| !is_specular);
         VisibilityRay {
             half: None,

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::scattered::facing;
+use super::scattered::{facing, reflects};
 use super::{Scattered, SurfaceHit, Texture};
 use crate::math::{Frame, Rgb, warp};
 
@@ -46,9 +46,4 @@ pub(super) fn pdf(incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> f64
     } else {
         0.0
     }
-}
-
-fn reflects(incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> bool {
-    let (ng, ns) = facing(incoming, hit);
-    incoming.dot(ns) < 0.0 && outgoing.dot(ns) > 0.0 && outgoing.dot(ng) > 0.0
 }

@@ -3,7 +3,9 @@
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
+use super::ggx::{Fresnel, Ggx};
 use super::glass::Glass;
+use super::plastic::Plastic;
 use super::{Scattered, SurfaceHit, Texture, TransportMode, diffuse, mirror};
 use crate::math::{Rgb, is_grey};
 
@@ -20,6 +22,15 @@ pub enum Material {
     Mirror {
         /// In [0, 1].
         reflectance: Rgb,
+    },
+    /// A diffuse base under a rough dielectric coat, on both sides.
+    Plastic(Plastic),
+    /// A rough metal, on both sides.
+    Metal {
+        /// At normal incidence, in [0, 1].
+        reflectance: Texture,
+        /// Width of the distribution of slopes, in (0, 1].
+        alpha: f64,
     },
     /// A smooth dielectric solid; its outside is where the normal points.
     Glass(Glass),
@@ -40,6 +51,8 @@ impl Material {
             Self::Diffuse { reflectance } => diffuse::scatter(reflectance, incoming, hit, u)?,
             Self::Mirror { reflectance } => mirror::scatter(*reflectance, incoming, hit),
             Self::Glass(glass) => glass.scatter(incoming, hit, u[0], mode),
+            Self::Plastic(plastic) => plastic.scatter(incoming, hit, u)?,
+            Self::Metal { .. } => self.rough(hit)?.scatter(incoming, hit, [u[0], u[1]])?,
             Self::Black => return None,
         };
         let correction = correction(mode, incoming, scattered.direction, hit);
@@ -56,7 +69,9 @@ impl Material {
         match self {
             Self::Mirror { reflectance } => smallvec![mirror::scatter(*reflectance, incoming, hit)],
             Self::Glass(glass) => glass.branches(incoming, hit, TransportMode::Radiance),
-            Self::Diffuse { .. } | Self::Black => SmallVec::new(),
+            Self::Diffuse { .. } | Self::Plastic(_) | Self::Metal { .. } | Self::Black => {
+                SmallVec::new()
+            }
         }
     }
 
@@ -69,19 +84,48 @@ impl Material {
         hit: &SurfaceHit<'_>,
         mode: TransportMode,
     ) -> Rgb {
+        let value = match self {
+            Self::Diffuse { reflectance } => diffuse::eval(reflectance, incoming, outgoing, hit),
+            Self::Plastic(plastic) => plastic.eval(incoming, outgoing, hit),
+            Self::Metal { .. } => self.rough_value(incoming, outgoing, hit),
+            Self::Mirror { .. } | Self::Glass(_) | Self::Black => return Rgb::ZERO,
+        };
+        value * correction(mode, incoming, outgoing, hit)
+    }
+
+    /// What of [`eval`](Self::eval) is diffuse, for radiance.
+    pub fn diffuse_value(&self, incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> Rgb {
         match self {
-            Self::Diffuse { reflectance } => {
-                diffuse::eval(reflectance, incoming, outgoing, hit)
-                    * correction(mode, incoming, outgoing, hit)
-            }
-            Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
+            Self::Diffuse { reflectance } => diffuse::eval(reflectance, incoming, outgoing, hit),
+            Self::Plastic(plastic) => plastic.base(incoming, outgoing, hit),
+            Self::Metal { .. } | Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
         }
+    }
+
+    /// The rough metal, or the rough coat, at `hit`.
+    pub fn rough(&self, hit: &SurfaceHit<'_>) -> Option<Ggx> {
+        match self {
+            Self::Plastic(plastic) => Some(plastic.coat()),
+            Self::Metal { reflectance, alpha } => {
+                let fresnel = Fresnel::Metal(reflectance.at(hit.uv));
+                Some(Ggx { alpha: *alpha, fresnel })
+            }
+            Self::Diffuse { .. } | Self::Mirror { .. } | Self::Glass(_) | Self::Black => None,
+        }
+    }
+
+    fn rough_value(&self, incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> Rgb {
+        self.rough(hit).map_or(Rgb::ZERO, |rough| rough.eval(incoming, outgoing, hit))
     }
 
     /// Density of [`scatter`](Self::scatter) over solid angle, 1/sr; 0 for specular materials.
     pub fn pdf(&self, incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> f64 {
         match self {
             Self::Diffuse { .. } => diffuse::pdf(incoming, outgoing, hit),
+            Self::Plastic(plastic) => plastic.pdf(incoming, outgoing, hit),
+            Self::Metal { .. } => {
+                self.rough(hit).map_or(0.0, |rough| rough.pdf(incoming, outgoing, hit))
+            }
             Self::Mirror { .. } | Self::Glass(_) | Self::Black => 0.0,
         }
     }
@@ -106,14 +150,28 @@ impl Material {
                     (_, None) => smallvec![(1.0, reflected)],
                 }
             }
-            Self::Diffuse { .. } | Self::Black => SmallVec::new(),
+            Self::Diffuse { .. } | Self::Plastic(_) | Self::Metal { .. } | Self::Black => {
+                SmallVec::new()
+            }
         }
     }
 
-    /// Share of the light that it scatters diffusely at `hit`, per channel.
-    pub fn diffuse_albedo(&self, hit: &SurfaceHit<'_>) -> Rgb {
+    /// Share of even light that it reflects diffusely along the unit `incoming` reversed, per channel.
+    pub fn diffuse_albedo(&self, incoming: DVec3, hit: &SurfaceHit<'_>) -> Rgb {
         match self {
             Self::Diffuse { reflectance } => reflectance.at(hit.uv),
+            Self::Plastic(plastic) => plastic.base_albedo(incoming, hit),
+            Self::Metal { .. } | Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
+        }
+    }
+
+    /// Its colour at `hit`, as a denoiser is told it: that of a rough surface has little to do with where it is seen from.
+    pub fn color(&self, hit: &SurfaceHit<'_>) -> Rgb {
+        match self {
+            Self::Diffuse { reflectance } | Self::Metal { reflectance, .. } => {
+                reflectance.at(hit.uv)
+            }
+            Self::Plastic(plastic) => plastic.reflectance().at(hit.uv),
             Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
         }
     }
@@ -121,11 +179,29 @@ impl Material {
     /// Whether it treats all channels alike.
     pub fn is_grey(&self) -> bool {
         match self {
-            Self::Diffuse { reflectance } => reflectance.is_grey(),
+            Self::Diffuse { reflectance } | Self::Metal { reflectance, .. } => {
+                reflectance.is_grey()
+            }
+            Self::Plastic(plastic) => plastic.reflectance().is_grey(),
             Self::Mirror { reflectance } => is_grey(*reflectance),
             Self::Glass(glass) => is_grey(glass.tint),
             Self::Black => true,
         }
+    }
+
+    /// Whether photons on it show: it is diffuse, or its base is.
+    pub const fn is_diffuse(&self) -> bool {
+        matches!(self, Self::Diffuse { .. } | Self::Plastic(_))
+    }
+
+    /// Whether it has [rough](Self::rough) reflection, which a path of the camera follows.
+    pub const fn is_rough(&self) -> bool {
+        matches!(self, Self::Plastic(_) | Self::Metal { .. })
+    }
+
+    /// Whether paths that meet it are followed and photons on it never show: it is specular, or a rough metal.
+    pub const fn is_followed(&self) -> bool {
+        matches!(self, Self::Mirror { .. } | Self::Glass(_) | Self::Metal { .. })
     }
 
     /// Whether it scatters into finitely many directions alone.

@@ -1,9 +1,11 @@
 //! Surfaces: shapes with materials, and the search among them.
 
 mod diffuse;
+mod ggx;
 mod glass;
 mod material;
 mod mirror;
+mod plastic;
 mod scattered;
 mod texture;
 
@@ -12,8 +14,10 @@ use glam::{DVec2, DVec3};
 use crate::math::{Aabb, Ray, Span, World, WorldPoint};
 use crate::shape::{Bvh, Nearest, Shape, offset_origin};
 
+pub use ggx::Ggx;
 pub use glass::{Glass, dielectric_reflectance};
 pub use material::Material;
+pub use plastic::Plastic;
 pub use scattered::{Scattered, TransportMode};
 pub use texture::Texture;
 
@@ -123,9 +127,9 @@ impl Surfaces {
         self.surfaces.iter().flat_map(Surface::materials)
     }
 
-    /// Whether any is a mirror or of glass.
+    /// Whether any is a mirror, of glass or rough, so that paths go on there.
     pub fn has_specular(&self) -> bool {
-        self.materials().any(Material::is_specular)
+        self.materials().any(|material| material.is_specular() || material.is_rough())
     }
 
     /// The closest surface that the ray meets inside the open `span`.

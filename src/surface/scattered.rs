@@ -38,3 +38,9 @@ pub(super) fn facing(incoming: DVec3, hit: &SurfaceHit<'_>) -> (DVec3, DVec3) {
         (hit.normal, hit.shading_normal)
     }
 }
+
+/// Whether light goes between both directions by reflection: nothing leaks through either normal.
+pub(super) fn reflects(incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> bool {
+    let (ng, ns) = facing(incoming, hit);
+    incoming.dot(ns) < 0.0 && outgoing.dot(ns) > 0.0 && outgoing.dot(ng) > 0.0
+}

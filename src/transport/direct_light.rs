@@ -6,10 +6,10 @@
 
 use glam::DVec3;
 
-use crate::light::{EmitterHit, Light, LightOrigin, LightSample};
+use crate::light::{EmitterHit, LightOrigin, LightSample};
 use crate::math::{GOLDEN_RATIO, Ray, Rgb, Span, Spectrum, World, WorldPoint};
 use crate::medium::{Media, Phase};
-use crate::surface::{SurfaceHit, TransportMode};
+use crate::surface::SurfaceHit;
 
 use crate::scene::Scene;
 
@@ -256,21 +256,18 @@ pub fn in_scattered<S: Spectrum>(
     S::from_rgb(light.radiance) * phase * transmittance
 }
 
-/// Radiance of the lights that `ray` hits, through media, each times `weight` of its index and where on
-/// its surface it is hit.
-fn light_along<S: Spectrum>(
+/// Radiance of the lights at the first surface `hit` by `ray`, or infinitely far where there is none, each times
+/// `weight` of its index and where on its surface it is hit, W/(m² sr).
+pub(super) fn emitters_behind<S: Spectrum>(
     scene: &Scene,
     ray: &Ray<World>,
+    hit: Option<&SurfaceHit<'_>>,
     weight: impl Fn(usize, Option<EmitterHit>) -> f64,
-    ctx: &mut PathContext,
 ) -> S {
-    ctx.work.shadow_rays += 1;
-    let hit = scene.surfaces.intersect(ray, Span::AHEAD);
-    let at = hit.as_ref().map(emitter);
-    let lights = &scene.lights;
+    let at = hit.map(emitter);
     let mut radiance = S::ZERO;
-    for (index, light) in lights.lights.iter().enumerate() {
-        let is_hit = match &hit {
+    for (index, light) in scene.lights.lights.iter().enumerate() {
+        let is_hit = match hit {
             Some(hit) => hit.light == Some(index as u32),
             None => light.is_infinite(),
         };
@@ -281,6 +278,20 @@ fn light_along<S: Spectrum>(
             }
         }
     }
+    radiance
+}
+
+/// Radiance of the lights that `ray` hits, through media, each times `weight` of its index and where on
+/// its surface it is hit.
+fn light_along<S: Spectrum>(
+    scene: &Scene,
+    ray: &Ray<World>,
+    weight: impl Fn(usize, Option<EmitterHit>) -> f64,
+    ctx: &mut PathContext,
+) -> S {
+    ctx.work.shadow_rays += 1;
+    let hit = scene.surfaces.intersect(ray, Span::AHEAD);
+    let radiance = emitters_behind::<S>(scene, ray, hit.as_ref(), weight);
     if radiance == S::ZERO {
         return radiance;
     }
@@ -289,52 +300,9 @@ fn light_along<S: Spectrum>(
     radiance * scene.media.transmittance_counted::<S>(ray, span, &mut ctx.work)
 }
 
-/// Direct light that the diffuse surface at `hit` reflects back along the unit `incoming`, through
-/// `media` (those of the scene, or none), W/(m² sr). Of the uniform numbers `u` two choose a position on each light,
-/// or a direction, one which of both, and one among many lights. An environment is sampled by
-/// itself or by the surface, half of the time each, with the balance heuristic for one sample (Veach
-/// 1997, section 9.2.4), other lights by themselves.
-pub fn direct_on_surface<S: Spectrum>(
-    scene: &Scene,
-    media: &Media,
-    incoming: DVec3,
-    hit: &SurfaceHit<'_>,
-    u: [f64; 4],
-    ctx: &mut PathContext,
-) -> S {
-    let material = hit.material;
-    let reflected = |direction: DVec3| {
-        material.eval(incoming, direction, hit, TransportMode::Radiance)
-            * direction.dot(hit.shading_normal).abs()
-    };
-    let [x, y, way, among] = u;
-    let u = LightNumbers::varied(among, [x, y]);
-    sample_lights(scene, hit.point, u, ctx, |index, light, choice, ctx| {
-        let light_pdf = choice * light.pdf;
-        let kind = &scene.lights.lights[index];
-        let Light::Environment(sky) = kind else {
-            let weight = reflected(light.direction) / light_pdf;
-            return unoccluded(scene, media, hit, light, weight, ctx);
-        };
-        if way < 0.5 {
-            let surface_pdf = material.pdf(incoming, light.direction, hit);
-            let weight = reflected(light.direction) / (0.5 * (light_pdf + surface_pdf));
-            return unoccluded(scene, media, hit, light, weight, ctx);
-        }
-        let u = [x, y, ctx.rng.uniform()];
-        let scattered = material.scatter(incoming, hit, u, TransportMode::Radiance);
-        let Some(scattered) = scattered else { return S::ZERO };
-        let direction = scattered.direction;
-        let sampled = LightSample { direction, radiance: sky.radiance(direction), ..*light };
-        let light_pdf = choice * kind.pdf(direction, None);
-        let weight = scattered.weight * scattered.pdf / (0.5 * (light_pdf + scattered.pdf));
-        unoccluded(scene, media, hit, &sampled, weight, ctx)
-    })
-}
-
 /// `weight` times the radiance of a light sample that arrives at `hit`: 0 behind surfaces, attenuated by
 /// `media`.
-fn unoccluded<S: Spectrum>(
+pub(super) fn unoccluded<S: Spectrum>(
     scene: &Scene,
     media: &Media,
     hit: &SurfaceHit<'_>,

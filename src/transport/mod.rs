@@ -12,6 +12,7 @@ mod path_state;
 mod punctual_directions;
 pub mod specular;
 mod stratified;
+pub mod surface_light;
 pub mod tracking;
 mod viewpoint;
 

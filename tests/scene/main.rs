@@ -12,3 +12,4 @@ mod plan;
 mod schema;
 mod settings;
 mod usd;
+mod usd_materials;

@@ -7,9 +7,11 @@ use crate::render::features::visible_surface;
 use crate::render::pixel_sampling::{CameraRay, Profiles, Workspace};
 use crate::surface::SurfaceHit;
 use crate::transport::specular::MAX_CAMERA_BOUNCES;
-use crate::transport::{EnclosingSolids, MAX_EVENTS, PathContext, direct_light, survives_roulette};
+use crate::transport::{
+    EnclosingSolids, MAX_EVENTS, PathContext, direct_light, surface_light, survives_roulette,
+};
 
-use super::pending::{MAX_SPLITS, PendingRay, PendingRays, follow_specular};
+use super::pending::{MAX_SPLITS, PendingRay, PendingRays, follow_rough, follow_specular};
 use super::setup::{Estimate, Integrator};
 
 /// What one path from the camera, or from where a peak deflected it, brings.
@@ -98,6 +100,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             from_camera: true,
             deflected: false,
             sees_emitters: true,
+            rough: None,
             solids: EnclosingSolids::NONE,
             splits: MAX_SPLITS,
         };
@@ -157,17 +160,24 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 path.add_emission(&segment, emitted);
             }
             let Some(hit) = hit else { break };
+            let rough = hit.material.rough(&hit);
             if !hit.material.is_specular() {
                 let weight = camera_ray.indirect_weight;
                 path.add_reflected(&segment, self.reflected(&segment.ray, &hit, weight, ctx));
-                if segment.from_camera && camera_ray.half.is_some() {
-                    let (ray, seen) = (&segment.ray, segment.throughput.rgb());
-                    path.seen.surface = Some(visible_surface(self.eye, ray, &hit, seen));
+                if rough.is_none() {
+                    if segment.from_camera && camera_ray.half.is_some() {
+                        let (ray, seen) = (&segment.ray, segment.throughput.rgb());
+                        path.seen.surface = Some(visible_surface(self.eye, ray, &hit, seen));
+                    }
+                    break;
                 }
-                break;
             }
             path.seen.specular |= segment.from_camera;
-            let Some(next) = follow_specular(&segment, &hit, pending, ctx) else { break };
+            let next = match rough {
+                Some(rough) => follow_rough(&segment, &hit, &rough, ctx),
+                None => follow_specular(&segment, &hit, pending, ctx),
+            };
+            let Some(next) = next else { break };
             segment = next;
         }
         path
@@ -181,6 +191,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         hit: Option<&SurfaceHit<'_>>,
         ctx: &mut PathContext,
     ) -> S {
+        if let Some(from) = &segment.rough {
+            return surface_light::emission_after(self.scene, from, &segment.ray, hit, ctx);
+        }
         S::from_rgb(match hit {
             Some(hit) => direct_light::emitted(self.scene, &segment.ray, hit),
             None => direct_light::environment(self.scene, &segment.ray, ctx),

@@ -13,12 +13,12 @@ use crate::cache::FluenceGrid;
 use crate::math::{Rgb, Spectrum, WorldPoint, warp};
 use crate::medium::{Collision, Phase};
 use crate::photon::PhotonDirection;
-use crate::surface::SurfaceHit;
+use crate::surface::{Ggx, SurfaceHit};
 use crate::transport::specular::scatter_specular;
 use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
 use crate::transport::{
-    EquiangularLights, LightNumbers, MAX_EVENTS, PathContext, PathState, direct_light,
-    survives_roulette,
+    EquiangularLights, LightNumbers, MAX_EVENTS, PathContext, PathState, Scattering, direct_light,
+    surface_light, survives_roulette,
 };
 
 use super::light_lobes::SentRatios;
@@ -123,10 +123,14 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             self.add_environment(path, ctx);
             return false;
         };
-        if path.scattering.is_none() {
-            let emitted = direct_light::emitted(self.scene, &path.ray, &hit);
-            path.radiance += path.throughput * S::from_rgb(emitted);
-        }
+        let emitted = match &path.scattering {
+            None => S::from_rgb(direct_light::emitted(self.scene, &path.ray, &hit)),
+            Some(from) if from.medium.is_none() => {
+                surface_light::emission_after(self.scene, from, &path.ray, Some(&hit), ctx)
+            }
+            Some(_) => S::ZERO,
+        };
+        path.radiance += path.throughput * emitted;
         if hit.material.is_specular() {
             // Paths that are sent toward lights end at mirrors and glass.
             *sent_ratios = SentRatios::NONE;
@@ -134,14 +138,18 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         }
         let reflected = self.reflected(&path.ray, &hit, gather.indirect_weight, ctx);
         path.radiance += path.throughput * reflected.radiance;
-        gather.indirect = reflected.indirect * path.throughput;
-        false
+        gather.indirect += reflected.indirect * path.throughput;
+        hit.material.rough(&hit).is_some_and(|rough| {
+            *sent_ratios = SentRatios::NONE;
+            follow_rough(path, &hit, &rough, ctx)
+        })
     }
 
     /// Flies through the media as far as `end` metres and adds what they emit. A gather is never
     /// absorbed.
     fn fly(&self, path: &mut PathState<S>, end: f64, ctx: &mut PathContext) -> FlightEnd {
-        let last = path.scattering;
+        // A rough surface does not sample places that glow.
+        let last = path.scattering.filter(|last| last.medium.is_some());
         let PathState { ray, throughput, radiance, .. } = path;
         let media = &self.scene.media;
         let weight = |collision: &Collision, emission: Rgb| {
@@ -226,6 +234,12 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             path.radiance += path.throughput * S::from_rgb(radiance);
             return;
         };
+        if last.medium.is_none() {
+            let radiance: S =
+                surface_light::emission_after(self.scene, &last, &path.ray, None, ctx);
+            path.radiance += path.throughput * radiance;
+            return;
+        }
         let lights = &self.scene.lights;
         for (index, light) in lights.lights.iter().enumerate() {
             if !self.handled_by_gather[index] {
@@ -253,5 +267,21 @@ fn follow_specular<S: Spectrum>(
     path.throughput *= S::from_rgb(step.weight);
     path.ray = step.ray;
     path.scattering = None;
+    survives_roulette(&mut path.throughput, &mut ctx.rng)
+}
+
+/// Follows the path by what the `rough` surface at `hit` reflects; whether it goes on.
+fn follow_rough<S: Spectrum>(
+    path: &mut PathState<S>,
+    hit: &SurfaceHit<'_>,
+    rough: &Ggx,
+    ctx: &mut PathContext,
+) -> bool {
+    let scattered = rough.scatter(path.ray.direction, hit, ctx.rng.uniform2());
+    let Some(scattered) = scattered else { return false };
+    ctx.work.specular_bounces += 1;
+    path.throughput *= S::from_rgb(scattered.weight);
+    path.ray = hit.leave(scattered.direction);
+    path.scattering = Some(Scattering { position: hit.point, pdf: scattered.pdf, medium: None });
     survives_roulette(&mut path.throughput, &mut ctx.rng)
 }

@@ -56,6 +56,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             deflected: true,
             // Direct light was sampled where it was deflected.
             sees_emitters: false,
+            rough: None,
             solids: EnclosingSolids::NONE,
             splits: 0,
         });

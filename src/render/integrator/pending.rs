@@ -3,9 +3,9 @@
 use smallvec::SmallVec;
 
 use crate::math::{Ray, Spectrum, World};
-use crate::surface::SurfaceHit;
+use crate::surface::{Ggx, SurfaceHit};
 use crate::transport::specular::{SpecularStep, scatter_specular, split_specular};
-use crate::transport::{EnclosingSolids, PathContext};
+use crate::transport::{EnclosingSolids, PathContext, Scattering, survives_roulette};
 
 /// Panes of glass at which a camera ray is split: the faces of a solid.
 ///
@@ -27,6 +27,8 @@ pub(super) struct PendingRay<S> {
     pub deflected: bool,
     /// Whether emitters that it hits count.
     pub sees_emitters: bool,
+    /// How a rough surface scattered it, which samples emitters, too.
+    pub rough: Option<Scattering>,
     /// Solids of glass around its origin.
     pub solids: EnclosingSolids,
     /// How many panes of glass split it further, so that both what is reflected and what is refracted is traced.
@@ -52,6 +54,7 @@ pub(super) fn follow_specular<S: Spectrum>(
         from_camera: false,
         deflected: segment.deflected,
         sees_emitters: true,
+        rough: None,
         solids: segment.solids.after(step.crossing),
         splits,
     };
@@ -70,4 +73,29 @@ pub(super) fn follow_specular<S: Spectrum>(
             Some(brighter)
         }
     }
+}
+
+/// The segment that the `rough` surface at `hit` reflects; `None` where the path ends.
+pub(super) fn follow_rough<S: Spectrum>(
+    segment: &PendingRay<S>,
+    hit: &SurfaceHit<'_>,
+    rough: &Ggx,
+    ctx: &mut PathContext,
+) -> Option<PendingRay<S>> {
+    ctx.work.specular_bounces += 1;
+    let scattered = rough.scatter(segment.ray.direction, hit, ctx.rng.uniform2())?;
+    let mut throughput = segment.throughput * S::from_rgb(scattered.weight);
+    // The first reflection that is seen is worth its ray.
+    if !segment.from_camera && !survives_roulette(&mut throughput, &mut ctx.rng) {
+        return None;
+    }
+    Some(PendingRay {
+        ray: hit.leave(scattered.direction),
+        throughput,
+        punctual_weight: 1.0,
+        from_camera: false,
+        sees_emitters: true,
+        rough: Some(Scattering { position: hit.point, pdf: scattered.pdf, medium: None }),
+        ..*segment
+    })
 }

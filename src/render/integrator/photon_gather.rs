@@ -1,14 +1,15 @@
 //! Density estimates: indirect light from the photon maps, in media and on surfaces.
 
+use std::f64::consts::PI;
 use std::time::Instant;
 
-use crate::math::{Ray, Span, Spectrum, World};
+use crate::math::{Ray, Rgb, Span, Spectrum, World};
 use crate::medium::Profile;
 use crate::photon::{PhotonDirection, Response};
 use crate::render::pixel_sampling::CameraRay;
 use crate::strategy::Strategy;
-use crate::surface::{SurfaceHit, TransportMode};
-use crate::transport::{Decision, PathContext, direct_light};
+use crate::surface::SurfaceHit;
+use crate::transport::{Decision, PathContext, surface_light};
 
 use super::ray_estimators::RayEstimators;
 use super::setup::{Estimate, Integrator, Scatterers};
@@ -69,7 +70,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         light * camera_ray.indirect_weight
     }
 
-    /// Light that a diffuse surface reflects along `ray` back to its origin: direct light, and the
+    /// Light that a surface reflects diffusely, and of lights as it does, along `ray` back to its origin: direct light, and the
     /// surface photons' irradiance times `indirect_weight`.
     pub(super) fn reflected(
         &self,
@@ -81,8 +82,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let draws = ctx.stratified.draws(Decision::SurfaceLights, 1);
         let (media, u) = (&self.scene.media, draws.numbers(0, &mut ctx.rng));
         let direct: S =
-            direct_light::direct_on_surface(self.scene, media, ray.direction, hit, u, ctx);
-        if self.maps.surface.is_empty() || indirect_weight == 0.0 {
+            surface_light::direct_on_surface(self.scene, media, ray.direction, hit, u, ctx);
+        let shows_photons = hit.material.is_diffuse() || !hit.material.is_rough();
+        if self.maps.surface.is_empty() || indirect_weight == 0.0 || !shows_photons {
             return Estimate { radiance: direct, indirect: S::ZERO };
         }
         let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
@@ -90,7 +92,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let start = Instant::now();
         let irradiance = self.maps.irradiance(hit.point, facing, &mut ctx.work.gathered);
         ctx.amortized.gathers += start.elapsed();
-        let reflectance = hit.material.eval(ray.direction, facing, hit, TransportMode::Radiance);
+        let reflects = hit.material.diffuse_value(ray.direction, facing, hit) != Rgb::ZERO;
+        let albedo =
+            if reflects { hit.material.diffuse_albedo(ray.direction, hit) } else { Rgb::ZERO };
+        let reflectance = albedo / PI;
         let indirect = S::from_rgb(reflectance) * indirect_weight * irradiance;
         Estimate { radiance: direct + indirect, indirect }
     }

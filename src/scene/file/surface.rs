@@ -68,6 +68,22 @@ pub enum MaterialSection {
         /// Part reflected, in [0, 1].
         reflectance: ColorSection,
     },
+    /// A diffuse base under a rough dielectric coat.
+    Plastic {
+        /// Part that the base reflects, in [0, 1].
+        reflectance: ColorSection,
+        /// Square root of the width of the slopes of facets.
+        roughness: f64,
+        /// Index of refraction, from 1.01 to 10.
+        ior: f64,
+    },
+    /// A rough metal.
+    Metal {
+        /// Part reflected at normal incidence, in [0, 1].
+        reflectance: ColorSection,
+        /// Square root of the width of the slopes of facets.
+        roughness: f64,
+    },
     /// Reflects like a mirror.
     Mirror {
         /// Part reflected, in [0, 1].
@@ -173,12 +189,16 @@ pub(super) fn corners(section: &Section<'_>) -> Result<(DVec3, DVec3)> {
 #[derive(Clone, Copy)]
 enum MaterialKind {
     Diffuse,
+    Plastic,
+    Metal,
     Mirror,
     Glass,
 }
 
 const MATERIALS: &[(&str, MaterialKind)] = &[
     ("diffuse", MaterialKind::Diffuse),
+    ("plastic", MaterialKind::Plastic),
+    ("metal", MaterialKind::Metal),
     ("mirror", MaterialKind::Mirror),
     ("glass", MaterialKind::Glass),
 ];
@@ -191,6 +211,23 @@ fn material(value: &Value<'_>) -> Result<MaterialSection> {
             let reflectance =
                 section.read(&keys::REFLECTANCE, |v| color_or_texture(v, Range::UNIT))?;
             Ok(MaterialSection::Diffuse { reflectance })
+        }
+        MaterialKind::Plastic => {
+            section.only(&keys::PLASTIC)?;
+            Ok(MaterialSection::Plastic {
+                reflectance: section
+                    .read(&keys::REFLECTANCE, |v| color_or_texture(v, Range::UNIT))?,
+                roughness: section.number(&keys::ROUGHNESS)?,
+                ior: section.number(&keys::COAT_IOR)?,
+            })
+        }
+        MaterialKind::Metal => {
+            section.only(&keys::METAL)?;
+            Ok(MaterialSection::Metal {
+                reflectance: section
+                    .read(&keys::METAL_REFLECTANCE, |v| color_or_texture(v, Range::UNIT))?,
+                roughness: section.number(&keys::ROUGHNESS)?,
+            })
         }
         MaterialKind::Mirror => {
             section.only(&keys::MIRROR)?;

@@ -154,6 +154,8 @@ pub const TABLES: &[(&str, &str, &Table)] = &[
     ("[[surface]]", "`shape = \"plane\"`", &surface::PLANE),
     ("[[surface]]", "`shape = \"mesh\"`", &surface::MESH),
     ("[[surface]] material", "`type = \"diffuse\"`", &surface::DIFFUSE),
+    ("[[surface]] material", "`type = \"plastic\"`", &surface::PLASTIC),
+    ("[[surface]] material", "`type = \"metal\"`", &surface::METAL),
     ("[[surface]] material", "`type = \"mirror\"`", &surface::MIRROR),
     ("[[surface]] material", "`type = \"glass\"`", &surface::GLASS),
     ("[[surface]] texture", "", &surface::TEXTURE),

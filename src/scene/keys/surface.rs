@@ -7,6 +7,17 @@ use crate::scene::reader::Range;
 const REFRACTION: Range =
     Range::new(|n| (1.0..=10.0).contains(&n), "an index of refraction from 1 to 10");
 
+/// The least roughness: below it a surface is a mirror, and lamps would show as dots of noise.
+///
+/// Unit: none. Limit: on the density of sampled directions.
+pub(in crate::scene) const LEAST_ROUGHNESS: f64 = 0.03;
+const ROUGH: Range = Range::new(
+    |n| (LEAST_ROUGHNESS..=1.0).contains(&n),
+    "a roughness from 0.03 to 1; a mirror has 0",
+);
+const COAT: Range =
+    Range::new(|n| (1.01..=10.0).contains(&n), "an index of refraction from 1.01 to 10");
+
 pub(in crate::scene) const TRANSLATE: Key =
     Key::new("translate", Kind::Triple, "m", Default("[0.0, 0.0, 0.0]"), "Placement: moved last.");
 pub(in crate::scene) const ROTATE: Key = Key::new(
@@ -102,9 +113,9 @@ pub(in crate::scene) const MESH: Table = Table {
 
 pub(in crate::scene) const MATERIAL_TYPE: Key = Key::new(
     "type",
-    Kind::Word(|| vec!["diffuse", "mirror", "glass"]),
+    Kind::Word(|| vec!["diffuse", "plastic", "metal", "mirror", "glass"]),
     "",
-    Needed("\"diffuse\", \"mirror\" or \"glass\""),
+    Needed("\"diffuse\", \"plastic\", \"metal\", \"mirror\" or \"glass\""),
     "Kind of material.",
 );
 pub(in crate::scene) const REFLECTANCE: Key = Key::new(
@@ -121,6 +132,22 @@ pub(in crate::scene) const MIRROR_REFLECTANCE: Key = Key::new(
     Default("1.0"),
     "Part of the light that is reflected.",
 );
+pub(in crate::scene) const METAL_REFLECTANCE: Key = Key::new(
+    "reflectance",
+    Kind::Table("a colour or { texture = \"picture.png\" }"),
+    "",
+    Default("0.9"),
+    "Part of the light that is reflected where it falls on straight, in [0, 1]; at a slant it is more.",
+);
+pub(in crate::scene) const ROUGHNESS: Key = Key::new(
+    "roughness",
+    Kind::Number(ROUGH),
+    "",
+    Default("0.5"),
+    "Square root of the width of the slopes of facets (GGX), as Blender and UsdPreviewSurface have it.",
+);
+pub(in crate::scene) const COAT_IOR: Key =
+    Key::new("ior", Kind::Number(COAT), "", Default("1.5"), "Index of refraction of the coat.");
 pub(in crate::scene) const IOR: Key =
     Key::new("ior", Kind::Number(REFRACTION), "", Default("1.5"), "Index of refraction.");
 pub(in crate::scene) const TINT: Key = Key::new(
@@ -134,6 +161,10 @@ pub(in crate::scene) const TEXTURE_FILE: Key =
     Key::new("texture", Kind::File("a picture file"), "", Needed("a picture file"), "The picture.");
 pub(in crate::scene) const DIFFUSE: Table =
     Table { what: "a diffuse material", keys: &[&MATERIAL_TYPE, &REFLECTANCE] };
+pub(in crate::scene) const PLASTIC: Table =
+    Table { what: "a plastic", keys: &[&MATERIAL_TYPE, &REFLECTANCE, &ROUGHNESS, &COAT_IOR] };
+pub(in crate::scene) const METAL: Table =
+    Table { what: "a metal", keys: &[&MATERIAL_TYPE, &METAL_REFLECTANCE, &ROUGHNESS] };
 pub(in crate::scene) const MIRROR: Table =
     Table { what: "a mirror", keys: &[&MATERIAL_TYPE, &MIRROR_REFLECTANCE] };
 pub(in crate::scene) const GLASS: Table =

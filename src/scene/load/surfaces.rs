@@ -14,7 +14,7 @@ use crate::scene::reader::{FileReference, Place};
 use crate::shape::{
     Cuboid, LoadedMesh, Mesh, MeshMaterial, Plane, Quad, Shape, Sphere, TextureSource, load_mesh,
 };
-use crate::surface::{Glass, Material, Surface, Texture};
+use crate::surface::{Glass, Material, Plastic, Surface, Texture};
 
 /// A surface with the light that it emits.
 pub(super) struct Built {
@@ -119,17 +119,32 @@ fn mesh_material(
 
 fn material(section: &MaterialSection, context: &mut Context) -> Result<Material> {
     Ok(match section {
-        MaterialSection::Diffuse { reflectance: ColorSection::Constant(color) } => {
-            Material::Diffuse { reflectance: Texture::Constant(*color) }
+        MaterialSection::Diffuse { reflectance } => {
+            Material::Diffuse { reflectance: color(reflectance, context)? }
         }
-        MaterialSection::Diffuse { reflectance: ColorSection::Texture(file) } => {
-            context.sources.add(&file.path);
-            let image = at(&file.at, read_texture(&file.path))?.image;
-            Material::Diffuse { reflectance: reflectance(&file.at, &image, Rgb::ONE)? }
+        MaterialSection::Plastic { reflectance, roughness, ior } => {
+            let base = color(reflectance, context)?;
+            Material::Plastic(Plastic::new(base, *ior, roughness * roughness))
         }
+        MaterialSection::Metal { reflectance, roughness } => Material::Metal {
+            reflectance: color(reflectance, context)?,
+            alpha: roughness * roughness,
+        },
         MaterialSection::Mirror { reflectance } => Material::Mirror { reflectance: *reflectance },
         MaterialSection::Glass { ior, tint } => Material::Glass(Glass { ior: *ior, tint: *tint }),
     })
+}
+
+/// The colour of a material, a reflectance.
+fn color(section: &ColorSection, context: &mut Context) -> Result<Texture> {
+    match section {
+        ColorSection::Constant(color) => Ok(Texture::Constant(*color)),
+        ColorSection::Texture(file) => {
+            context.sources.add(&file.path);
+            let image = at(&file.at, read_texture(&file.path))?.image;
+            reflectance(&file.at, &image, Rgb::ONE)
+        }
+    }
 }
 
 /// `image` times `color` as a reflectance, which must lie in [0, 1].

@@ -135,7 +135,7 @@ pub(super) fn emits(medium: &Medium) -> bool {
 
 /// Whether a photon map on `material` shows.
 fn receives(material: &Material) -> bool {
-    matches!(material, Material::Diffuse { .. })
+    material.is_diffuse()
 }
 
 /// Whether `light` gives any light.

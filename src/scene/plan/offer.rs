@@ -57,6 +57,9 @@ fn reflectance(material: &Material) -> f64 {
         Material::Black => 0.0,
         Material::Diffuse { reflectance: Texture::Constant(reflectance) }
         | Material::Mirror { reflectance } => Rgb::max_element(*reflectance),
-        Material::Diffuse { .. } | Material::Glass(_) => 1.0,
+        Material::Diffuse { .. }
+        | Material::Plastic(_)
+        | Material::Metal { .. }
+        | Material::Glass(_) => 1.0,
     }
 }

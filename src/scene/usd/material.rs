@@ -1,7 +1,7 @@
 //! Materials of a shot as those of a scene.
 //!
-//! Surfaces of scenes are diffuse, mirrors or glass. What UsdPreviewSurface and the surfaces of MaterialX say
-//! more is left out, and said once for each material.
+//! Surfaces of scenes are diffuse, plastic, metals, mirrors or glass. What UsdPreviewSurface and the surfaces of
+//! MaterialX say more is left out, and said once for each material.
 
 use std::collections::HashMap;
 
@@ -12,13 +12,17 @@ use super::geometry::Look;
 use super::shot::Files;
 use super::values::Reader;
 use crate::error::Result;
-use crate::math::Rgb;
+use crate::math::{Rgb, luminance};
 use crate::scene::draft::exact;
+use crate::scene::keys::surface::LEAST_ROUGHNESS;
 
 /// Metalness from which a surface is a metal, and weight of transmission from which it is glass.
 const MOSTLY: f64 = 0.5;
-/// Roughness up to which a metal is shown as a mirror: what it reflects is still told apart.
-const MIRROR_ROUGHNESS: f64 = 0.25;
+/// Reflectance at normal incidence from which a colour of specular light is a metal's: dielectrics, diamond among
+/// them, are below.
+const LEAST_METAL: f64 = 0.2;
+/// Reflectance at normal incidence below which a coat is left away.
+const LEAST_COAT: f64 = 1e-3;
 /// Reflectance of a surface that says none: the fallback of UsdPreviewSurface.
 const FALLBACK: f64 = 0.18;
 
@@ -29,6 +33,10 @@ struct Names {
     weight: &'static str,
     metalness: &'static str,
     roughness: &'static str,
+    /// Where the shader does not say it.
+    usual_roughness: f64,
+    /// Factor on the reflectance of the coat, and where it leaves that as it is.
+    coat: (&'static str, f64),
     /// How much light goes through.
     transmission: &'static str,
     /// How much of the surface is there.
@@ -45,6 +53,9 @@ const PREVIEW: Names = Names {
     weight: "",
     metalness: "metallic",
     roughness: "roughness",
+    usual_roughness: 0.5,
+    // Blender's; it is no input of UsdPreviewSurface.
+    coat: ("specular", 0.5),
     transmission: "",
     opacity: "opacity",
     ior: "ior",
@@ -57,6 +68,8 @@ const STANDARD_SURFACE: Names = Names {
     weight: "base",
     metalness: "metalness",
     roughness: "specular_roughness",
+    usual_roughness: 0.2,
+    coat: ("specular", 1.0),
     transmission: "transmission",
     opacity: "",
     ior: "specular_IOR",
@@ -69,6 +82,8 @@ const OPEN_PBR: Names = Names {
     weight: "base_weight",
     metalness: "base_metalness",
     roughness: "specular_roughness",
+    usual_roughness: 0.3,
+    coat: ("specular_weight", 1.0),
     transmission: "transmission_weight",
     opacity: "",
     ior: "specular_ior",
@@ -133,7 +148,7 @@ impl Looks {
         let color = reader.triple(&shader, &format!("inputs:{}", names.color))?;
         let color = color.unwrap_or(Rgb::splat(FALLBACK)) * number(names.weight, 1.0)?;
         let color = color.clamp(Rgb::ZERO, Rgb::ONE);
-        let roughness = number(names.roughness, 0.5)?;
+        let roughness = number(names.roughness, names.usual_roughness)?;
         let glow = reader.triple(&shader, &format!("inputs:{}", names.emission))?;
         let is_weighted = !names.emission_weight.is_empty();
         let weight = number(names.emission_weight, if is_weighted { 0.0 } else { 1.0 })?;
@@ -168,25 +183,51 @@ impl Looks {
             value.insert("type".into(), "glass".into());
             value.insert("ior".into(), number(names.ior, 1.5)?.clamp(1.0, 10.0).into());
             value.insert("tint".into(), exact(color));
-            if roughness > MIRROR_ROUGHNESS {
+            if roughness >= LEAST_ROUGHNESS {
                 left_out.push(format!("{} = {roughness} of glass", names.roughness));
             }
-        } else if number(names.metalness, 0.0)? >= MOSTLY && roughness <= MIRROR_ROUGHNESS {
-            value.insert("type".into(), "mirror".into());
-            value.insert("reflectance".into(), exact(color));
         } else {
-            if number(names.metalness, 0.0)? >= MOSTLY {
-                left_out
-                    .push(format!("that it is a metal, whose {} is {roughness}", names.roughness));
-            }
-            value.insert("type".into(), "diffuse".into());
-            let reflectance = match texture {
+            let ior = number(names.ior, 1.5)?;
+            let ratio = (ior - 1.0) / (ior + 1.0);
+            let (coat, as_it_is) = names.coat;
+            let mut coat = ratio * ratio * (number(coat, as_it_is)? / as_it_is);
+            let mut is_metal = number(names.metalness, 0.0)? >= MOSTLY;
+            let mut reflectance = match texture {
                 Some(file) => {
                     Value::Table(toml::Table::from_iter([("texture".into(), file.into())]))
                 }
                 None => exact(color),
             };
+            // UsdPreviewSurface may give the reflectance at normal incidence in place of a metalness.
+            if reader.flag(&shader, "inputs:useSpecularWorkflow")? {
+                let given = reader.triple(&shader, "inputs:specularColor")?.unwrap_or(Rgb::ZERO);
+                is_metal = given.max_element() > LEAST_METAL;
+                coat = luminance(given);
+                if is_metal {
+                    reflectance = exact(given.clamp(Rgb::ZERO, Rgb::ONE));
+                }
+            }
+            let is_smooth = roughness < LEAST_ROUGHNESS;
+            let kind = match (is_metal, is_smooth) {
+                (true, true) => "mirror",
+                (true, false) => "metal",
+                (false, _) if coat >= LEAST_COAT => "plastic",
+                (false, _) => "diffuse",
+            };
+            value.insert("type".into(), kind.into());
+            if kind == "mirror" && reflectance.is_table() {
+                left_out.push(format!("the picture of {}", names.color));
+                reflectance = exact(color);
+            }
             value.insert("reflectance".into(), reflectance);
+            if matches!(kind, "metal" | "plastic") {
+                let roughness = roughness.clamp(LEAST_ROUGHNESS, 1.0);
+                value.insert("roughness".into(), roughness.into());
+            }
+            if kind == "plastic" {
+                let root = coat.clamp(0.0, LEAST_METAL).sqrt();
+                value.insert("ior".into(), ((1.0 + root) / (1.0 - root)).into());
+            }
         }
         if !left_out.is_empty() {
             warn(format!("left out: {}", left_out.join(", ")));
