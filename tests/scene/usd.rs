@@ -315,6 +315,16 @@ fn what_cannot_be_is_said_with_its_prim() {
             "/vapour/s: inputs:density is a string",
         ),
         ("2: @smoke@", "2: @./no.vdb@", "no.vdb"),
+        (
+            "def Sphere \"hidden\" {",
+            "def Sphere \"hidden\" ( inherits = </set/hidden/in> ) {",
+            "/set/hidden inherits from /set/hidden/in",
+        ),
+        (
+            "prepend references = @./part.usda@</part>",
+            "specializes = </set>",
+            "/set/copy inherits from /set",
+        ),
         ("def Material \"glass\"", &deep, "nested"),
     ];
     for (old, new, said) in rows {

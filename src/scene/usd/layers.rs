@@ -4,7 +4,7 @@ use std::io::{self, Cursor};
 
 use openusd::ar::{Asset, AssetInfo, DefaultResolver, ResolvedPath, Resolver};
 
-use super::{binary_layer, package, text_layer};
+use super::{arcs, binary_layer, package, text_layer};
 
 /// Finds and opens layers: binary ones are checked, text is in a form that the crate reads.
 #[derive(Default)]
@@ -51,11 +51,14 @@ impl Resolver for Layers {
 /// The layer `bytes` in a form that the crate reads.
 fn readable(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
     if binary_layer::is_binary(&bytes) {
-        return binary_layer::check(&bytes).map(|()| bytes);
+        let tokens = binary_layer::check(&bytes)?;
+        return arcs::check_binary(&bytes, &tokens).map(|()| bytes);
     }
     if !text_layer::is_text(&bytes) {
         return Ok(bytes);
     }
     let text = String::from_utf8(bytes).map_err(|_| "is not UTF-8")?;
-    Ok(text_layer::readable(&text)?.into_owned().into_bytes())
+    let text = text_layer::readable(&text)?;
+    arcs::check_text(&text)?;
+    Ok(text.into_owned().into_bytes())
 }

@@ -4,6 +4,7 @@
 //! that `fogbow export` makes of it give the same picture. Meshes are kept in memory under the names that the
 //! exported scene gives their files.
 
+mod arcs;
 mod binary_layer;
 mod camera;
 mod geometry;

@@ -34,11 +34,11 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// Checks the binary layer `bytes`.
+/// Checks the binary layer `bytes`. Returns its tokens, each with a zero behind it.
 ///
 /// # Errors
 /// Where its sections or values cannot be.
-pub(super) fn check(bytes: &[u8]) -> Result<(), String> {
+pub(super) fn check(bytes: &[u8]) -> Result<Vec<u8>, String> {
     let mut header = Bytes::from(bytes, MAGIC.len() as u64)?;
     let version = header.take(8, 1)?;
     let (major, minor) = (version[0], version[1]);
@@ -56,7 +56,8 @@ pub(super) fn check(bytes: &[u8]) -> Result<(), String> {
     sections.find("SPECS", |at| specs(at, paths.len(), sets.len()))?;
     let tables = Tables { version: minor, tokens, strings, paths };
     let mut values = Values::of(bytes, &tables);
-    fields.into_iter().try_for_each(|value| values.check(value))
+    fields.into_iter().try_for_each(|value| values.check(value))?;
+    Ok(text)
 }
 
 /// Sections by their names.
