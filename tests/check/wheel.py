@@ -106,6 +106,8 @@ def interrupt() -> None:
     """Ctrl-C ends a render while photons are shot and while rays are, and other threads run meanwhile."""
     import fogbow
 
+    # A shell that starts this in the background has it ignore the signal.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     for stage, settings in {"photons": {"photons": 10_000_000}, "rays": {"rays": 100_000, "photons": 1000}}.items():
         begun, ticks = threading.Event(), []
 
