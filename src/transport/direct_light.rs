@@ -133,7 +133,7 @@ pub struct Connection {
     pub light: usize,
     /// Where its light comes from; infinitely far of lights that are.
     pub origin: LightOrigin,
-    /// Density of [`Light::sample`] there, 1/sr; 1 for a delta light.
+    /// Density of [`Light::sample`](crate::light::Light::sample) there, 1/sr; 1 for a delta light.
     pub light_pdf: f64,
     /// Density with which the point's own sampling takes this connection, 1/sr; for a delta light a
     /// probability.

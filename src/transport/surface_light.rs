@@ -70,9 +70,8 @@ pub fn emission_after<S: Spectrum>(
     })
 }
 
-/// An environment is sampled by
-/// itself or by the surface, half of the time each, with the balance heuristic for one sample (Veach
-/// 1997, section 9.2.4), other lights by themselves.
+/// An environment is sampled by itself or by the surface, half of the time each, with the balance heuristic for one
+/// sample (Veach 1997, section 9.2.4), other lights by themselves.
 fn direct_on_diffuse<S: Spectrum>(
     scene: &Scene,
     media: &Media,

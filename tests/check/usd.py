@@ -146,6 +146,20 @@ def make(folder):
     shot(folder)
 
 
+def principled(volume, density, color, anisotropy):
+    """Gives a volume a Principled Volume."""
+    material = bpy.data.materials.new("Smoke")
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    node = tree.nodes.new("ShaderNodeVolumePrincipled")
+    tree.links.new(node.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])
+    node.inputs["Density"].default_value = density
+    node.inputs["Color"].default_value = (*color, 1)
+    node.inputs["Anisotropy"].default_value = anisotropy
+    volume.materials.append(material)
+
+
 def shot(folder):
     """A sequence of smoke, a cube, and a camera that moves."""
     scene = begin()
@@ -153,16 +167,7 @@ def shot(folder):
     volume = bpy.data.volumes.new("Smoke")
     volume.filepath = os.path.join(folder, "smoke_0001.vdb")
     volume.is_sequence, volume.frame_duration, volume.frame_start = True, 3, 1
-    material = bpy.data.materials.new("Smoke")
-    material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new("ShaderNodeVolumePrincipled")
-    tree.links.new(node.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])
-    node.inputs["Density"].default_value = 6
-    node.inputs["Color"].default_value = (0.9, 0.8, 0.7, 1)
-    node.inputs["Anisotropy"].default_value = 0.4
-    volume.materials.append(material)
+    principled(volume, density=6, color=(0.9, 0.8, 0.7), anisotropy=0.4)
     link(scene, "Smoke", volume, (0, 0, 0), (math.pi / 2, 0, 0.4))
     lamp(scene, "SUN", (0, 0, 9), (0.6, 0.5, 0), energy=3, angle=0.1)
     sky(scene, (0.2, 0.3, 0.5), 0.5)

@@ -50,16 +50,7 @@ def make(folder):
     painted("Brass", (0.9, 0.65, 0.3), 1, 0.35)
     volume = bpy.data.volumes.new("Smoke")
     volume.filepath = os.path.join(folder, "smoke_0001.vdb")
-    material = bpy.data.materials.new("Smoke")
-    material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    node = tree.nodes.new("ShaderNodeVolumePrincipled")
-    tree.links.new(node.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])
-    node.inputs["Density"].default_value = 8
-    node.inputs["Color"].default_value = (0.8, 0.8, 0.8, 1)
-    node.inputs["Anisotropy"].default_value = 0.3
-    volume.materials.append(material)
+    usd.principled(volume, density=8, color=(0.8, 0.8, 0.8), anisotropy=0.3)
     smoke = usd.link(scene, "Smoke", volume, (0.3, 0.7, 0), (math.pi / 2, 0, 0.4))
     smoke.scale = (1.2, 1.2, 1.2)
     usd.lamp(scene, "AREA", (3, -3, 4), (0.75, 0, 0.75), energy=350, shape="RECTANGLE", size=1.5, size_y=1.5,
