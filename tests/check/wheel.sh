@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds the wheel, installs it where there is neither OpenVDB nor Rust, and checks it there: the command, the notebooks,
-# arrays beside OpenEXR, memory and time beside the command, and one process with bpy and with mitsuba.
+# arrays beside OpenEXR, memory, one process with bpy and with mitsuba, and time beside the command (ten minutes, for which
+# the machine should be quiet).
 #
 #     apt-get install python3-venv
 #     tests/check/wheel.sh [--quick]
@@ -56,10 +57,6 @@ inside python "$check" notebooks first_render error_against_time data_set
 inside python "$check" arrays "$folder/clean/bin/fogbow"
 inside python "$check" memory
 
-title "time beside the command of the same profile"
-cargo build --release --quiet
-"$folder/clean/bin/python" "$check" time "${CARGO_TARGET_DIR:-target}/release/fogbow"
-
 title "one process with others"
 for name in mitsuba bpy; do
     "$folder/tools/bin/pip" install --quiet uv
@@ -68,3 +65,7 @@ for name in mitsuba bpy; do
         "$([ "$name" = bpy ] && echo bpy==5.2.3 || echo 'mitsuba>=3,<4')"
     "$folder/$name/bin/python" "$check" beside "$name"
 done
+
+title "time beside the command of the same profile"
+cargo build --release --quiet
+"$folder/clean/bin/python" "$check" time "${CARGO_TARGET_DIR:-target}/release/fogbow"
