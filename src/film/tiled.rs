@@ -131,6 +131,37 @@ impl TiledFilm {
         Self { window, tiles: (0..count).map(tile).collect(), importance: Vec::new() }
     }
 
+    /// What the pixels in `window`, a part of its own, have gathered of `contents`.
+    ///
+    /// # Panics
+    /// Where `window` has pixels that it has not.
+    #[must_use]
+    pub fn cut(self, window: Window, contents: FilmContents) -> Self {
+        if window == self.window {
+            return self;
+        }
+        let Window { left, top, width, .. } = self.window;
+        let index = |x: u32, y: u32| ((y - top) * width + x - left) as usize;
+        let mut places = vec![(0, 0); self.window.pixels() as usize];
+        for (number, Tile { place, samples, .. }) in self.tiles.iter().enumerate() {
+            for pixel in 0..samples.len() {
+                let [across, down] = [pixel as u32 % place.width, pixel as u32 / place.width];
+                places[index(place.left + across, place.top + down)] = (number, pixel);
+            }
+        }
+        let mut part = Self::new(window, contents);
+        for Pixel { x, y, samples, features, components } in
+            part.tiles.iter_mut().flat_map(Tile::all_pixels)
+        {
+            let (number, pixel) = places[index(x, y)];
+            let tile = &self.tiles[number];
+            samples.clone_from(&tile.samples[pixel]);
+            features.into_iter().for_each(|own| *own = tile.features[pixel]);
+            components.into_iter().for_each(|own| *own = tile.components[pixel]);
+        }
+        Self { importance: self.importance, ..part }
+    }
+
     /// Samples of each pixel, tile by tile.
     pub fn samples(&self) -> impl Iterator<Item = &Accumulator> {
         self.tiles.iter().flat_map(|tile| &tile.samples)
@@ -220,6 +251,8 @@ fn gcd(a: u64, b: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::Sample;
+    use crate::math::Rgb;
     use proptest::prelude::*;
 
     proptest! {
@@ -235,6 +268,28 @@ mod tests {
                 }
             }
             prop_assert!(seen.iter().all(|count| *count == 1));
+        }
+    }
+
+    #[test]
+    fn a_part_has_the_samples_of_its_pixels() {
+        let contents = FilmContents { features: false, components: true };
+        let mut whole = TiledFilm::new(Window { left: 3, top: 2, width: 50, height: 40 }, contents);
+        let light = |x: u32, y: u32| Rgb::splat(f64::from(100 * x + y));
+        for pixel in whole.tiles.iter_mut().flat_map(Tile::all_pixels) {
+            let sample = Sample { radiance: light(pixel.x, pixel.y), ..Sample::default() };
+            pixel.samples.add(sample);
+            pixel.components.unwrap().add(0, &sample);
+        }
+        let window = Window { left: 7, top: 9, width: 37, height: 20 };
+        let mut part = whole.cut(window, contents);
+        assert_eq!(part.window, window);
+        for pixel in part.tiles.iter_mut().flat_map(Tile::all_pixels) {
+            assert_eq!(pixel.samples.mean(), light(pixel.x, pixel.y));
+            assert_eq!(
+                f64::from(pixel.components.unwrap().halves[0].radiance.x),
+                light(pixel.x, pixel.y).x
+            );
         }
     }
 

@@ -128,8 +128,8 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
 }
 
 /// Importance of each pixel of the film of `region`, measured in the pilot, of which `sample` takes the samples and
-/// `importance` tells it. `begun` gets those samples; where `region` is a crop the pilot of the whole film comes before, so that all crops have
-/// the same importance. `gold` is the gold standard's budget, [with a pilot](after_pilot). Nothing is measured where a checkpoint knows it, nor where the pilot is cut short.
+/// `importance` tells it. The pilot is that of the whole film, so that all crops have the same importance; `begun` gets its
+/// samples in `region`. `gold` is the gold standard's budget, [with a pilot](after_pilot). Nothing is measured where a checkpoint knows it, nor where the pilot is cut short.
 pub(super) fn measure_importance(
     region: &RenderRegion,
     sample: impl Fn(RenderRegion, PixelBudget, &Control<'_>) -> Sampled,
@@ -148,17 +148,11 @@ pub(super) fn measure_importance(
     let is_whole = window == region.window;
     let control = if is_whole { *control } else { Control { checkpoints: None, ..*control } };
     let sampled = sample(RenderRegion { window, ..*region }, gold.of_pilot(), &control);
-    let components = sampled.film.component_film();
-    let is_complete = sampled.ended == Ended::Complete;
-    if is_whole {
-        *begun = sampled;
-    } else {
-        let measuring = sampled.work;
-        *begun = sample(*region, gold.of_pilot(), &control);
-        begun.work += measuring;
-    }
     stages.done("pilot", start);
     let start = Instant::now();
+    let components = sampled.film.component_film();
+    let is_complete = sampled.ended == Ended::Complete;
+    *begun = Sampled { film: sampled.film.cut(region.window, region.contents), ..sampled };
     if is_complete {
         begun.film.importance = importance(&components);
         begun.work.map_pixels += begun.film.importance.len() as u64;
