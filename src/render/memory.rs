@@ -6,7 +6,7 @@
 
 use serde::Serialize;
 
-use super::stage_settings::exposed_window;
+use super::stage_settings::{exposed_window, shown_window};
 use crate::director::PixelBudget;
 use crate::film::{Accumulator, FeatureMean, PixelComponents, RECONSTRUCTION_BYTES};
 use crate::image::{Features, Film, Window};
@@ -112,7 +112,7 @@ pub(super) fn memory_with(
         };
     let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
     let maps = if Needs::new(scene, settings).maps { maps } else { 0 };
-    let writing = settings.crop.unwrap_or(all).pixels() * WRITING;
+    let writing = shown_window(scene, settings).pixels() * WRITING;
     // Grids are read one after another. Beside the last there are for a while its file and OpenVDB's
     // own copy; beside a mesh, the lists that it is read into.
     let read = sizes.last().map_or(0, |bytes| 2 * *bytes as u64);

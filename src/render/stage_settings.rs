@@ -66,12 +66,16 @@ pub(super) fn finest_step(scene: &Scene, settings: &RenderSettings) -> f64 {
     settings.step.unwrap_or_else(|| scene.media.detail().unwrap_or(0.0))
 }
 
-/// The part of the film that gets rays under `settings`: what the picture shows, and round it what its reconstruction looks
-/// at.
+/// The part of the film that the picture under `settings` shows.
+pub(super) fn shown_window(scene: &Scene, settings: &RenderSettings) -> Window {
+    settings.crop.unwrap_or(Window::whole(scene.film.size))
+}
+
+/// The part of the film that gets rays under `settings`: what the picture shows, and the pixels around it that its
+/// reconstruction reads.
 pub(super) fn exposed_window(scene: &Scene, settings: &RenderSettings) -> Window {
-    let shown = settings.crop.unwrap_or(Window::whole(scene.film.size));
     let reach = if settings.reconstructs() { RECONSTRUCTION_REACH as u32 } else { 0 };
-    shown.grown(reach, scene.film.size)
+    shown_window(scene, settings).grown(reach, scene.film.size)
 }
 
 /// The region of the film that is rendered, with random streams of `stage`.
@@ -84,7 +88,7 @@ pub(super) fn render_region(
     RenderRegion {
         size,
         window: exposed_window(scene, settings),
-        shown: settings.crop.unwrap_or(Window::whole(size)),
+        shown: shown_window(scene, settings),
         seed: settings.seed,
         stage,
         rays: PixelBudget::fixed(settings.rays, 0.0, 0.0).of_pass(settings).rays,

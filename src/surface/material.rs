@@ -87,7 +87,9 @@ impl Material {
         let value = match self {
             Self::Diffuse { reflectance } => diffuse::eval(reflectance, incoming, outgoing, hit),
             Self::Plastic(plastic) => plastic.eval(incoming, outgoing, hit),
-            Self::Metal { .. } => self.rough_value(incoming, outgoing, hit),
+            Self::Metal { .. } => {
+                self.rough(hit).map_or(Rgb::ZERO, |rough| rough.eval(incoming, outgoing, hit))
+            }
             Self::Mirror { .. } | Self::Glass(_) | Self::Black => return Rgb::ZERO,
         };
         value * correction(mode, incoming, outgoing, hit)
@@ -112,10 +114,6 @@ impl Material {
             }
             Self::Diffuse { .. } | Self::Mirror { .. } | Self::Glass(_) | Self::Black => None,
         }
-    }
-
-    fn rough_value(&self, incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> Rgb {
-        self.rough(hit).map_or(Rgb::ZERO, |rough| rough.eval(incoming, outgoing, hit))
     }
 
     /// Density of [`scatter`](Self::scatter) over solid angle, 1/sr; 0 for specular materials.
@@ -165,7 +163,7 @@ impl Material {
         }
     }
 
-    /// Its colour at `hit`, as a denoiser is told it: that of a rough surface has little to do with where it is seen from.
+    /// Its colour at `hit`, as a feature of what a pixel sees: of plastic and metal the reflectance, seen from anywhere.
     pub fn color(&self, hit: &SurfaceHit<'_>) -> Rgb {
         match self {
             Self::Diffuse { reflectance } | Self::Metal { reflectance, .. } => {

@@ -30,9 +30,9 @@ pub struct Plastic {
     /// Of the base, in [0, 1].
     reflectance: Texture,
     coat: Ggx,
-    /// Albedo of the coat at squares of even numbers from 0 to 1 as cosines.
+    /// Albedo of the coat at the cosines (i / (COSINES - 1))².
     albedos: Arc<[f64; COSINES]>,
-    /// Its mean under light from everywhere.
+    /// Its mean over the hemisphere, weighted by the cosine.
     mean: f64,
 }
 

@@ -70,8 +70,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         light * camera_ray.indirect_weight
     }
 
-    /// Light that a surface reflects diffusely, and of lights as it does, along `ray` back to its origin: direct light, and the
-    /// surface photons' irradiance times `indirect_weight`.
+    /// Light that the surface at `hit` reflects along `ray` back to its origin: direct light by all of its reflection, and
+    /// `indirect_weight` times the surface photons' irradiance by its diffuse part.
     pub(super) fn reflected(
         &self,
         ray: &Ray<World>,
@@ -83,8 +83,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let (media, u) = (&self.scene.media, draws.numbers(0, &mut ctx.rng));
         let direct: S =
             surface_light::direct_on_surface(self.scene, media, ray.direction, hit, u, ctx);
-        let shows_photons = hit.material.is_diffuse() || !hit.material.is_rough();
-        if self.maps.surface.is_empty() || indirect_weight == 0.0 || !shows_photons {
+        if self.maps.surface.is_empty() || indirect_weight == 0.0 || hit.material.is_followed() {
             return Estimate { radiance: direct, indirect: S::ZERO };
         }
         let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
