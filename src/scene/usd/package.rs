@@ -1,6 +1,7 @@
 //! Packages (.usdz): layers, pictures and volumes in an archive that stores them as they are.
 
-use std::io::{self, Cursor, Read};
+use std::fmt::Display;
+use std::io::{self, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use zip::read::ZipFile;
@@ -16,15 +17,12 @@ pub(super) fn is_package(bytes: &[u8]) -> bool {
 
 /// Unpacks the package `path` into `folder`. Returns its first layer.
 pub(super) fn unpack(path: &Path, folder: &Path) -> Result<PathBuf, String> {
-    let damaged = |e: &dyn std::fmt::Display| format!("is no USD package that can be read: {e}");
     let file = std::fs::File::open(path).map_err(|e| damaged(&e))?;
     let mut left = file.metadata().map_err(|e| damaged(&e))?.len();
-    let mut archive = ZipArchive::new(file).map_err(|e| damaged(&e))?;
     let mut first = None;
-    for index in 0..archive.len() {
-        let mut entry = archive.by_index(index).map_err(|e| damaged(&e))?;
+    each_entry(file, |mut entry| {
         if entry.is_dir() {
-            continue;
+            return Ok(());
         }
         let name = entry.enclosed_name().ok_or_else(|| damaged(&"a name that leads out of it"))?;
         left = size_left(&entry, left).map_err(|e| damaged(&e))?;
@@ -33,8 +31,9 @@ pub(super) fn unpack(path: &Path, folder: &Path) -> Result<PathBuf, String> {
         let mut out = std::fs::File::create(&target).map_err(|e| damaged(&e))?;
         let size = entry.size();
         io::copy(&mut (&mut entry).take(size), &mut out).map_err(|e| damaged(&e))?;
-        first = first.or(Some(target));
-    }
+        first.get_or_insert(target);
+        Ok(())
+    })?;
     first.ok_or_else(|| damaged(&"it is empty"))
 }
 
@@ -46,19 +45,32 @@ pub(super) fn each_layer(
     bytes: &[u8],
     mut visit: impl FnMut(Vec<u8>) -> Result<(), String>,
 ) -> Result<(), String> {
-    let damaged = |e: &dyn std::fmt::Display| format!("is no USD package that can be read: {e}");
-    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| damaged(&e))?;
     let mut left = bytes.len() as u64;
-    for index in 0..archive.len() {
-        let entry = archive.by_index(index).map_err(|e| damaged(&e))?;
+    each_entry(Cursor::new(bytes), |entry| {
         left = size_left(&entry, left).map_err(|e| damaged(&e))?;
-        if LAYERS.iter().any(|ending| entry.name().ends_with(ending)) {
-            let (mut layer, size) = (Vec::new(), entry.size());
-            entry.take(size).read_to_end(&mut layer).map_err(|e| damaged(&e))?;
-            visit(layer)?;
+        if !LAYERS.iter().any(|ending| entry.name().ends_with(ending)) {
+            return Ok(());
         }
+        let (mut layer, size) = (Vec::new(), entry.size());
+        entry.take(size).read_to_end(&mut layer).map_err(|e| damaged(&e))?;
+        visit(layer)
+    })
+}
+
+/// Calls `visit` with each file and folder of a package.
+fn each_entry<R: Read + Seek>(
+    package: R,
+    mut visit: impl FnMut(ZipFile<'_, R>) -> Result<(), String>,
+) -> Result<(), String> {
+    let mut archive = ZipArchive::new(package).map_err(|e| damaged(&e))?;
+    for index in 0..archive.len() {
+        visit(archive.by_index(index).map_err(|e| damaged(&e))?)?;
     }
     Ok(())
+}
+
+fn damaged(problem: &dyn Display) -> String {
+    format!("is no USD package that can be read: {problem}")
 }
 
 /// What of the `left` bytes of a package remains for others behind `entry`.
