@@ -46,6 +46,13 @@ struct CachedLight {
     near: Option<LightBounds>,
 }
 
+impl CachedLight {
+    /// Whether its light is not cached at `p`.
+    fn is_near(&self, p: WorldPoint) -> bool {
+        self.near.is_some_and(|near| near.contains(p))
+    }
+}
+
 impl<S: Spectrum> DirectLightCache<S> {
     /// An empty cache for the medium of this index in `scene` on `cells`, where many rays share them; `seed`
     /// is that of the random streams.
@@ -93,16 +100,21 @@ impl<S: Spectrum> DirectLightCache<S> {
     /// The cached light scattered toward the camera at `p` per unit of sigma_s, W/(m² sr): interpolated between the
     /// eight nearest cells, or sampled at `p` where those differ much or are not shared, and near lamps.
     pub fn at(&self, scene: &Scene, p: WorldPoint, ctx: &mut PathContext) -> S {
+        self.interpolated(scene, p, ctx).unwrap_or_else(|| {
+            let u = ctx.rng.uniform2();
+            self.sampled(scene, p, |light| !light.is_near(p), u, ctx)
+        })
+    }
+
+    /// The cached light at `p`, which fills the cells around: where those are shared and alike, and no lamp is near.
+    pub fn interpolated(&self, scene: &Scene, p: WorldPoint, ctx: &mut PathContext) -> Option<S> {
         // Neighbouring cells sample different parts of a light.
-        let fill = |&EmptyCell { cell, center }: &EmptyCell, own: &mut PathContext| {
+        let fill = |&EmptyCell { cell, center, .. }: &EmptyCell, own: &mut PathContext| {
             self.sampled(scene, center, |_| true, stratified(cell, self.seed), own)
         };
-        let is_near = |light: &CachedLight| light.near.is_some_and(|near| near.contains(p));
-        let cells = self.cells.as_ref().filter(|_| !self.lights.iter().any(is_near));
-        cells.and_then(|cells| cells.interpolate(p, 0, MAX_RATIO, ctx, fill)).unwrap_or_else(|| {
-            let u = ctx.rng.uniform2();
-            self.sampled(scene, p, |light| !is_near(light), u, ctx)
-        })
+        let cells = self.cells.as_ref();
+        let cells = cells.filter(|_| !self.lights.iter().any(|light| light.is_near(p)));
+        cells?.interpolate(p, 0, MAX_RATIO, ctx, fill)
     }
 
     /// A sample of the direct light at `p` of the lights that `is_included`; `u` chooses a part of each.

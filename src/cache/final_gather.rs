@@ -1,6 +1,8 @@
 //! Final gathers on sparse cells, shared by all rays that sample those.
 
-use crate::math::{Ray, Rgb, Span, Spectrum, WorldPoint};
+use std::ops::Range;
+
+use crate::math::{Ray, Rgb, Span, Spectrum, Stage, Stream, WorldPoint};
 use crate::medium::SparseCells;
 use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint};
@@ -31,6 +33,31 @@ pub struct SamplePass {
     pub index: u32,
     /// Rays of a pixel that belong to it, at most.
     pub rays: u32,
+    /// How many of them other renders shoot before those of this one.
+    pub first: u32,
+    /// How many of them this render shoots.
+    pub shot: u32,
+}
+
+impl SamplePass {
+    /// The numbers of the gathers that its rays have of `all` in a cell: in proportion to the rays that are shot, and at
+    /// least one.
+    fn gathers(&self, all: u32) -> Range<u32> {
+        let before = |rays: u32| {
+            (u64::from(all) * u64::from(rays) / u64::from(self.rays.max(1))).min(all.into()) as u32
+        };
+        let start = before(self.first).min(all.saturating_sub(1));
+        start..before(self.first + self.shot).max(start + 1)
+    }
+}
+
+/// The Sobol points by which gathers start.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GatherPoints {
+    /// Their indices.
+    pub indices: Range<u32>,
+    /// What their sequence is scrambled by.
+    pub scramble: u32,
 }
 
 /// Light that one medium scatters toward the camera, estimated by final gathers that start [where rays
@@ -39,11 +66,15 @@ pub struct SamplePass {
 /// sky or has been scattered at least twice.
 ///
 /// The number of gathers is in proportion to the light that rays are expected to take from a cell. Each
-/// pass has its own, so that the rays of all passes weigh the same and cells improve with the picture.
+/// pass has its own, so that the rays of all passes weigh the same and cells improve with the picture. Where other
+/// renders shoot some of the rays of a pass, they have their share of the gathers of a cell, whose Sobol points are
+/// those of one sequence: together they are as well stratified as in one render.
 #[derive(Debug)]
 pub struct FinalGatherCache<S = Rgb> {
     cells: LazyCells<S>,
     medium: usize,
+    /// Seed of the Sobol points of gathers, the same in all renders that share them.
+    points_seed: u64,
     footprint: PixelFootprint,
     /// Whether the few rays of a pilot measure work: each then does its part of a cell's gathers.
     pilot: bool,
@@ -51,15 +82,17 @@ pub struct FinalGatherCache<S = Rgb> {
 
 impl<S: Spectrum> FinalGatherCache<S> {
     /// An empty cache for the medium of this index on `cells`, in a picture whose pixels have this
-    /// `footprint`, or for a `pilot` that measures its work. `seed` is that of the random streams.
+    /// `footprint`, or for a `pilot` that measures its work. The seeds are those of the random streams and of the Sobol
+    /// points of gathers.
     pub fn new(
         medium: usize,
         cells: SparseCells,
         footprint: PixelFootprint,
-        seed: u64,
+        [seed, points_seed]: [u64; 2],
         pilot: bool,
     ) -> Self {
-        Self { cells: LazyCells::new(cells, seed, medium), medium, footprint, pilot }
+        let cells = LazyCells::new(cells, seed, medium);
+        Self { cells, medium, points_seed, footprint, pilot }
     }
 
     /// Its cells.
@@ -69,14 +102,14 @@ impl<S: Spectrum> FinalGatherCache<S> {
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
     /// camera per unit of sigma_s, W/(m² sr), for a ray of `pass`: that of one of the eight nearest
-    /// cells. `gather` returns the mean of a number of gathers that start at places of a cell.
+    /// cells. `gather` returns the mean of gathers that start at places of a cell by these points.
     pub fn sample(
         &self,
         scene: &Scene,
         p: WorldPoint,
         pass: SamplePass,
         ctx: &mut PathContext,
-        gather: impl FnOnce(&GatherOrigins, u32, &mut PathContext) -> S,
+        gather: impl FnOnce(&GatherOrigins, GatherPoints, &mut PathContext) -> S,
     ) -> S {
         let (medium, width, footprint) = (self.medium, self.cells.width(), &self.footprint);
         // Gathers of a cell, by the number of rays that are expected to look it up.
@@ -93,15 +126,27 @@ impl<S: Spectrum> FinalGatherCache<S> {
                 GatherOrigins::in_cell::<S>(scene, medium, p, width, footprint, ctx);
             }
             let count = (lookups.max(MIN_GATHERS) * part + ctx.rng.uniform()) as u32;
-            return if count > 0 { gather(&here, count, ctx) } else { S::ZERO };
+            if count == 0 {
+                return S::ZERO;
+            }
+            let points = GatherPoints { indices: 0..count, scramble: ctx.rng.scramble() };
+            return gather(&here, points, ctx);
         }
         // Pass 0 of the cells is that of light which all passes share.
         self.cells.sample(p, 1 + pass.index, ctx, |cell, own| {
             let center = cell.center;
             let origins = GatherOrigins::in_cell::<S>(scene, medium, center, width, footprint, own);
-            let count = wanted(center, &origins).clamp(MIN_GATHERS, MAX_GATHERS).round();
-            gather(&origins, count as u32, own)
+            let all = wanted(center, &origins).clamp(MIN_GATHERS, MAX_GATHERS).round();
+            let indices = pass.gathers(all as u32);
+            let scramble = self.points(cell.index, pass.index).scramble();
+            gather(&origins, GatherPoints { indices, scramble }, own)
         })
+    }
+
+    /// The random stream that scrambles the points of a cell in a pass.
+    fn points(&self, cell: usize, pass: u32) -> Stream {
+        let key = (self.medium as u64) << 32 | cell as u64;
+        Stream::new(self.points_seed, Stage::GatherPoints, key, pass.into())
     }
 
     /// Opacity of the whole camera ray through `p`: where it is low, many rays take little light.
@@ -112,5 +157,35 @@ impl<S: Spectrum> FinalGatherCache<S> {
             scene.media.optical_thickness(&Ray::new(p, direction), Span::new(0.0, length))
         });
         1.0 - (-(thickness[0] + thickness[1])).exp().max_element()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Renders that share the rays of a pass have the gathers of a cell once between them, where each can have one.
+        #[test]
+        fn gathers_are_shared_as_rays_are(all in 1_u32..100_000, shares in prop::collection::vec(1_u32..50, 1..12)) {
+            let rays = shares.iter().sum();
+            let (mut first, mut made) = (0, 0);
+            let mut numbers = Vec::new();
+            for shot in shares.iter().copied() {
+                let own = SamplePass { index: 0, rays, first, shot }.gathers(all);
+                prop_assert!(!own.is_empty() && own.end <= all);
+                made += own.len() as u32;
+                first += shot;
+                numbers.push(own);
+            }
+            prop_assert_eq!((numbers[0].start, numbers.last().map(|own| own.end)), (0, Some(all)));
+            if shares.iter().all(|shot| all * shot >= rays) {
+                prop_assert_eq!(made, all);
+                prop_assert!(numbers.windows(2).all(|pair| pair[0].end == pair[1].start));
+            }
+            let whole = SamplePass { index: 2, rays, first: 0, shot: rays };
+            prop_assert_eq!(whole.gathers(all), 0..all);
+        }
     }
 }

@@ -54,7 +54,8 @@ pub fn passes(most: u32) -> impl Iterator<Item = Pass> {
 pub fn sample_pass(sample: u32, rays: u32) -> SamplePass {
     let index = sample.max(1).ilog(GROWTH);
     let end = |index: u32| GROWTH.checked_pow(index + 1).map_or(rays, |end| end.min(rays));
-    SamplePass { index, rays: end(index) - index.checked_sub(1).map_or(0, end) }
+    let rays = end(index) - index.checked_sub(1).map_or(0, end);
+    SamplePass { index, rays, first: 0, shot: rays }
 }
 
 #[cfg(test)]
@@ -69,7 +70,7 @@ mod tests {
                 let SamplePass { rays, .. } = sample_pass(shot, most);
                 assert_eq!(
                     [sample_pass(shot, most), sample_pass(shot + rays - 1, most)],
-                    [SamplePass { index, rays }; 2]
+                    [SamplePass { index, rays, first: 0, shot: rays }; 2]
                 );
                 shot += rays;
                 assert!(passes(most).any(|pass| pass.end == shot));

@@ -21,6 +21,8 @@ pub enum Stage {
     Strategy = 7,
     /// Visibility rays; the index is the pixel.
     Visibility = 8,
+    /// Points of final gathers on cells; the index is the cell.
+    GatherPoints = 9,
     /// Tests and benchmarks.
     Test = 6,
 }

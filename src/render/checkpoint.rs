@@ -105,7 +105,7 @@ impl Checkpoints {
         let mut resumed = self.lock();
         let Some(state) = resumed.as_mut() else { return Ok(()) };
         let fits = state.caches.len() == caches.len()
-            && state.caches.iter().zip(caches).all(|(stored, cache)| stored.cells == cache.count());
+            && state.caches.iter().zip(caches).all(|(stored, cache)| stored.head.fits(cache));
         if !fits {
             return Err(Error::file(
                 &self.path,
@@ -113,7 +113,7 @@ impl Checkpoints {
             ));
         }
         for (CacheState { known, .. }, cache) in state.caches.drain(..).zip(caches) {
-            known.iter().for_each(|(cell, value)| cache.restore(*cell as usize, *value));
+            known.iter().for_each(|(cell, value)| cache.restore(*cell, *value));
         }
         Ok(())
     }

@@ -4,7 +4,7 @@
 //!
 //! 1. samples of each pixel, then features and components where they are gathered, as the bits of their numbers
 //! 2. XS and saliency of each pixel of the whole film, where a director has measured them
-//! 3. for each cache a bit a cell, set where it is filled, in words of 64; then the filled cells' values
+//! 3. the [cells](super::cell_file) of each cache
 
 use std::fs::File;
 use std::io::{self, BufReader, Write};
@@ -20,16 +20,17 @@ use crate::film::{Accumulator, FeatureMean, FilmState, Importance, PixelComponen
 use crate::math::Spectrum;
 use crate::work::Work;
 
+use super::cell_file::{self, CellsHead};
 use super::rounds::Round;
 use super::state_file::{FileKind, Hashing, Opened};
 
 /// The filled cells of a cache.
 #[derive(Debug, PartialEq)]
 pub(super) struct CacheState {
-    /// Cells of the cache, filled or not.
-    pub cells: usize,
+    /// What they are.
+    pub head: CellsHead,
     /// Index and value of those that are filled.
-    pub known: Vec<(u32, [u32; 3])>,
+    pub known: Vec<(usize, [u32; 3])>,
 }
 
 /// The state of an exposure between two rays.
@@ -47,7 +48,7 @@ pub(super) struct CheckpointState {
 
 /// Checkpoints, with name and version of their format.
 const CHECKPOINT: FileKind = FileKind {
-    magic: *b"fogbow cp 7\n",
+    magic: *b"fogbow cp 8\n",
     is_none: "is not a checkpoint that can be resumed",
     remedy: "delete it, or leave out --resume, to start from the beginning",
     is_other: "is the checkpoint of another render",
@@ -70,9 +71,8 @@ struct Head {
     components: bool,
     /// Number of pixels whose importance follows those.
     importance: u64,
-    /// For each cache, the number of its cells and of those that are filled.
-    #[serde(rename = "lattices")]
-    caches: Vec<[u64; 2]>,
+    /// The cells of each cache.
+    caches: Vec<CellsHead>,
 }
 
 impl Head {
@@ -83,10 +83,7 @@ impl Head {
         let words = Accumulator::WORDS + features + components;
         let pixels = self.pixels.checked_mul(8 * words as u64)?;
         let pixels = pixels.checked_add(self.importance.checked_mul(8)?)?;
-        self.caches.iter().try_fold(pixels, |sum, [cells, known]| {
-            let bits = cells.div_ceil(64).checked_mul(8)?;
-            sum.checked_add(bits)?.checked_add(known.checked_mul(12)?)
-        })
+        self.caches.iter().try_fold(pixels, |sum, cells| sum.checked_add(cells.bytes()?))
     }
 }
 
@@ -99,10 +96,6 @@ pub(super) fn write<S: Spectrum>(
     film: &TiledFilm,
     caches: &[&LazyCells<S>],
 ) -> Result<()> {
-    let counts = |cache: &&LazyCells<S>| {
-        let known = (0..cache.count()).filter(|&cell| cache.stored(cell).is_some()).count();
-        [cache.count() as u64, known as u64]
-    };
     let head = Head {
         key: key.clone(),
         work: *work,
@@ -111,7 +104,7 @@ pub(super) fn write<S: Spectrum>(
         features: film.features().next().is_some(),
         components: film.components().next().is_some(),
         importance: film.importance.len() as u64,
-        caches: caches.iter().map(counts).collect(),
+        caches: caches.iter().map(|cache| CellsHead::new(cache)).collect(),
     };
     let mut temporary = path.as_os_str().to_owned();
     temporary.push(".new");
@@ -138,19 +131,7 @@ fn write_body<S: Spectrum, W: Write>(
     for Importance { xs, saliency } in &film.importance {
         out.put([*xs, *saliency].map(f32::to_le_bytes).as_flattened())?;
     }
-    for cache in caches {
-        for first in (0..cache.count()).step_by(64) {
-            let cells = first..cache.count().min(first + 64);
-            let bits = cells
-                .rev()
-                .fold(0_u64, |bits, cell| bits << 1 | u64::from(cache.stored(cell).is_some()));
-            out.put(&bits.to_le_bytes())?;
-        }
-        for value in (0..cache.count()).filter_map(|cell| cache.stored(cell)) {
-            out.put(value.map(u32::to_le_bytes).as_flattened())?;
-        }
-    }
-    Ok(())
+    caches.iter().try_for_each(|cache| cell_file::write(out, cache))
 }
 
 /// Reads the key of the checkpoint `path`.
@@ -170,11 +151,11 @@ pub(super) fn read(path: &Path, key: &Map<String, Value>) -> Result<CheckpointSt
     CHECKPOINT.check_key(path, &head.key, key)?;
     let body = body(&mut input, &head).map_err(|e| CHECKPOINT.cut(path, &e))?;
     CHECKPOINT.check_hash(path, &mut input)?;
-    body.ok_or_else(|| CHECKPOINT.damaged(path, "it has not as many cells as it says"))
+    Ok(body)
 }
 
-/// Reads what lies between head and hash; `None` where bits and number of filled cells disagree.
-fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<CheckpointState>> {
+/// Reads what lies between head and hash.
+fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<CheckpointState> {
     let mut samples = Vec::with_capacity(head.pixels as usize);
     for _ in 0..head.pixels {
         samples.push(Accumulator::from_bits(&input.words()?));
@@ -195,24 +176,11 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Option<
         importance.push(Importance { xs, saliency });
     }
     let mut caches = Vec::with_capacity(head.caches.len());
-    for [cells, count] in &head.caches {
-        let mut indices = Vec::with_capacity(*count as usize);
-        for first in (0..*cells).step_by(64) {
-            let bits = u64::from_le_bytes(input.take()?);
-            let set = (0..64).filter(|bit| bits >> bit & 1 == 1);
-            indices.extend(set.map(|bit| (first + bit) as u32));
-        }
-        if indices.len() as u64 != *count {
-            return Ok(None);
-        }
-        let mut known = Vec::with_capacity(indices.len());
-        for index in indices {
-            let mut value = [[0; 4]; 3];
-            input.fill(value.as_flattened_mut())?;
-            known.push((index, value.map(u32::from_le_bytes)));
-        }
-        caches.push(CacheState { cells: *cells as usize, known });
+    for head in &head.caches {
+        let mut known = Vec::new();
+        head.read(input, |cell, value| known.push((cell, value)))?;
+        caches.push(CacheState { head: *head, known });
     }
     let film = FilmState { samples, features, components, importance };
-    Ok(Some(CheckpointState { work: head.work, rounds: head.rounds.clone(), film, caches }))
+    Ok(CheckpointState { work: head.work, rounds: head.rounds.clone(), film, caches })
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::checkpoint::Checkpoints;
 use super::clock::Deadline;
 use super::progress::{Progress, Silent};
-use super::rendered::Rendered;
+use super::rendered::{Ended, Rendered};
 
 /// Time between two checks of whether a pause is over: well below what somebody notices.
 const PERIOD: Duration = Duration::from_millis(5);
@@ -157,6 +157,17 @@ impl Control<'_> {
     /// Whether the deadline has passed.
     pub(super) fn is_late(&self) -> bool {
         self.deadline.is_some_and(|deadline| deadline.is_over())
+    }
+
+    /// Why a pass was halted: `Complete` where only a checkpoint or preview was due.
+    pub(super) fn ended(&self) -> Ended {
+        if self.is_stopped() {
+            Ended::Stopped
+        } else if self.is_late() {
+            Ended::OutOfTime
+        } else {
+            Ended::Complete
+        }
     }
 }
 

@@ -161,6 +161,7 @@ impl RaySample {
             seed,
             stage: Stage::Director,
             rays: settings.rays,
+            pass: None,
             needs,
             contents: FilmContents::default(),
         };

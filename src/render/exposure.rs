@@ -9,10 +9,12 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::cache::LazyCells;
+use crate::cache::{LazyCells, SamplePass};
 use crate::director::PixelBudget;
-use crate::film::{Accumulator, ComponentFilm, FilmContents, Sample};
-use crate::film::{Pass, Pixel, Tile, TiledFilm, passes, sample_pass};
+use crate::film::{
+    Accumulator, ComponentFilm, FilmContents, Pass, Pixel, Sample, Tile, TiledFilm, passes,
+    sample_pass,
+};
 use crate::image::{Film, FilmPixel, Window};
 use crate::math::{Ray, Spectrum, Stage, Stream, World};
 use crate::scene::plan::Needs;
@@ -47,6 +49,8 @@ pub struct RenderRegion {
     pub stage: Stage,
     /// Rays of a pixel, at most, without those of earlier rounds.
     pub rays: u32,
+    /// Where it is a pass of the picture, all of its rays beside those of the others.
+    pub pass: Option<SamplePass>,
     /// What rays need.
     pub needs: Needs,
     /// What pixels gather beside their samples. Where they gather components their rays are in halves.
@@ -266,7 +270,7 @@ where
                 passes.next();
                 continue;
             }
-            ended = if pass.is_first() { ended_by(&untimed) } else { ended_by(control) };
+            ended = if pass.is_first() { untimed.ended() } else { control.ended() };
             if ended != Ended::Complete || writer.is_due() {
                 writer.write(&work, &film, caches, control.progress);
             }
@@ -364,7 +368,7 @@ where
         budget: &PixelBudget,
         of: &mut TileRun<S>,
     ) -> (Sample, Option<usize>) {
-        let RenderRegion { size, seed, stage, rays, .. } = self.region;
+        let RenderRegion { size, seed, stage, rays, pass, .. } = self.region;
         let pixel = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let ctx = &mut of.workspace.ctx;
         let numbering = self.region.numbering([x, y]);
@@ -374,20 +378,10 @@ where
         let ray = (self.camera)(f64::from(x) + u, f64::from(y) + v, [a, b]);
         let (half, indirect_weight) = (numbered.half, indirect_weight(&numbered));
         of.timing.gathers += u64::from(indirect_weight > 1.0);
-        let pass = numbering.pass(sample_pass(index.saturating_sub(budget.earlier), rays));
+        let number = index.saturating_sub(budget.earlier);
+        let pass = numbering.pass(pass.unwrap_or_else(|| sample_pass(number, rays)));
         let camera_ray = CameraRay { ray, budget, indirect_weight, pass, half };
         ((self.estimate)(&camera_ray, &mut of.workspace), half)
-    }
-}
-
-/// Why a pass was halted: `Complete` where only a checkpoint was due.
-fn ended_by(control: &Control<'_>) -> Ended {
-    if control.is_stopped() {
-        Ended::Stopped
-    } else if control.is_late() {
-        Ended::OutOfTime
-    } else {
-        Ended::Complete
     }
 }
 

@@ -17,6 +17,7 @@
 //! its file format, `cost_model` for the time that is left, and `costs`, `memory` and `photon_rate` for
 //! estimates before a render.
 
+mod cell_file;
 mod checkpoint;
 mod checkpoint_file;
 mod clock;
@@ -43,6 +44,7 @@ mod reconstruction;
 mod rendered;
 mod rounds;
 mod save_photons;
+mod seen_cells;
 mod session;
 mod stage_settings;
 mod state_file;

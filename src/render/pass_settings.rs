@@ -4,7 +4,7 @@ use crate::cache::{CellContents, FinalGatherCache, FluenceBuilder};
 use crate::math::{Spectrum, WorldPoint};
 use crate::medium::SparseCells;
 use crate::photon::PhotonSettings;
-use crate::scene::{FinalGather, Scene, StrategyRequest};
+use crate::scene::{FinalGather, PicturePass, Scene, StrategyRequest};
 use crate::strategy::{Choice, Conditions, Strategy};
 use crate::transport::PixelFootprint;
 
@@ -13,6 +13,8 @@ use crate::transport::PixelFootprint;
 pub struct PassSettings {
     /// How photons are shot.
     pub photons: PhotonSettings,
+    /// The pass of the picture that is rendered; `None` for all of it, and in pilots.
+    pub pass: Option<PicturePass>,
     /// Who decides on the strategies of media.
     pub strategy: StrategyRequest,
     /// Whether the pilot of strategies measures also where one strategy alone is possible.
@@ -42,12 +44,18 @@ impl PassSettings {
         cells: Vec<Option<SparseCells>>,
         pilot: bool,
     ) -> Vec<Option<FinalGatherCache<S>>> {
-        let seed = self.photons.seed;
+        let seeds = [self.cells_seed(), self.photons.seed];
         let cache = |(medium, cells): (usize, Option<SparseCells>)| {
             let footprint = PixelFootprint::new(scene, self.film_pixels);
-            Some(FinalGatherCache::new(medium, cells?, footprint, seed, pilot))
+            Some(FinalGatherCache::new(medium, cells?, footprint, seeds, pilot))
         };
         cells.into_iter().enumerate().map(cache).collect()
+    }
+
+    /// Seed of what rays find for cells: passes of a picture share none of it.
+    pub(super) fn cells_seed(&self) -> u64 {
+        let seed = self.photons.seed;
+        self.pass.map_or(seed, |pass| pass.seed(seed))
     }
 
     pub(super) fn conditions(&self) -> Conditions {

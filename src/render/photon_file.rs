@@ -2,7 +2,8 @@
 //!
 //! A [state file](super::state_file): its head is a key, the strategies, and how much follows. Its body is for each
 //! part, which is all photons or a half of them: the photons in media, the indices of independent ones, the photons on
-//! surfaces, and the sums of each medium's grid.
+//! surfaces, and the sums of each medium's grid. Last, for one camera, come the [cells](super::cell_file) of direct
+//! light that it sees.
 //!
 //! Maps are made of the photons anew, since radii and trees follow from what the camera sees. Photons of one camera
 //! are aimed at what it sees, and grids may hold what is scattered toward it: they serve all crops of its picture,
@@ -16,7 +17,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use crate::cache::FluenceBuilder;
+use crate::cache::{FluenceBuilder, LazyCells};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::math::Spectrum;
@@ -28,6 +29,7 @@ use crate::scene::{PhotonsName, Planning, RenderSettings, Scene};
 use crate::strategy::{Assignment, Choice};
 use crate::work::Work;
 
+use super::cell_file::{self, CellsHead};
 use super::memory::{Memory, memory_with};
 use super::pass_settings::PassSettings;
 use super::planned_pass::{Flights, PlannedPass, Recorded};
@@ -36,7 +38,7 @@ use super::state_file::{FileKind, HASH, Hashing, Opened};
 
 /// Saved photons, with name and version of their format.
 const PHOTONS: FileKind = FileKind {
-    magic: *b"fogbow ph 1\n",
+    magic: *b"fogbow ph 2\n",
     is_none: "is not a file of saved photons that can be read",
     remedy: "save them again by --photons-to, or leave out --photons-from",
     is_other: "holds the photons of another picture",
@@ -65,6 +67,8 @@ struct Head {
     /// Whether photons in media store their direction.
     directions: bool,
     parts: Vec<PartHead>,
+    /// Cells of direct light, of each medium that has any.
+    direct: Vec<CellsHead>,
 }
 
 /// All photons, or a half of them.
@@ -81,11 +85,12 @@ struct PartHead {
 impl Head {
     /// Bytes between head and hash; `None` where the number overflows.
     fn body(&self) -> Option<u64> {
-        self.parts.iter().try_fold(0_u64, |sum, part| {
+        let parts = self.parts.iter().try_fold(0_u64, |sum, part| {
             let photons = specialised!(self, photon_bytes(&part.photons))?;
             let sum = sum.checked_add(photons)?;
             part.grids.iter().try_fold(sum, |sum, grid| sum.checked_add(*grid))
-        })
+        });
+        self.direct.iter().try_fold(parts?, |sum, cells| sum.checked_add(cells.bytes()?))
     }
 }
 
@@ -109,13 +114,14 @@ pub(super) struct PhotonsToSave<'a> {
 }
 
 impl PhotonsToSave<'_> {
-    /// Writes them with what was `recorded` to the file `path`, whole or not at all.
+    /// Writes them with what was `recorded`, and cells of `direct` light, to the file `path`, whole or not at all.
     ///
     /// # Errors
     /// Where that fails; an earlier file is intact then.
     pub fn write<S: Spectrum, H: PhotonDirection>(
         &self,
         recorded: &[Recorded<'_, S, H>],
+        direct: &[&LazyCells<S>],
         path: &Path,
     ) -> Result<()> {
         let Self { scene, any_camera, strategies, choice, flight_length } = *self;
@@ -137,15 +143,16 @@ impl PhotonsToSave<'_> {
             colors: S::CHANNELS > 1,
             directions: H::KNOWN,
             parts: recorded.iter().map(part).collect(),
+            direct: direct.iter().map(|cells| CellsHead::new(cells)).collect(),
         };
         file::write(path, |out| {
             PHOTONS.write(out, &head, |out| {
-                let put = &mut |bytes: &[u8]| out.put(bytes);
                 for Recorded { traced, grids, .. } in recorded {
+                    let put = &mut |bytes: &[u8]| out.put(bytes);
                     traced.write(put)?;
                     grids.iter().flatten().try_for_each(|grid| grid.write_state(put))?;
                 }
-                Ok(())
+                direct.iter().try_for_each(|cells| cell_file::write(out, cells))
             })
         })
     }
@@ -212,7 +219,8 @@ impl SavedPhotons {
         memory_with(scene, settings, photons, program)
     }
 
-    /// Reads what their paths left, for the pass that was `planned` by their strategies.
+    /// Reads what their paths left, for the pass that was `planned` by their strategies, whose cells of direct light are
+    /// filled where they are those of the file: the picture of other rays has others.
     ///
     /// # Errors
     /// Where they cannot be read or are damaged, or do not serve the camera of the scene.
@@ -230,6 +238,18 @@ impl SavedPhotons {
         let read = |part: &PartHead| read_part(part, levels, planned, &mut input);
         let recorded: io::Result<Vec<_>> = head.parts.iter().map(read).collect();
         let recorded = recorded.map_err(|e| PHOTONS.cut(&self.path, &e))?;
+        let direct = planned.direct_cells();
+        let fits = head.direct.len() == direct.len()
+            && head.direct.iter().zip(&direct).all(|(head, cells)| head.fits(cells));
+        for (index, head) in head.direct.iter().enumerate() {
+            let cells = direct.get(index).filter(|_| fits);
+            let fill = |cell, value| {
+                if let Some(cells) = cells {
+                    cells.restore(cell, value);
+                }
+            };
+            head.read(&mut input, fill).map_err(|e| PHOTONS.cut(&self.path, &e))?;
+        }
         PHOTONS.check_hash(&self.path, &mut input)?;
         Ok(recorded)
     }

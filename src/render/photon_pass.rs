@@ -29,13 +29,8 @@ pub(super) enum ShotPaths {
     Whole,
     /// So many of them into two maps, of a half each that stands for all.
     Halves(u64),
-    /// The `paths` of one pass of a picture with this `seed`, into one map that stands for all.
-    Pass {
-        /// Seed of the paths.
-        seed: u64,
-        /// Their indices.
-        paths: Range<u64>,
-    },
+    /// Those of one pass of the picture, into one map that stands for all.
+    Pass(Range<u64>),
 }
 
 impl ShotPaths {
@@ -44,9 +39,7 @@ impl ShotPaths {
         match self {
             Self::Whole => vec![aimed.all(settings)],
             Self::Halves(count) => aimed.halves(settings, count).to_vec(),
-            Self::Pass { seed, paths } => {
-                vec![PathSample { seed, ..aimed.some(settings, paths) }]
-            }
+            Self::Pass(paths) => vec![aimed.some(settings, paths)],
         }
     }
 }

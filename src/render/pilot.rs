@@ -77,6 +77,7 @@ impl Pilot {
         let within = |at: f64, scale: f64| ((at.floor() + 0.5) * scale).floor() + at.fract();
         let exposed = expose(
             RenderRegion {
+                pass: None,
                 size,
                 window: Window::whole(size),
                 shown: Window::whole(size),

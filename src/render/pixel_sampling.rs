@@ -93,7 +93,10 @@ impl Numbering {
     pub(super) fn pass(self, pass: SamplePass) -> SamplePass {
         match self {
             Self::Whole => pass,
-            Self::Halves { .. } => SamplePass { rays: pass.rays.div_ceil(2), ..pass },
+            Self::Halves { .. } => {
+                let [rays, shot] = [pass.rays, pass.shot].map(|rays| rays.div_ceil(2));
+                SamplePass { rays, shot, ..pass }
+            }
         }
     }
 }

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use super::pass_settings::{PassSettings, fluence_builders};
-use crate::cache::{Caches, DirectLightCache, FluenceBuilder, FluenceGrid};
+use super::progress::Progress;
+use super::seen_cells;
+use crate::cache::{Caches, DirectLightCache, FluenceBuilder, FluenceGrid, LazyCells};
 use crate::math::{Aabb, Spectrum, WorldPoint};
 use crate::medium::SparseCells;
 use crate::photon::{
@@ -13,6 +15,7 @@ use crate::photon::{
 use crate::scene::Scene;
 use crate::strategy::{self, Assignment, Choice, Evidence};
 use crate::transport::FlightSegment;
+use crate::work::Work;
 
 /// Flips bits of the seed for gathers of the second half of the photons. Any number does; this one has no pattern (2^64
 /// over the golden ratio).
@@ -94,6 +97,16 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
         fluence_builders(self.scene, &self.choice, self.fluence.clone(), origin)
     }
 
+    /// The cells of direct light, of each medium that has any.
+    pub fn direct_cells(&self) -> Vec<&LazyCells<S>> {
+        self.direct.iter().flatten().filter_map(DirectLightCache::cells).collect()
+    }
+
+    /// Fills the cells of direct light that the camera sees, and counts the work.
+    pub fn fill_seen(&self, progress: &dyn Progress) -> Work {
+        seen_cells::fill(self.scene, self.settings, &self.direct, progress)
+    }
+
     /// Shoots the photons of `part`, whose flights fill the grids.
     pub fn record<H: PhotonDirection>(
         &self,
@@ -160,7 +173,7 @@ pub(super) fn direct_caches<S: Spectrum>(
     let cache = |(medium, cells): (usize, Option<SparseCells>)| {
         let cells = cells?;
         let are_shared = strategy::shares_direct_cells(scene, &conditions, visible, medium, &cells);
-        Some(DirectLightCache::new(scene, medium, cells, are_shared, settings.photons.seed))
+        Some(DirectLightCache::new(scene, medium, cells, are_shared, settings.cells_seed()))
     };
     cells.into_iter().enumerate().map(cache).collect()
 }

@@ -1,7 +1,10 @@
 //! What the settings of a render mean for each of its stages: photons, march step, film.
 
+use std::ops::Range;
+
 use super::exposure::RenderRegion;
 use super::pass_settings::PassSettings;
+use crate::cache::SamplePass;
 use crate::director::PixelBudget;
 use crate::film::{FilmContents, RECONSTRUCTION_REACH};
 use crate::image::Window;
@@ -43,6 +46,7 @@ pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSet
             needs: Needs::new(scene, settings),
             any_camera: false,
         },
+        pass: None,
         strategy: settings.strategy,
         measures_one: settings.measures_error() || settings.error.is_some(),
         final_gather: settings.final_gather,
@@ -92,6 +96,11 @@ pub(super) fn render_region(
         seed: settings.seed,
         stage,
         rays: PixelBudget::fixed(settings.rays, 0.0, 0.0).of_pass(settings).rays,
+        pass: settings.pass.filter(|pass| pass.count > 1).map(|pass| {
+            let Range { start, end } = pass.share(settings.rays.into(), settings.rays);
+            let [first, shot] = [start, end - start].map(|rays| rays as u32);
+            SamplePass { index: 0, rays: settings.rays, first, shot }
+        }),
         needs: Needs::new(scene, settings),
         contents: FilmContents { features: settings.denoise, components: settings.in_halves() },
     }

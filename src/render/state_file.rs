@@ -167,7 +167,8 @@ pub(super) struct Hashing<T> {
 }
 
 impl<T> Hashing<T> {
-    fn new(inner: T) -> Self {
+    /// Of `inner`, none of whose bytes have passed.
+    pub fn new(inner: T) -> Self {
         Self { inner, hash: blake3::Hasher::new() }
     }
 }

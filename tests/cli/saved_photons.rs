@@ -66,6 +66,46 @@ fn pictures_by_saved_photons_have_the_pixels_of_those_that_shoot() {
     }
 }
 
+/// Photons for one camera come with the direct light of media that it sees; for any, or with other rays, without.
+#[test]
+fn direct_light_is_saved_with_photons() {
+    let folder = folder();
+    let folder = folder.path();
+    let shadow_rays = |more: &[&str]| {
+        let even = ["--set", "medium.0.phase={ type = \"isotropic\" }"];
+        let more =
+            [&["--strategy", "fluence-toward-eye", "--rays", "32"], &even[..], more].concat();
+        report(folder, &more)["work"]["shadow_rays"].as_u64().unwrap()
+    };
+    let shot = shadow_rays(&["-o", "shot.exr"]);
+    let saved = shadow_rays(&["--photons-to", "map.fog"]);
+    let read = shadow_rays(&["-o", "read.exr", "--photons-from", "map.fog"]);
+    assert!(saved > 0 && read < shot && saved + read >= shot, "{saved}, {read} and {shot}");
+    let [shot, read] = ["shot.exr", "read.exr"].map(|name| layers(folder, name));
+    assert!(shot.channels == read.channels, "pixels differ");
+    assert_eq!(shadow_rays(&["--photons-to", "any.fog", "--any-camera"]), 0);
+    // The cells of other rays are others.
+    let other = ["--rays", "16", "-o", "other.exr"];
+    let [shot, read] =
+        [&other[..], &[&other[..], &["--photons-from", "map.fog"]].concat()].map(|more| {
+            report(
+                folder,
+                &[
+                    more,
+                    &[
+                        "--strategy",
+                        "fluence-toward-eye",
+                        "--set",
+                        "medium.0.phase={ type = \"isotropic\" }",
+                    ],
+                ]
+                .concat(),
+            );
+            layers(folder, "other.exr")
+        });
+    assert!(shot.channels == read.channels, "pixels differ by other rays");
+}
+
 #[test]
 fn crops_by_saved_photons_merged_are_the_whole() {
     let folder = folder();

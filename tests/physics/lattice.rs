@@ -59,6 +59,7 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
     };
     let settings = PassSettings {
         photons,
+        pass: None,
         strategy: StrategyRequest::Asked(Strategy::FluenceTowardEye),
         measures_one: false,
         final_gather: FinalGather::Auto,

@@ -1,6 +1,6 @@
 //! In-scattered light from caches: fluence grids, direct light and final gathers kept per cell.
 
-use crate::cache::{GatherOrigins, SamplePass};
+use crate::cache::{GatherOrigins, GatherPoints, SamplePass};
 use crate::math::{Ray, Spectrum, World, WorldPoint};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
@@ -78,28 +78,29 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         ctx: &mut PathContext,
     ) -> S {
         let Some(cache) = &self.caches.final_gathers[medium] else { return S::ZERO };
-        cache.sample(self.scene, p, pass, ctx, |origins, count, ctx| {
-            self.mean_of_gathers(medium, origins, count, ctx)
+        cache.sample(self.scene, p, pass, ctx, |origins, points, ctx| {
+            self.mean_of_gathers(medium, origins, &points, ctx)
         })
     }
 
-    /// The mean of `count` final gathers of light that a medium scatters toward the camera at these `origins`.
+    /// The mean of final gathers, one for each of the `points`, of light that a medium scatters toward the camera at these
+    /// `origins`.
     fn mean_of_gathers(
         &self,
         medium: usize,
         origins: &GatherOrigins,
-        count: u32,
+        points: &GatherPoints,
         ctx: &mut PathContext,
     ) -> S {
-        let scramble = ctx.rng.scramble();
+        let GatherPoints { indices, scramble } = points.clone();
         let mut sum = S::ZERO;
-        for index in 0..count {
+        for index in indices.clone() {
             let [a, _, c, d] = SobolPoint { index, scramble }.scattering();
             let p = origins.place(a);
             let from_camera = Ray::new(p, -self.scene.camera.toward(p));
             let gather = GatherPath::new(PathState::new(from_camera), 0, 1.0);
             sum += self.trace_gather(gather, p, medium, [c, d], ctx).radiance;
         }
-        sum / f64::from(count)
+        sum / indices.len() as f64
     }
 }

@@ -103,6 +103,7 @@ fn shot(scene: &Scene, strategy: Strategy) -> (PhotonMaps, Work) {
     };
     let settings = PassSettings {
         photons,
+        pass: None,
         strategy: StrategyRequest::Asked(strategy),
         measures_one: false,
         final_gather: FinalGather::Auto,

@@ -1,0 +1,65 @@
+//! Fills the cells of direct light that the camera sees, before there are rays: what saved photons keep for all crops
+//! and passes of a picture.
+
+use rayon::prelude::*;
+
+use crate::cache::DirectLightCache;
+use crate::math::{Rgb, Span, Spectrum, Stage, Stream};
+use crate::medium::Profile;
+use crate::scene::Scene;
+use crate::transport::PathContext;
+use crate::work::Work;
+
+use super::pass_settings::PassSettings;
+use super::progress::Progress;
+
+/// Places along the ray through the middle of each pixel whose cells are filled. Rays that sample others fill what is
+/// left.
+const PLACES: u32 = 64;
+
+/// Fills the cells of `direct` around the places that camera rays sample, and counts the work. It does not depend on the
+/// number of threads.
+pub(super) fn fill<S: Spectrum>(
+    scene: &Scene,
+    settings: &PassSettings,
+    direct: &[Option<DirectLightCache<S>>],
+    progress: &dyn Progress,
+) -> Work {
+    let with_cells = |cache: &Option<DirectLightCache<S>>| {
+        cache.as_ref().is_some_and(|cache| cache.cells().is_some())
+    };
+    if !direct.iter().any(with_cells) {
+        return Work::default();
+    }
+    let [width, height] = scene.film.size;
+    progress.stage("direct light", height.into());
+    let row = |y: u32| {
+        let start = Stream::new(settings.photons.seed, Stage::March, 0, 0);
+        let mut ctx = PathContext::new(start, settings.photons.needs);
+        let mut profile = Profile::<S>::default();
+        for x in 0..width {
+            let ray = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5, [0.5; 2]);
+            let hit = scene.surfaces.intersect(&ray, Span::AHEAD);
+            let end = hit.map_or(f64::INFINITY, |hit| hit.t);
+            profile.trace(&scene.media, &ray, Span::new(0.0, end), 0.0, 0.5);
+            profile.count(&mut ctx.work);
+            for stratum in 0..PLACES {
+                // Denser toward the end, where cells are deep in the medium and rays sample few of them.
+                let left = 1.0 - (f64::from(stratum) + 0.5) / f64::from(PLACES);
+                let Some(place) = profile.sample([1.0 - left * left, 0.5]) else { break };
+                let p = ray.at(place.t);
+                for (medium, cache) in scene.media.iter().zip(direct) {
+                    let cache = cache.as_ref().filter(|_| medium.sigma_t_at(p) != Rgb::ZERO);
+                    cache.and_then(|cache| cache.interpolated(scene, p, &mut ctx));
+                }
+            }
+        }
+        progress.advance(1);
+        let mut work = ctx.work;
+        work += ctx.amortized.work;
+        work
+    };
+    let work = (0..height).into_par_iter().map(row).sum();
+    progress.finish();
+    work
+}
