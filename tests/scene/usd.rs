@@ -193,6 +193,35 @@ fn cameras_lights_and_media_are_those_of_the_stage() {
     assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
 }
 
+/// The field of a volume has a transform of its own, below that of the volume.
+#[test]
+fn a_volume_is_placed_as_its_density_is() {
+    let name = "token fieldName = \"density\"\n";
+    let moved = format!(
+        "{name}double3 xformOp:translate = (0, 0, 5)\ndouble3 xformOp:scale = (2, 2, 2)\n\
+         uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:scale\"]\n"
+    );
+    let shot = SHOT.replace(name, &moved);
+    let other = "rel field:density = </set/smoke/density>\n";
+    let second = format!(
+        "{other}rel field:heat = </set/smoke/heat>\ndef OpenVDBAsset \"heat\" {{ \
+         token fieldName = \"density\"\nasset filePath = @smoke@ }}\n"
+    );
+    for (shot, is_warned) in [(shot.clone(), false), (shot.replace(other, &second), true)] {
+        let (_folder, path) = folder(&shot);
+        let medium = &table(&path, 2)["medium"][0];
+        // Ten and five tenths of a metre upward; twice as large.
+        let translate = DVec3::from_slice(&numbers(&medium["translate"]));
+        assert!(translate.abs_diff_eq(DVec3::new(0.0, 1.5, 0.0), 1e-12), "{translate}");
+        assert_eq!(medium["scale"].to_string(), "[0.2, 0.2, 0.2]");
+        // Extinction is that of a unit of the stage, however large the volume.
+        assert_eq!(numbers(&medium["sigma_t"]), [2.5, 5.0, 3.75]);
+        let warnings = Scene::load(&path, &at(2)).unwrap().warnings;
+        let said = "/set/smoke: field:heat has another transform than field:density";
+        assert_eq!(warnings.iter().any(|line| line.contains(said)), is_warned, "{warnings:?}");
+    }
+}
+
 #[test]
 fn surfaces_are_composed_placed_and_told_apart_by_material() {
     let (_folder, path) = folder(SHOT);

@@ -161,7 +161,7 @@ impl Shot {
             let (mut volumes, mut warnings) = (Vec::new(), Vec::new());
             walk::prims(&reader, space.to_world, &mut |placed| {
                 if placed.kind == "Volume" {
-                    volumes.extend(Volume::read(&reader, placed, space.metres, &mut warnings)?);
+                    volumes.extend(Volume::read(&reader, placed, &space, &mut warnings)?);
                 }
                 Ok(())
             })?;

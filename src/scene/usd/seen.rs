@@ -76,7 +76,7 @@ impl Seen {
         match placed.kind.as_str() {
             "Camera" => self.cameras.push(Camera::read(reader, placed, self.space.metres)?),
             "Volume" => {
-                let read = Volume::read(reader, placed, self.space.metres, &mut self.warnings)?;
+                let read = Volume::read(reader, placed, &self.space, &mut self.warnings)?;
                 self.volumes.extend(read);
             }
             "Mesh" => self.add_mesh(reader, placed)?,

@@ -9,7 +9,7 @@ use toml::Value;
 use super::shading::{Given, Shading};
 use super::shot::Files;
 use super::values::{Reader, held};
-use super::walk::Placed;
+use super::walk::{Placed, StageSpace, transform};
 use crate::error::Result;
 use crate::scene::draft::{Draft, exact};
 use crate::scene::keys::{medium as keys, surface as placement};
@@ -29,6 +29,8 @@ pub(super) struct Field {
     pub(super) index: Option<i64>,
     /// Its files by the time code from which each holds.
     pub(super) files: Vec<(f64, PathBuf)>,
+    /// From the space of the grid, as its file places it, to the world.
+    to_world: DAffine3,
 }
 
 /// A volume: its fields, and how it is shaded.
@@ -43,11 +45,12 @@ pub(super) struct Volume {
 }
 
 impl Volume {
-    /// The volume that `placed` is; nothing, with a warning, where it has no field that can be taken.
+    /// The volume that `placed` is, on a stage of this `space`; nothing, with a warning, where it has no field that can be
+    /// taken.
     pub(super) fn read(
         reader: &Reader<'_>,
         placed: &Placed,
-        metres: f64,
+        space: &StageSpace,
         warnings: &mut Vec<String>,
     ) -> Result<Option<Self>> {
         let path = &placed.path;
@@ -61,11 +64,16 @@ impl Volume {
                 warnings.push(reader.wrong(path, said).to_string());
                 continue;
             }
-            fields.push(read_field(reader, role, &field)?);
+            // A field of another prim is in the space of the volume.
+            let to_world = match field.parent() == Some(path.clone()) {
+                true => transform(reader, &field, [space.to_world, placed.to_world])?,
+                false => placed.to_world,
+            };
+            fields.push(read_field(reader, role, &field, to_world)?);
         }
         fields.sort_by(|a, b| a.role.cmp(&b.role));
         let shading = match &placed.material {
-            Some(material) => Given::read(reader, material, metres)?,
+            Some(material) => Given::read(reader, material, space.metres)?,
             None => None,
         };
         let asked = shading.as_ref().and_then(|shading| shading.density_grid.clone());
@@ -81,7 +89,16 @@ impl Volume {
             warnings.push(reader.wrong(path, said).to_string());
             return Ok(None);
         };
-        let (path, to_world) = (path.as_str().to_owned(), placed.to_world);
+        let to_world = fields[density].to_world;
+        for field in fields.iter().filter(|field| !field.to_world.abs_diff_eq(to_world, MAX_SHEAR))
+        {
+            let said = format!(
+                "field:{} has another transform than field:{}; it is placed as that is",
+                field.role, fields[density].role
+            );
+            warnings.push(reader.wrong(path, said).to_string());
+        }
+        let path = path.as_str().to_owned();
         Ok(Some(Self { path, fields, shading, to_world, density }))
     }
 
@@ -158,7 +175,12 @@ fn plays(field: &Field, name: &str) -> bool {
             .any(|name| role(name) == wanted)
 }
 
-fn read_field(reader: &Reader<'_>, role: &str, field: &sdf::Path) -> Result<Field> {
+fn read_field(
+    reader: &Reader<'_>,
+    role: &str,
+    field: &sdf::Path,
+    to_world: DAffine3,
+) -> Result<Field> {
     let files = reader.assets(field, "filePath")?;
     if files.is_empty() {
         return Err(reader.wrong(field, "has no filePath; give the path of a VDB file"));
@@ -168,6 +190,7 @@ fn read_field(reader: &Reader<'_>, role: &str, field: &sdf::Path) -> Result<Fiel
         grid: reader.word(field, "fieldName")?.filter(|name| !name.is_empty()),
         index: reader.number(field, "fieldIndex")?.filter(|i| *i > 0.0).map(|i| i as i64),
         files,
+        to_world,
     })
 }
 

@@ -137,19 +137,10 @@ fn place(
         Some("proxy" | "guide") => Purpose::Other,
         Some(_) => Purpose::Rendered,
     };
-    let operations =
-        if has("xformOpOrder") { reader.words(path, "xformOpOrder")? } else { Vec::new() };
-    let (above, local) = match operations.as_slice() {
-        [] => (parent.to_world, DAffine3::IDENTITY),
-        order => {
-            let above = if order[0] == RESETS { root } else { parent.to_world };
-            (above, local_transform(reader, path, order)?)
-        }
+    let to_world = match has("xformOpOrder") {
+        true => transform(reader, path, [root, parent.to_world])?,
+        false => parent.to_world,
     };
-    let to_world = above * local;
-    if !to_world.is_finite() {
-        return Err(reader.wrong(path, "its transform is not finite; give other xformOps"));
-    }
     let (material, material_is_stronger) = binding(reader, parent, path, &has)?;
     let kind = reader.type_of(path)?;
     let placed = Placed { path: path.clone(), kind, to_world, material: material.clone() };
@@ -157,6 +148,29 @@ fn place(
     let nested = parent.nested;
     let own = Inherited { path, to_world, material, material_is_stronger, purpose, nested };
     Ok(Some((placed, own)))
+}
+
+/// The transform of the prim at `path` from its space to the world, where `root` is that of the stage and `parent` that
+/// of the prim above.
+///
+/// # Errors
+/// Where it cannot be read or is not finite.
+pub(super) fn transform(
+    reader: &Reader<'_>,
+    path: &sdf::Path,
+    [root, parent]: [DAffine3; 2],
+) -> Result<DAffine3> {
+    let to_world = match reader.words(path, "xformOpOrder")?.as_slice() {
+        [] => parent,
+        order => {
+            let above = if order[0] == RESETS { root } else { parent };
+            above * local_transform(reader, path, order)?
+        }
+    };
+    if to_world.is_finite() {
+        return Ok(to_world);
+    }
+    Err(reader.wrong(path, "its transform is not finite; give other xformOps"))
 }
 
 /// The transform of the prim at `path` by its operations, from its space to that of its parent.
