@@ -22,6 +22,7 @@ fi
 templates=$root/src/guide/farm
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+FOGBOW=$(realpath "$FOGBOW")
 cd "$work"
 
 title() { printf '\n== %s\n' "$1"; }
@@ -37,7 +38,7 @@ title "openjd-cli"
 python3 -m venv "$work/venv"
 "$work/venv/bin/pip" install --quiet 'openjd-cli==0.8.*'
 mkdir "$work/bin"
-ln -s "$(realpath "$FOGBOW")" "$work/bin/fogbow"
+ln -s "$FOGBOW" "$work/bin/fogbow"
 export PATH=$work/bin:$work/venv/bin:$PATH
 for template in "$templates"/*.yaml; do openjd check "$template"; done
 

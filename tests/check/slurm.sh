@@ -27,6 +27,7 @@ leave() {
     rm -rf "$work"
 }
 trap leave EXIT
+FOGBOW=$(realpath "$FOGBOW")
 cd "$work"
 chmod 755 "$work"
 
@@ -57,7 +58,7 @@ renders() {
 
 title "a cluster of one node"
 mkdir daemons daemons/state daemons/spool bin
-ln "$(realpath "$FOGBOW")" bin/fogbow 2> /dev/null || cp "$FOGBOW" bin/fogbow
+ln "$FOGBOW" bin/fogbow 2> /dev/null || cp "$FOGBOW" bin/fogbow
 export PATH=$work/bin:$PATH SLURM_CONF=$work/daemons/slurm.conf
 munge=$work/daemons/munge
 mungekey --create --keyfile "$munge.key"

@@ -163,35 +163,63 @@ def memory() -> None:
     assert abs(peaks[1] - peaks[0]) < one, f"a layer takes {one:.0f} MiB"
 
 
-RENDER = "import fogbow; fogbow.render({smoke!r}, **{settings!r}).save({exr!r}, {png!r})"
+WORKER = """
+import sys, time, fogbow
+for _ in sys.stdin:
+    start = time.process_time()
+    fogbow.render({smoke!r}, **{settings!r}).save({exr!r}, {png!r})
+    print(time.process_time() - start, flush=True)
+"""
 
 
 def timed(program: str) -> None:
-    """The module beside the program, whose build must be of the same profile.
+    """Renders by the module beside those by the program, whose build must be of the same profile.
 
-    Both run at once, on a core each that they change every time, so that other programs slow both alike. What else changes
-    single times by a tenth asks for so many of them.
+    Both run at once, on a core each that they change every time, so that other programs slow both alike. A ratio is that
+    of two such pairs. The module is imported before, as for a session; the program starts anew for each.
     """
-    settings = {"rays": 16, "photons": 200_000, "size": (256, 256)}
+    settings = {"rays": 4, "photons": 100_000, "size": (256, 256)}
+    flags = ["--rays=4", "--photons=100000", "--size=256x256", "--quiet"]
     cores = sorted(os.sched_getaffinity(0))[:2]
     assert len(cores) == 2, "two cores are needed"
-    ratios = []
+    print(f"importing the module takes {child(sys.executable, '-c', 'import fogbow')[0]:.2f} s")
+    logs = []
     with tempfile.TemporaryDirectory() as folder:
-        code = RENDER.format(smoke=str(SMOKE), settings=settings, exr=f"{folder}/a.exr", png=f"{folder}/a.png")
-        flags = ["--rays=16", "--photons=200000", "--size=256x256", "--quiet"]
-        calls = [(sys.executable, "-c", code), (program, "render", str(SMOKE), "-o", f"{folder}/b.exr", *flags)]
-        for number in range(80):
-            order = cores if number % 2 == 0 else cores[::-1]
-            started = [start(call, core) for call, core in zip(calls, order)]
-            module, command = (ended(process)[0] for process in started)
-            ratios.append(module / command)
-            print(f"{module:.2f} s beside {command:.2f} s: {ratios[-1]:.4f}")
+        call = (program, "render", str(SMOKE), "-o", f"{folder}/b.exr", *flags)
+        code = WORKER.format(smoke=str(SMOKE), settings=settings, exr=f"{folder}/a.exr", png=f"{folder}/a.png")
+        modules = {core: worker(code, core) for core in cores}
+        for core in cores:
+            rendered(modules[core])
+        for number in range(160):
+            pair = []
+            for core, other in (cores, cores[::-1]):
+                process = start(call, other)
+                module = rendered(modules[core])
+                command, _ = ended(process)
+                pair.append(math.log(module / command))
+            logs.append(statistics.mean(pair))
+            print(f"{module:.2f} s beside {command:.2f} s: {math.exp(logs[-1]):.4f}")
+        for module in modules.values():
+            module.communicate()
     # Of logarithms, so that it does not matter which of both is over the other.
-    logs = [math.log(ratio) for ratio in ratios]
-    half = 1.990 * statistics.stdev(logs) / len(logs) ** 0.5  # Student's t, 79 degrees of freedom, 95 %
+    half = 1.975 * statistics.stdev(logs) / len(logs) ** 0.5  # Student's t, 159 degrees of freedom, 95 %
     low, mean, high = (math.exp(statistics.mean(logs) + by) for by in (-half, 0, half))
     print(f"processor time over that of the command: {mean:.4f}, 95 % interval {low:.4f} to {high:.4f}")
     assert high < 1.02
+
+
+def worker(code: str, core: int) -> subprocess.Popen:
+    """A Python on one core that runs `code`, which renders for each line that it reads."""
+    pin = lambda: os.sched_setaffinity(0, {core})
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    return subprocess.Popen([sys.executable, "-c", code], preexec_fn=pin, **pipes)
+
+
+def rendered(module: subprocess.Popen) -> float:
+    """Processor seconds of one render of a `worker`."""
+    module.stdin.write("render\n")
+    module.stdin.flush()
+    return float(module.stdout.readline())
 
 
 def beside(name: str) -> None:
