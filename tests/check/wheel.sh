@@ -6,8 +6,8 @@
 #     apt-get install python3-venv
 #     tests/check/wheel.sh [--quick]
 #
-# As root, or where users may make namespaces. --quick builds by the profile of `cargo test`, beside whose target
-# directory it costs one crate, and runs the shortest notebook. bpy needs a Python of its own version, which uv brings.
+# As root, or where users may make namespaces. --quick builds by the profile of `cargo test`, in whose target
+# directory it finds some crates compiled, and runs the shortest notebook. bpy needs a Python of its own version, which uv brings.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
