@@ -43,9 +43,8 @@ impl SamplePass {
     /// The numbers of the gathers that its rays have of `all` in a cell: in proportion to the rays that are shot, and at
     /// least one.
     fn gathers(&self, all: u32) -> Range<u32> {
-        let before = |rays: u32| {
-            (u64::from(all) * u64::from(rays) / u64::from(self.rays.max(1))).min(all.into()) as u32
-        };
+        let before =
+            |rays: u32| (u64::from(all) * u64::from(rays) / u64::from(self.rays.max(1))) as u32;
         let start = before(self.first).min(all.saturating_sub(1));
         start..before(self.first + self.shot).max(start + 1)
     }
@@ -138,15 +137,10 @@ impl<S: Spectrum> FinalGatherCache<S> {
             let origins = GatherOrigins::in_cell::<S>(scene, medium, center, width, footprint, own);
             let all = wanted(center, &origins).clamp(MIN_GATHERS, MAX_GATHERS).round();
             let indices = pass.gathers(all as u32);
-            let scramble = self.points(cell.index, pass.index).scramble();
-            gather(&origins, GatherPoints { indices, scramble }, own)
+            let stage = Stage::GatherPoints;
+            let mut points = Stream::new(self.points_seed, stage, cell.key, pass.index.into());
+            gather(&origins, GatherPoints { indices, scramble: points.scramble() }, own)
         })
-    }
-
-    /// The random stream that scrambles the points of a cell in a pass.
-    fn points(&self, cell: usize, pass: u32) -> Stream {
-        let key = (self.medium as u64) << 32 | cell as u64;
-        Stream::new(self.points_seed, Stage::GatherPoints, key, pass.into())
     }
 
     /// Opacity of the whole camera ray through `p`: where it is low, many rays take little light.

@@ -52,8 +52,8 @@ pub struct LazyCells<S = Rgb> {
 /// A cell to be filled.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EmptyCell {
-    /// Its number among all cells.
-    pub index: usize,
+    /// Index of its random streams: no other cell of any medium has it.
+    pub key: u64,
     /// Its cell coordinates.
     pub cell: IVec3,
     /// Its centre, in world space.
@@ -192,7 +192,7 @@ impl<S: Spectrum> LazyCells<S> {
         let stream = Stream::new(self.seed, Stage::March, key, sample);
         let mut own = PathContext::new(stream, ctx.needs);
         let center = self.cells.to_world(cell.as_dvec3() + 0.5);
-        let light = fill(&EmptyCell { index, cell, center }, &mut own).to_f32();
+        let light = fill(&EmptyCell { key, cell, center }, &mut own).to_f32();
         let finite = S::to_f64(light).is_finite();
         own.work.dropped_samples += u64::from(!finite);
         let light = if finite { light } else { S::F32::default() };

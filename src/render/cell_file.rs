@@ -10,6 +10,9 @@ use crate::math::Spectrum;
 
 use super::state_file::Hashing;
 
+/// Cells for which memory is reserved before they are read, at most: a damaged file may tell any number.
+const MAX_RESERVED: u64 = 1 << 20;
+
 /// What the head of a file tells of the cells of one cache.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct CellsHead {
@@ -83,9 +86,6 @@ impl CellsHead {
     }
 }
 
-/// Cells for which memory is reserved before they are read, at most: a damaged file may tell any number.
-const MAX_RESERVED: u64 = 1 << 20;
-
 /// Writes the cells of `cache`.
 ///
 /// # Errors
@@ -101,13 +101,7 @@ pub(super) fn write<S: Spectrum, W: Write>(
         out.put(&bits.to_le_bytes())?;
     }
     for value in (0..cache.count()).filter_map(|cell| cache.stored(cell)) {
-        out.put(
-            value[..S::CHANNELS]
-                .iter()
-                .map(|bits| bits.to_le_bytes())
-                .collect::<Vec<_>>()
-                .as_flattened(),
-        )?;
+        out.put(value.map(u32::to_le_bytes)[..S::CHANNELS].as_flattened())?;
     }
     Ok(())
 }

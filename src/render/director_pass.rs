@@ -256,7 +256,8 @@ impl DirectorMaps {
         let unknown = settings.measures_error().then_some(0.0);
         let levels = self.xs.iter().chain(&unknown).map(level).max().unwrap_or(0);
         let whole = pass_settings(scene, settings);
-        PassSettings { photons: PhotonSettings { levels, ..whole.photons }, ..whole }
+        let photons = PhotonSettings { levels, ..whole.photons };
+        PassSettings { photons, pass: settings.pass, ..whole }
     }
 
     /// The budget of each pixel of the film, row by row from the top, where `gold` is the gold

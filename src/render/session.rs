@@ -8,7 +8,6 @@ use super::error_pilot::{ErrorMaps, after_pilot, budgets, measure_importance, ph
 use super::error_session::{ErrorJob, foretell, render_to_error};
 use super::exposure::{Exposure, RenderRegion, Sampled, resolve, sample};
 use super::features::FeatureTracer;
-use super::pass_settings::PassSettings;
 use super::photon_file::SavedPhotons;
 use super::photon_pass::{PhotonPass, ShotPaths, aim, strategies, strategies_by};
 use super::photon_stage::{estimate, lazy_cells, shoot};
@@ -167,7 +166,7 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
     control: &Control<'_>,
 ) -> (Vec<PhotonPass<S, H>>, Work) {
     let Directed { scene, settings, maps, strategies, demand, .. } = *job;
-    let photons = PassSettings { pass: settings.pass, ..maps.pass_settings(scene, settings) };
+    let photons = maps.pass_settings(scene, settings);
     let (shot, count) = match settings.pass {
         _ if settings.in_halves() => (ShotPaths::Halves(demand.paths), demand.paths),
         None => (ShotPaths::Whole, demand.paths),
@@ -183,7 +182,7 @@ fn read_photons<S: Spectrum, H: PhotonDirection>(
     control: &Control<'_>,
 ) -> Result<(Vec<PhotonPass<S, H>>, Work)> {
     let Directed { scene, settings, maps, .. } = *job;
-    let mut photons = PassSettings { pass: settings.pass, ..maps.pass_settings(scene, settings) };
+    let mut photons = maps.pass_settings(scene, settings);
     photons.photons.any_camera = saved.any_camera();
     control.progress.stage("saved photons", 0);
     let read = PhotonPass::read(scene, &photons, saved);

@@ -131,10 +131,11 @@ def child(*words: str) -> tuple[float, float]:
     return ended(start(words))
 
 
-def start(words: tuple[str, ...], core: int | None = None) -> subprocess.Popen:
-    """A process, on one core alone if that is told."""
+def start(words: tuple[str, ...], core: int | None = None, **pipes) -> subprocess.Popen:
+    """A process, on one core alone if that is told, that is silent but for these `pipes`."""
     pin = None if core is None else lambda: os.sched_setaffinity(0, {core})
-    return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, preexec_fn=pin)
+    pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, **pipes}
+    return subprocess.Popen(words, preexec_fn=pin, **pipes)
 
 
 def ended(process: subprocess.Popen) -> tuple[float, float]:
@@ -176,31 +177,32 @@ def timed(program: str) -> None:
     """Renders by the module beside those by the program, whose build must be of the same profile.
 
     Both run at once, on a core each that they change every time, so that other programs slow both alike. A ratio is that
-    of two such pairs. The module is imported before, as for a session; the program starts anew for each.
+    of two such pairs. What starting Python and importing the module take is counted in each render by the module.
     """
-    settings = {"rays": 4, "photons": 100_000, "size": (256, 256)}
-    flags = ["--rays=4", "--photons=100000", "--size=256x256", "--quiet"]
+    settings = {"rays": 16, "photons": 200_000, "size": (256, 256)}
+    flags = ["--rays=16", "--photons=200000", "--size=256x256", "--quiet"]
     cores = sorted(os.sched_getaffinity(0))[:2]
     assert len(cores) == 2, "two cores are needed"
-    print(f"importing the module takes {child(sys.executable, '-c', 'import fogbow')[0]:.2f} s")
+    imported = statistics.median(child(sys.executable, "-c", "import fogbow")[0] for _ in range(9))
+    print(f"importing the module takes {imported:.2f} s")
     logs = []
     with tempfile.TemporaryDirectory() as folder:
         call = (program, "render", str(SMOKE), "-o", f"{folder}/b.exr", *flags)
         code = WORKER.format(smoke=str(SMOKE), settings=settings, exr=f"{folder}/a.exr", png=f"{folder}/a.png")
-        modules = {core: worker(code, core) for core in cores}
+        workers = {core: worker(code, core) for core in cores}
         for core in cores:
-            rendered(modules[core])
-        for number in range(160):
+            rendered(workers[core])
+        for _ in range(160):
             pair = []
             for core, other in (cores, cores[::-1]):
                 process = start(call, other)
-                module = rendered(modules[core])
+                module = imported + rendered(workers[core])
                 command, _ = ended(process)
                 pair.append(math.log(module / command))
             logs.append(statistics.mean(pair))
-            print(f"{module:.2f} s beside {command:.2f} s: {math.exp(logs[-1]):.4f}")
-        for module in modules.values():
-            module.communicate()
+            print(f"{module:.2f} s beside {command:.2f} s: {math.exp(logs[-1]):.4f}", flush=True)
+        for process in workers.values():
+            process.communicate()
     # Of logarithms, so that it does not matter which of both is over the other.
     half = 1.975 * statistics.stdev(logs) / len(logs) ** 0.5  # Student's t, 159 degrees of freedom, 95 %
     low, mean, high = (math.exp(statistics.mean(logs) + by) for by in (-half, 0, half))
@@ -210,16 +212,15 @@ def timed(program: str) -> None:
 
 def worker(code: str, core: int) -> subprocess.Popen:
     """A Python on one core that runs `code`, which renders for each line that it reads."""
-    pin = lambda: os.sched_setaffinity(0, {core})
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    return subprocess.Popen([sys.executable, "-c", code], preexec_fn=pin, **pipes)
+    return start((sys.executable, "-c", code), core, **pipes)
 
 
-def rendered(module: subprocess.Popen) -> float:
+def rendered(process: subprocess.Popen) -> float:
     """Processor seconds of one render of a `worker`."""
-    module.stdin.write("render\n")
-    module.stdin.flush()
-    return float(module.stdout.readline())
+    process.stdin.write("render\n")
+    process.stdin.flush()
+    return float(process.stdout.readline())
 
 
 def beside(name: str) -> None:

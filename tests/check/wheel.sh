@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the wheel, installs it where there is neither OpenVDB nor Rust, and checks it there: the command, the notebooks,
-# arrays beside OpenEXR, memory, one process with bpy and with mitsuba, and time beside the command (half an hour, for which
+# arrays beside OpenEXR, memory, one process with bpy and with mitsuba, and time beside the command (an hour, for which
 # the machine should be quiet).
 #
 #     apt-get install python3-venv

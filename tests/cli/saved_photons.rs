@@ -71,12 +71,13 @@ fn pictures_by_saved_photons_have_the_pixels_of_those_that_shoot() {
 fn direct_light_is_saved_with_photons() {
     let folder = folder();
     let folder = folder.path();
-    let shadow_rays = |more: &[&str]| {
-        let even = ["--set", "medium.0.phase={ type = \"isotropic\" }"];
-        let more =
-            [&["--strategy", "fluence-toward-eye", "--rays", "32"], &even[..], more].concat();
-        report(folder, &more)["work"]["shadow_rays"].as_u64().unwrap()
+    let even = ["--set", "medium.0.phase={ type = \"isotropic\" }"];
+    let shadow_rays_by = |rays: &str, more: &[&str]| {
+        let by = ["--strategy", "fluence-toward-eye", "--rays", rays];
+        let report = report(folder, &[&by[..], &even, more].concat());
+        report["work"]["shadow_rays"].as_u64().unwrap()
     };
+    let shadow_rays = |more: &[&str]| shadow_rays_by("32", more);
     let shot = shadow_rays(&["-o", "shot.exr"]);
     let saved = shadow_rays(&["--photons-to", "map.fog"]);
     let read = shadow_rays(&["-o", "read.exr", "--photons-from", "map.fog"]);
@@ -85,24 +86,10 @@ fn direct_light_is_saved_with_photons() {
     assert!(shot.channels == read.channels, "pixels differ");
     assert_eq!(shadow_rays(&["--photons-to", "any.fog", "--any-camera"]), 0);
     // The cells of other rays are others.
-    let other = ["--rays", "16", "-o", "other.exr"];
-    let [shot, read] =
-        [&other[..], &[&other[..], &["--photons-from", "map.fog"]].concat()].map(|more| {
-            report(
-                folder,
-                &[
-                    more,
-                    &[
-                        "--strategy",
-                        "fluence-toward-eye",
-                        "--set",
-                        "medium.0.phase={ type = \"isotropic\" }",
-                    ],
-                ]
-                .concat(),
-            );
-            layers(folder, "other.exr")
-        });
+    let [shot, read] = [&[][..], &["--photons-from", "map.fog"]].map(|more| {
+        shadow_rays_by("16", &[&["-o", "other.exr"], more].concat());
+        layers(folder, "other.exr")
+    });
     assert!(shot.channels == read.channels, "pixels differ by other rays");
 }
 

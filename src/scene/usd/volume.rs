@@ -65,9 +65,10 @@ impl Volume {
                 continue;
             }
             // A field of another prim is in the space of the volume.
-            let to_world = match field.parent() == Some(path.clone()) {
-                true => transform(reader, &field, [space.to_world, placed.to_world])?,
-                false => placed.to_world,
+            let to_world = if field.parent().as_ref() == Some(path) {
+                transform(reader, &field, [space.to_world, placed.to_world])?
+            } else {
+                placed.to_world
             };
             fields.push(read_field(reader, role, &field, to_world)?);
         }

@@ -137,9 +137,10 @@ fn place(
         Some("proxy" | "guide") => Purpose::Other,
         Some(_) => Purpose::Rendered,
     };
-    let to_world = match has("xformOpOrder") {
-        true => transform(reader, path, [root, parent.to_world])?,
-        false => parent.to_world,
+    let to_world = if has("xformOpOrder") {
+        transform(reader, path, [root, parent.to_world])?
+    } else {
+        parent.to_world
     };
     let (material, material_is_stronger) = binding(reader, parent, path, &has)?;
     let kind = reader.type_of(path)?;
