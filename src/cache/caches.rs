@@ -36,9 +36,9 @@ impl<S: Spectrum> Caches<S> {
         direct.chain(self.own_lazy()).collect()
     }
 
-    /// Those of [`lazy`](Self::lazy) that depend on photons.
+    /// Those of [`lazy`](Self::lazy) that each half of the photons has for itself.
     pub fn own_lazy(&self) -> impl Iterator<Item = &LazyCells<S>> {
-        self.final_gathers.iter().flatten().map(FinalGatherCache::cells)
+        self.final_gathers.iter().flatten().flat_map(FinalGatherCache::cells)
     }
 
     /// Bytes of the fluence grids, and of cells that rays fill.

@@ -114,7 +114,8 @@ impl<S: Spectrum> DirectLightCache<S> {
         };
         let cells = self.cells.as_ref();
         let cells = cells.filter(|_| !self.lights.iter().any(|light| light.is_near(p)));
-        cells?.interpolate(p, 0, MAX_RATIO, ctx, fill)
+        let are_alike = |darkest: f64, brightest: f64| brightest <= MAX_RATIO * darkest;
+        cells?.interpolate(p, 0, are_alike, ctx, fill)
     }
 
     /// A sample of the direct light at `p` of the lights that `is_included`; `u` chooses a part of each.

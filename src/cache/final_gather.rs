@@ -1,5 +1,6 @@
 //! Final gathers on sparse cells, shared by all rays that sample those.
 
+use std::iter;
 use std::ops::Range;
 
 use crate::math::{Ray, Rgb, Span, Spectrum, Stage, Stream, WorldPoint};
@@ -7,6 +8,7 @@ use crate::medium::SparseCells;
 use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint};
 
+use super::camera_thickness::CameraThickness;
 use super::gather_origin::GatherOrigins;
 use super::lazy_cells::LazyCells;
 
@@ -75,8 +77,9 @@ pub struct FinalGatherCache<S = Rgb> {
     /// Seed of the Sobol points of gathers, the same in all renders that share them.
     points_seed: u64,
     footprint: PixelFootprint,
-    /// Whether the few rays of a pilot measure work: each then does its part of a cell's gathers.
-    pilot: bool,
+    /// That from places of cells to the camera. None in a pilot, whose few rays measure work: each does its part of
+    /// what a cell takes.
+    thickness: Option<CameraThickness<S>>,
 }
 
 impl<S: Spectrum> FinalGatherCache<S> {
@@ -90,13 +93,14 @@ impl<S: Spectrum> FinalGatherCache<S> {
         [seed, points_seed]: [u64; 2],
         pilot: bool,
     ) -> Self {
+        let thickness = (!pilot).then(|| CameraThickness::new(cells.clone(), medium));
         let cells = LazyCells::new(cells, seed, medium);
-        Self { cells, medium, points_seed, footprint, pilot }
+        Self { cells, medium, points_seed, footprint, thickness }
     }
 
-    /// Its cells.
-    pub const fn cells(&self) -> &LazyCells<S> {
-        &self.cells
+    /// Its cells: light, and thickness where that is kept.
+    pub fn cells(&self) -> impl Iterator<Item = &LazyCells<S>> {
+        iter::once(&self.cells).chain(self.thickness.as_ref().map(CameraThickness::cells))
     }
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
@@ -116,13 +120,14 @@ impl<S: Spectrum> FinalGatherCache<S> {
             let rays = origins.opacity() * (width / footprint.width(center)).powi(2);
             GATHERS_PER_RAY * f64::from(pass.rays) * rays
         };
-        if self.pilot {
+        let Some(thickness) = &self.thickness else {
             // What decides their number is work of cells, not of rays.
-            let here = GatherOrigins::at::<S>(scene, medium, p, width, footprint, &mut ctx.clone());
+            let mut of_cell = ctx.clone();
+            let here = GatherOrigins::at::<S>(scene, medium, p, width, footprint, &mut of_cell);
             let lookups = wanted(p, &here);
             let part = self.opacity(scene, p) / lookups.max(1.0);
             if ctx.rng.uniform() < part {
-                GatherOrigins::in_cell::<S>(scene, medium, p, width, footprint, ctx);
+                ctx.work = of_cell.work;
             }
             let count = (lookups.max(MIN_GATHERS) * part + ctx.rng.uniform()) as u32;
             if count == 0 {
@@ -130,11 +135,12 @@ impl<S: Spectrum> FinalGatherCache<S> {
             }
             let points = GatherPoints { indices: 0..count, scramble: ctx.rng.scramble() };
             return gather(&here, points, ctx);
-        }
+        };
         // Pass 0 of the cells is that of light which all passes share.
         self.cells.sample(p, 1 + pass.index, ctx, |cell, own| {
             let center = cell.center;
-            let origins = GatherOrigins::in_cell::<S>(scene, medium, center, width, footprint, own);
+            let origins =
+                GatherOrigins::in_cell(scene, medium, center, width, footprint, thickness, own);
             let all = wanted(center, &origins).clamp(MIN_GATHERS, MAX_GATHERS).round();
             let indices = pass.gathers(all as u32);
             let stage = Stage::GatherPoints;

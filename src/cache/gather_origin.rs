@@ -4,9 +4,11 @@ use std::array;
 
 use glam::DVec3;
 
-use crate::math::{Cdf, Ray, Rgb, Span, Spectrum, WorldPoint, warp};
+use crate::math::{Cdf, Ray, Rgb, Spectrum, WorldPoint, warp};
 use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint, SobolPoint, direct_light};
+
+use super::camera_thickness::{CameraThickness, thickness};
 
 /// Places of a cell among which the start of a gather is chosen: the first number, or the second where the
 /// effective number of the first is less than half of it.
@@ -44,20 +46,22 @@ impl GatherOrigins {
         footprint: &PixelFootprint,
         ctx: &mut PathContext,
     ) -> Self {
-        let seen: S = visibility(scene, p, footprint, ctx);
-        let thickness = width * scene.media.get(medium).sigma_t_at(p).max_element();
-        let opacity = seen.max_element() * -(-thickness).exp_m1();
+        let march = |ctx: &mut PathContext| (-thickness::<S>(scene, p, footprint, ctx)).exp();
+        let seen = visibility(scene, p, footprint, ctx, march);
+        let across = width * scene.media.get(medium).sigma_t_at(p).max_element();
+        let opacity = seen.max_element() * -(-across).exp_m1();
         Self { center: p, places: [p; CANDIDATES[1]], choice: None, opacity }
     }
 
     /// For light that the medium of this index scatters toward the camera from the cell of `width` metres
-    /// round `center`.
+    /// round `center`, by the `thickness` from places to the camera.
     pub fn in_cell<S: Spectrum>(
         scene: &Scene,
         medium: usize,
         center: WorldPoint,
         width: f64,
         footprint: &PixelFootprint,
+        thickness: &CameraThickness<S>,
         ctx: &mut PathContext,
     ) -> Self {
         let scramble = ctx.rng.scramble();
@@ -75,7 +79,10 @@ impl GatherOrigins {
                 if sigma_t == Rgb::ZERO {
                     continue;
                 }
-                let light: S = S::from_rgb(sigma_t) * visibility::<S>(scene, *p, footprint, ctx);
+                let through =
+                    |ctx: &mut PathContext| thickness.transmittance(scene, *p, footprint, ctx);
+                let seen_part = visibility(scene, *p, footprint, ctx, through);
+                let light = S::from_rgb(sigma_t) * seen_part;
                 seen += light.max_element();
                 ctx.work.grid_lookups += u64::from(!of.albedo.is_constant());
                 *weight = (light * S::from_rgb(of.albedo.at(*p))).element_sum();
@@ -107,24 +114,24 @@ fn effective_number(weights: &[f64]) -> f64 {
     weights.iter().sum::<f64>().powi(2) / squares.max(f64::MIN_POSITIVE)
 }
 
-/// Transmittance from `p` to the camera; 0 where a surface stands between.
+/// Transmittance from `p` to the camera: that of media, or 0 where a surface stands between.
 fn visibility<S: Spectrum>(
     scene: &Scene,
     p: WorldPoint,
     footprint: &PixelFootprint,
     ctx: &mut PathContext,
+    of_media: impl FnOnce(&mut PathContext) -> S,
 ) -> S {
     let (ray, distance) = (Ray::new(p, scene.camera.toward(p)), footprint.distance(p));
-    if !direct_light::is_clear(scene, &ray, distance, ctx) {
-        return S::ZERO;
-    }
-    scene.media.transmittance_counted(&ray, Span::new(0.0, distance), &mut ctx.work)
+    let is_clear = direct_light::is_clear(scene, &ray, distance, ctx);
+    if is_clear { of_media(ctx) } else { S::ZERO }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::{Stage, Stream};
+    use crate::medium::SparseCells;
     use crate::scene::plan::Needs;
 
     /// Cells of a mean, each with numbers of its own.
@@ -160,9 +167,11 @@ mod tests {
     fn origins(scene: &Scene, center: DVec3) -> Vec<GatherOrigins> {
         let center = WorldPoint::new(center.x, center.y, center.z);
         let footprint = PixelFootprint::new(scene, 1.0);
+        let cells = SparseCells::covering(&scene.media.get(0).density, 1.0, 1).unwrap();
+        let thickness = CameraThickness::<Rgb>::new(cells, 0);
         let of_cell = |cell: u64| {
             let mut ctx = PathContext::new(Stream::new(1, Stage::Test, cell, 0), Needs::EVERYTHING);
-            GatherOrigins::in_cell::<Rgb>(scene, 0, center, 1.0, &footprint, &mut ctx)
+            GatherOrigins::in_cell(scene, 0, center, 1.0, &footprint, &thickness, &mut ctx)
         };
         (0..CELLS).map(of_cell).collect()
     }

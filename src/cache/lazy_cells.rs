@@ -124,30 +124,30 @@ impl<S: Spectrum> LazyCells<S> {
         self.light(cell, pass, ctx, fill).unwrap_or(S::ZERO)
     }
 
-    /// Trilinear interpolation at `p` between the eight nearest cells, if in each channel the brightest has at
-    /// most `ratio` times the light of the darkest, which is not negative. Elsewhere, and where there is no
-    /// cell, nothing. `fill`, `pass` and `ctx` are as in [`sample`](Self::sample).
+    /// Trilinear interpolation at `p` between the eight nearest cells, if in each channel the least and the most of
+    /// them, which are not negative, are alike. Elsewhere, and where there is no cell, nothing. `fill`, `pass` and `ctx` are
+    /// as in [`sample`](Self::sample).
     #[inline]
     pub(super) fn interpolate(
         &self,
         p: WorldPoint,
         pass: u32,
-        ratio: f64,
+        are_alike: impl Fn(f64, f64) -> bool,
         ctx: &mut PathContext,
         fill: impl Fn(&EmptyCell, &mut PathContext) -> S,
     ) -> Option<S> {
         let local = self.cells.to_cells(p) - 0.5;
         let low = local.floor();
         let share = local - low;
-        // The darkest and the brightest in each channel.
+        // The least and the most in each channel.
         let mut range = [(f64::INFINITY, 0.0f64); 3];
         let mut sum = S::ZERO;
         for corner in CORNERS {
             let light = self.light(low.as_ivec3() + corner, pass, ctx, &fill)?;
-            for (channel, (darkest, brightest)) in range[..S::CHANNELS].iter_mut().enumerate() {
+            for (channel, (least, most)) in range[..S::CHANNELS].iter_mut().enumerate() {
                 let light = light.channel(channel);
-                (*darkest, *brightest) = (darkest.min(light), brightest.max(light));
-                if *brightest > ratio * *darkest {
+                (*least, *most) = (least.min(light), most.max(light));
+                if !are_alike(*least, *most) {
                     return None;
                 }
             }
@@ -203,8 +203,9 @@ impl<S: Spectrum> LazyCells<S> {
         }
         if channels[0].swap(bits(0) | pass, Ordering::AcqRel) & PASS_MASK != pass {
             ctx.amortized.work += own.work;
-            ctx.amortized.work += own.amortized.work;
         }
+        // Cells of other caches that were filled on the way stay so, whoever fills this one.
+        ctx.amortized.work += own.amortized.work;
         ctx.amortized.cells += start.elapsed();
         S::from_channels(|c| f32::from_bits(bits(c)))
     }

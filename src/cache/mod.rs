@@ -13,6 +13,7 @@
 
 mod bins;
 mod caches;
+mod camera_thickness;
 mod cell_walk;
 mod direct_light;
 mod final_gather;

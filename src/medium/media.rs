@@ -91,11 +91,17 @@ impl Media {
         span: Span,
         work: &mut Work,
     ) -> S {
-        work.marches += u64::from(!self.media.is_empty());
         (-self.thickness_counted::<S>(ray, span, work)).exp()
     }
 
-    fn thickness_counted<S: Spectrum>(&self, ray: &Ray<World>, span: Span, work: &mut Work) -> S {
+    /// As [`optical_thickness`](Self::optical_thickness); `work` counts the march and its steps.
+    pub fn thickness_counted<S: Spectrum>(
+        &self,
+        ray: &Ray<World>,
+        span: Span,
+        work: &mut Work,
+    ) -> S {
+        work.marches += u64::from(!self.media.is_empty());
         let mut thickness = S::ZERO;
         for medium in &self.media {
             let depth = medium.density.integrate(ray, span, work);

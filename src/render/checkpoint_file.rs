@@ -48,7 +48,7 @@ pub(super) struct CheckpointState {
 
 /// Checkpoints, with name and version of their format.
 const CHECKPOINT: FileKind = FileKind {
-    magic: *b"fogbow cp 8\n",
+    magic: *b"fogbow cp 9\n",
     is_none: "is not a checkpoint that can be resumed",
     remedy: "delete it, or leave out --resume, to start from the beginning",
     is_other: "is the checkpoint of another render",

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::cache::Caches;
+use crate::cache::{Caches, FinalGatherCache};
 use crate::math::Spectrum;
 use crate::photon::{PhotonDirection, PhotonMaps};
 use crate::render::integrator::Integrator;
@@ -132,7 +132,8 @@ impl<S: Spectrum> Entrant<S> {
     pub fn memory_bytes(&self) -> u64 {
         let fluence = self.caches.iter().map(|caches| caches.memory_bytes()[0]);
         let gathers = self.caches.iter().flat_map(|caches| caches.final_gathers.iter().flatten());
-        fluence.chain(gathers.map(|cache| cache.cells().memory_bytes() as u64)).sum()
+        let lazy = gathers.flat_map(FinalGatherCache::cells);
+        fluence.chain(lazy.map(|cells| cells.memory_bytes() as u64)).sum()
     }
 
     /// Whether it was traced in any pixel.
