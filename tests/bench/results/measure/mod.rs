@@ -6,6 +6,7 @@ mod convergence;
 mod denoise;
 mod director;
 mod equal_time;
+mod farm;
 mod flicker;
 mod halves;
 mod kept;
@@ -65,7 +66,7 @@ macro_rules! measured {
 }
 
 /// All of them, the quickest first.
-pub fn measurements() -> [Measurement; 16] {
+pub fn measurements() -> [Measurement; 17] {
     measured![
         "plan" by plan,
         "rates" by rates,
@@ -76,6 +77,7 @@ pub fn measurements() -> [Measurement; 16] {
         "denoise" by denoise,
         "verify" by verify,
         "threads" by threads,
+        "farm" by farm,
         "equal-time" by equal_time,
         "strategy" by strategy,
         "convergence" by convergence,

@@ -4,7 +4,7 @@
 //! hardly touched by them, and how long its threads were kept waiting for a processor the system tells
 //! too.
 
-use std::ops::Sub;
+use std::ops::{Add, Sub};
 use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
@@ -47,6 +47,18 @@ impl Spent {
     /// What the clock would tell if no thread ever waited for a processor.
     pub fn unhindered(&self) -> f64 {
         self.ran / self.busy()
+    }
+}
+
+impl Add for Spent {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            elapsed: self.elapsed + other.elapsed,
+            ran: self.ran + other.ran,
+            waited: self.waited + other.waited,
+        }
     }
 }
 

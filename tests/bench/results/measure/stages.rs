@@ -42,18 +42,51 @@ pub struct Timed {
 
 /// Renders `scene` in `pool`.
 pub fn timed(scene: &Scene, pool: &ThreadPool) -> fogbow::Result<Timed> {
+    let work = |watch: &dyn Progress| pool.install(|| render(scene, &scene.render, watch));
+    let Watched { done, begun, whole } = watched(work)?;
+    let mut stages = [Spent::default(); STAGES.len()];
+    for (name, took) in begun {
+        if let Some(index) = STAGES.iter().position(|stage| *stage == name) {
+            stages[index] = took;
+        }
+    }
+    Ok(Timed { rendered: done, stages, whole })
+}
+
+/// What some work gave and took.
+pub struct Watched<T> {
+    /// What it gave.
+    pub done: T,
+    /// Stages that it told, in order; each lasts until the next, or the end.
+    pub begun: Vec<(String, Spent)>,
+    /// All of it.
+    pub whole: Spent,
+}
+
+impl<T> Watched<T> {
+    /// What the stages of this name took together.
+    pub fn stage(&self, name: &str) -> Spent {
+        let own = self.begun.iter().filter(|(begun, _)| begun == name);
+        own.fold(Spent::default(), |sum, (_, took)| sum + *took)
+    }
+
+    /// What it took before its first stage.
+    pub fn before(&self) -> Spent {
+        self.begun.iter().fold(self.whole, |left, (_, took)| left - *took)
+    }
+}
+
+/// Does `work`, which tells its stages.
+pub fn watched<T>(
+    work: impl FnOnce(&dyn Progress) -> fogbow::Result<T>,
+) -> fogbow::Result<Watched<T>> {
     let start = Instant::now();
     let watch = Watch { start, begun: Mutex::default() };
     let before = Spent::now(start);
-    let rendered = pool.install(|| render(scene, &scene.render, &watch))?;
+    let done = work(&watch)?;
     let after = Spent::now(start);
-    let mut stages = [Spent::default(); STAGES.len()];
     let begun = watch.begun.into_inner().expect("no panic");
-    let ends = begun.iter().skip(1).map(|(_, next)| *next).chain([after]);
-    for ((name, begin), end) in begun.iter().zip(ends) {
-        if let Some(index) = STAGES.iter().position(|stage| stage == name) {
-            stages[index] = end - *begin;
-        }
-    }
-    Ok(Timed { rendered, stages, whole: after - before })
+    let ends: Vec<Spent> = begun.iter().skip(1).map(|(_, next)| *next).chain([after]).collect();
+    let begun = begun.into_iter().zip(ends).map(|((name, begin), end)| (name, end - begin));
+    Ok(Watched { done, begun: begun.collect(), whole: after - before })
 }

@@ -9,6 +9,9 @@ pub mod denoise;
 pub mod director;
 pub mod equal_error;
 pub mod equal_time;
+pub mod farm;
+mod farm_model;
+mod farm_plot;
 pub mod flicker;
 mod markdown;
 pub mod paper;
@@ -47,7 +50,7 @@ pub struct Page {
 }
 
 /// All of them, in the order of the index.
-pub const PAGES: [Page; 16] = [
+pub const PAGES: [Page; 17] = [
     Page {
         name: "director",
         tells: "what directed rendering saves, at what error, and what the director itself takes",
@@ -92,6 +95,11 @@ pub const PAGES: [Page; 16] = [
         name: "threads",
         tells: "two threads against one, stage by stage",
         write: |json| page(json, "Two threads against one", threads::tables),
+    },
+    Page {
+        name: "farm",
+        tells: "merged passes beside the whole, and how far many nodes help",
+        write: |json| page(json, "Parts on a farm", farm::tables),
     },
     Page {
         name: "plan",
@@ -184,6 +192,11 @@ impl Places {
             && let Some(plot) = scaling_plot::draw(&record::rows(&json)?)?
         {
             files.push((self.volumes.join("scaling.svg"), plot));
+        }
+        if let Some(json) = self.record("farm")?
+            && let Some(plot) = farm_plot::draw(&record::rows(&json)?)?
+        {
+            files.push((self.volumes.join("farm.svg"), plot));
         }
         if let Some(json) = self.record("paper")? {
             files.push((self.volumes.join("PAPER.md"), published::beside(&json)?));

@@ -3,13 +3,16 @@
 
 use std::collections::BTreeMap;
 
-use super::{Places, Result, director, peers, rates, record, sampler, threads};
+use super::{Places, Result, director, farm, peers, rates, record, sampler, threads};
 
 /// Every figure by its key.
 pub fn figures(places: &Places) -> Result<BTreeMap<String, String>> {
     let mut out = BTreeMap::new();
     if let Some(json) = places.record("director")? {
         out.extend(director::quoted(&record::rows(&json)?));
+    }
+    if let Some(json) = places.record("farm")? {
+        out.extend(farm::quoted(&record::rows(&json)?));
     }
     if let Some(json) = places.record("peers")? {
         out.extend(peers::quoted(&record::rows(&json)?));
