@@ -13,3 +13,4 @@ mod schema;
 mod settings;
 mod usd;
 mod usd_materials;
+mod usd_packages;

@@ -273,7 +273,7 @@ fn binary_layers_and_packages_are_the_same() {
 }
 
 /// The message of a shot that cannot be read: one line that names the file.
-fn refusal(path: &Path) -> String {
+pub(crate) fn refusal(path: &Path) -> String {
     let message = match Scene::load(path, &at(2)) {
         Err(problem) => problem.to_string(),
         Ok(_) => panic!("{} was taken", path.display()),

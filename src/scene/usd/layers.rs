@@ -2,7 +2,9 @@
 
 use std::io::{self, Cursor};
 
-use openusd::ar::{Asset, AssetInfo, DefaultResolver, ResolvedPath, Resolver};
+use openusd::ar::{
+    Asset, AssetInfo, DefaultResolver, ResolvedPath, Resolver, split_package_relative_path_outer,
+};
 
 use super::{arcs, binary_layer, package, text_layer};
 
@@ -16,6 +18,13 @@ impl Resolver for Layers {
     }
 
     fn resolve(&self, asset_path: &str) -> Option<ResolvedPath> {
+        // The crate looks into the package of a path such as `a.usdz[b.usd]`.
+        let package = split_package_relative_path_outer(asset_path).map(|(package, _)| package);
+        if package.is_some_and(|package| {
+            self.0.resolve(&package).is_some_and(|path| !package::has_directory(&path))
+        }) {
+            return None;
+        }
         self.0.resolve(asset_path).filter(|path| !path.is_dir())
     }
 
