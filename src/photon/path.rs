@@ -323,7 +323,8 @@ impl PhotonTracer<'_> {
     ) -> bool {
         let incoming = photon.ray.direction;
         if self.settings.needs.surface_photons && !hit.material.is_followed() && !photon.direct {
-            let power = photon.power / self.units.surface;
+            let share = hit.material.irradiance_share(incoming, hit);
+            let power = photon.power * share / self.units.surface;
             out.surface.push(self.deposit(hit.point, incoming, power));
         }
         if let Some(window) =

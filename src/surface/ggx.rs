@@ -3,16 +3,18 @@
 //! The distribution is that of Walter et al. 2007 ("Microfacet Models for Refraction through Rough Surfaces"),
 //! masking and shadowing that of Smith with correlated heights (Heitz 2014, "Understanding the Masking-Shadowing
 //! Function in Microfacet-Based BRDFs", equations 86 and 99), and facets are sampled as they are seen (Heitz 2018,
-//! "Sampling the GGX Distribution of Visible Normals"). Light that facets reflect more than once is lost.
+//! "Sampling the GGX Distribution of Visible Normals"). Light that facets of metal reflect more than once is a diffuse
+//! lobe (Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks").
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
+use super::albedo::Albedos;
 use super::glass::dielectric_reflectance;
 use super::scattered::{facing, reflects};
 use super::{Scattered, SurfaceHit};
-use crate::math::{Frame, Rgb};
+use crate::math::{Frame, Rgb, warp};
 
 /// What facets reflect.
 #[derive(Debug, Clone, Copy)]
@@ -35,15 +37,26 @@ impl Fresnel {
     }
 }
 
+/// Light that facets reflect more than once.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Multiple<'a> {
+    /// Of these facets where they reflect everything.
+    pub(super) albedos: &'a Albedos,
+    /// Share of what they do not reflect at once that leaves them after more reflections.
+    pub(super) share: Rgb,
+}
+
 /// A rough surface at one place.
 #[derive(Debug, Clone, Copy)]
-pub struct Ggx {
+pub struct Ggx<'a> {
     /// Width of the distribution of slopes.
     pub(super) alpha: f64,
     pub(super) fresnel: Fresnel,
+    /// Light that its facets reflect more than once, where that counts.
+    pub(super) multiple: Option<Multiple<'a>>,
 }
 
-impl Ggx {
+impl Ggx<'_> {
     /// Samples a direction by the visible facets with two uniform numbers; `None` where it would lead into the surface.
     pub fn scatter(&self, incoming: DVec3, hit: &SurfaceHit<'_>, u: [f64; 2]) -> Option<Scattered> {
         let (_, ns) = facing(incoming, hit);
@@ -52,7 +65,10 @@ impl Ggx {
         if wo.z <= 0.0 {
             return None;
         }
-        let (wi, weight, pdf) = self.sample(wo, u)?;
+        let (wi, weight, pdf) = match self.multiple {
+            None => self.sample(wo, u)?,
+            Some(_) => self.sample_both(wo, u)?,
+        };
         let direction = frame.to_world(wi).normalize();
         let scattered = Scattered { direction, weight, specular: false, pdf, crossing: 0 };
         reflects(incoming, direction, hit).then_some(scattered)
@@ -61,19 +77,43 @@ impl Ggx {
     /// Value without the cosine, 1/sr.
     pub fn eval(&self, incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> Rgb {
         let Some([wo, wi]) = local(incoming, outgoing, hit) else { return Rgb::ZERO };
+        self.value(wo, wi)
+    }
+
+    /// The same in the shading frame.
+    fn value(&self, wo: DVec3, wi: DVec3) -> Rgb {
         let half = (wo + wi).normalize();
         let together = 1.0 / (1.0 + self.lambda(wo.z) + self.lambda(wi.z));
         let value = self.density(half.z) * together / (4.0 * wo.z * wi.z);
-        self.fresnel.at(wo.dot(half)) * value
+        let once = self.fresnel.at(wo.dot(half)) * value;
+        match self.multiple {
+            Some(Multiple { albedos, share }) => once + share * albedos.diffuse([wi.z, wo.z]),
+            None => once,
+        }
+    }
+
+    /// Probability of sampling what is reflected once.
+    fn share_of_once(&self, wo: DVec3) -> f64 {
+        self.multiple.map_or(1.0, |Multiple { albedos, share }| {
+            let once = albedos.at(wo.z);
+            once / (once + share.max_element() * (1.0 - once))
+        })
+    }
+
+    /// Density of [`scatter`](Self::scatter) in the shading frame.
+    fn mixed_pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
+        let share = self.share_of_once(wo);
+        let once = self.pdf_of(wo, (wo + wi).normalize());
+        share * once + (1.0 - share) * warp::cosine_hemisphere_pdf(wi.z)
     }
 
     /// Density of [`scatter`](Self::scatter) over solid angle, 1/sr.
     pub fn pdf(&self, incoming: DVec3, outgoing: DVec3, hit: &SurfaceHit<'_>) -> f64 {
         let Some([wo, wi]) = local(incoming, outgoing, hit) else { return 0.0 };
-        self.pdf_of(wo, (wo + wi).normalize())
+        self.mixed_pdf(wo, wi)
     }
 
-    /// In the shading frame: direction, value times cosine over density, and density.
+    /// What is reflected once, in the shading frame: direction, value times cosine over density, and density.
     pub(super) fn sample(&self, wo: DVec3, u: [f64; 2]) -> Option<(DVec3, Rgb, f64)> {
         let half = self.visible_facet(wo, u);
         let cosine = wo.dot(half);
@@ -84,6 +124,18 @@ impl Ggx {
         let (seen, lit) = (self.lambda(wo.z), self.lambda(wi.z));
         let weight = self.fresnel.at(cosine) * ((1.0 + seen) / (1.0 + seen + lit));
         Some((wi, weight, self.pdf_of(wo, half)))
+    }
+
+    /// The same of all that is reflected.
+    fn sample_both(&self, wo: DVec3, [a, b]: [f64; 2]) -> Option<(DVec3, Rgb, f64)> {
+        let share = self.share_of_once(wo);
+        let wi = if a < share {
+            self.sample(wo, [a / share, b])?.0
+        } else {
+            warp::cosine_hemisphere([(a - share) / (1.0 - share), b])
+        };
+        let pdf = self.mixed_pdf(wo, wi);
+        (wi.z > 0.0).then(|| (wi, self.value(wo, wi) * (wi.z / pdf), pdf))
     }
 
     /// Density of reflecting `wo` at facets with the normal `half`.

@@ -3,8 +3,9 @@
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
-use super::ggx::{Fresnel, Ggx};
+use super::ggx::Ggx;
 use super::glass::Glass;
+use super::metal::Metal;
 use super::plastic::Plastic;
 use super::{Scattered, SurfaceHit, Texture, TransportMode, diffuse, mirror};
 use crate::math::{Rgb, is_grey};
@@ -26,12 +27,7 @@ pub enum Material {
     /// A diffuse base under a rough dielectric coat, on both sides.
     Plastic(Plastic),
     /// A rough metal, on both sides.
-    Metal {
-        /// At normal incidence, in [0, 1].
-        reflectance: Texture,
-        /// Width of the distribution of slopes, in (0, 1].
-        alpha: f64,
-    },
+    Metal(Metal),
     /// A smooth dielectric solid; its outside is where the normal points.
     Glass(Glass),
     /// Absorbs everything.
@@ -52,7 +48,7 @@ impl Material {
             Self::Mirror { reflectance } => mirror::scatter(*reflectance, incoming, hit),
             Self::Glass(glass) => glass.scatter(incoming, hit, u[0], mode),
             Self::Plastic(plastic) => plastic.scatter(incoming, hit, u)?,
-            Self::Metal { .. } => self.rough(hit)?.scatter(incoming, hit, [u[0], u[1]])?,
+            Self::Metal(metal) => metal.rough(hit).scatter(incoming, hit, [u[0], u[1]])?,
             Self::Black => return None,
         };
         let correction = correction(mode, incoming, scattered.direction, hit);
@@ -69,7 +65,7 @@ impl Material {
         match self {
             Self::Mirror { reflectance } => smallvec![mirror::scatter(*reflectance, incoming, hit)],
             Self::Glass(glass) => glass.branches(incoming, hit, TransportMode::Radiance),
-            Self::Diffuse { .. } | Self::Plastic(_) | Self::Metal { .. } | Self::Black => {
+            Self::Diffuse { .. } | Self::Plastic(_) | Self::Metal(_) | Self::Black => {
                 SmallVec::new()
             }
         }
@@ -87,9 +83,7 @@ impl Material {
         let value = match self {
             Self::Diffuse { reflectance } => diffuse::eval(reflectance, incoming, outgoing, hit),
             Self::Plastic(plastic) => plastic.eval(incoming, outgoing, hit),
-            Self::Metal { .. } => {
-                self.rough(hit).map_or(Rgb::ZERO, |rough| rough.eval(incoming, outgoing, hit))
-            }
+            Self::Metal(metal) => metal.rough(hit).eval(incoming, outgoing, hit),
             Self::Mirror { .. } | Self::Glass(_) | Self::Black => return Rgb::ZERO,
         };
         value * correction(mode, incoming, outgoing, hit)
@@ -100,18 +94,15 @@ impl Material {
         match self {
             Self::Diffuse { reflectance } => diffuse::eval(reflectance, incoming, outgoing, hit),
             Self::Plastic(plastic) => plastic.base(incoming, outgoing, hit),
-            Self::Metal { .. } | Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
+            Self::Metal(_) | Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
         }
     }
 
     /// The rough metal, or the rough coat, at `hit`.
-    pub fn rough(&self, hit: &SurfaceHit<'_>) -> Option<Ggx> {
+    pub fn rough(&self, hit: &SurfaceHit<'_>) -> Option<Ggx<'_>> {
         match self {
             Self::Plastic(plastic) => Some(plastic.coat()),
-            Self::Metal { reflectance, alpha } => {
-                let fresnel = Fresnel::Metal(reflectance.at(hit.uv));
-                Some(Ggx { alpha: *alpha, fresnel })
-            }
+            Self::Metal(metal) => Some(metal.rough(hit)),
             Self::Diffuse { .. } | Self::Mirror { .. } | Self::Glass(_) | Self::Black => None,
         }
     }
@@ -121,9 +112,7 @@ impl Material {
         match self {
             Self::Diffuse { .. } => diffuse::pdf(incoming, outgoing, hit),
             Self::Plastic(plastic) => plastic.pdf(incoming, outgoing, hit),
-            Self::Metal { .. } => {
-                self.rough(hit).map_or(0.0, |rough| rough.pdf(incoming, outgoing, hit))
-            }
+            Self::Metal(metal) => metal.rough(hit).pdf(incoming, outgoing, hit),
             Self::Mirror { .. } | Self::Glass(_) | Self::Black => 0.0,
         }
     }
@@ -148,7 +137,7 @@ impl Material {
                     (_, None) => smallvec![(1.0, reflected)],
                 }
             }
-            Self::Diffuse { .. } | Self::Plastic(_) | Self::Metal { .. } | Self::Black => {
+            Self::Diffuse { .. } | Self::Plastic(_) | Self::Metal(_) | Self::Black => {
                 SmallVec::new()
             }
         }
@@ -159,16 +148,28 @@ impl Material {
         match self {
             Self::Diffuse { reflectance } => reflectance.at(hit.uv),
             Self::Plastic(plastic) => plastic.base_albedo(incoming, hit),
-            Self::Metal { .. } | Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
+            Self::Metal(_) | Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
+        }
+    }
+
+    /// What of a photon that met the surface along the unit `incoming` its irradiance counts, for
+    /// [`diffuse_albedo`](Self::diffuse_albedo) to reflect: a coat lets through more or less than of even light.
+    pub fn irradiance_share(&self, incoming: DVec3, hit: &SurfaceHit<'_>) -> f64 {
+        match self {
+            Self::Plastic(plastic) => plastic.base_share(incoming, hit),
+            Self::Diffuse { .. }
+            | Self::Metal(_)
+            | Self::Mirror { .. }
+            | Self::Glass(_)
+            | Self::Black => 1.0,
         }
     }
 
     /// Its colour at `hit`, as a feature of what a pixel sees: of plastic and metal the reflectance, seen from anywhere.
     pub fn color(&self, hit: &SurfaceHit<'_>) -> Rgb {
         match self {
-            Self::Diffuse { reflectance } | Self::Metal { reflectance, .. } => {
-                reflectance.at(hit.uv)
-            }
+            Self::Diffuse { reflectance } => reflectance.at(hit.uv),
+            Self::Metal(metal) => metal.reflectance().at(hit.uv),
             Self::Plastic(plastic) => plastic.reflectance().at(hit.uv),
             Self::Mirror { .. } | Self::Glass(_) | Self::Black => Rgb::ZERO,
         }
@@ -177,9 +178,8 @@ impl Material {
     /// Whether it treats all channels alike.
     pub fn is_grey(&self) -> bool {
         match self {
-            Self::Diffuse { reflectance } | Self::Metal { reflectance, .. } => {
-                reflectance.is_grey()
-            }
+            Self::Diffuse { reflectance } => reflectance.is_grey(),
+            Self::Metal(metal) => metal.reflectance().is_grey(),
             Self::Plastic(plastic) => plastic.reflectance().is_grey(),
             Self::Mirror { reflectance } => is_grey(*reflectance),
             Self::Glass(glass) => is_grey(glass.tint),
@@ -194,12 +194,12 @@ impl Material {
 
     /// Whether it has [rough](Self::rough) reflection, which a path of the camera follows.
     pub const fn is_rough(&self) -> bool {
-        matches!(self, Self::Plastic(_) | Self::Metal { .. })
+        matches!(self, Self::Plastic(_) | Self::Metal(_))
     }
 
     /// Whether paths that meet it are followed and photons on it never show: it is specular, or a rough metal.
     pub const fn is_followed(&self) -> bool {
-        matches!(self, Self::Mirror { .. } | Self::Glass(_) | Self::Metal { .. })
+        matches!(self, Self::Mirror { .. } | Self::Glass(_) | Self::Metal(_))
     }
 
     /// Whether it scatters into finitely many directions alone.

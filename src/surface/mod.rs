@@ -1,9 +1,11 @@
 //! Surfaces: shapes with materials, and the search among them.
 
+mod albedo;
 mod diffuse;
 mod ggx;
 mod glass;
 mod material;
+mod metal;
 mod mirror;
 mod plastic;
 mod scattered;
@@ -17,6 +19,7 @@ use crate::shape::{Bvh, Nearest, Shape, offset_origin};
 pub use ggx::Ggx;
 pub use glass::{Glass, dielectric_reflectance};
 pub use material::Material;
+pub use metal::Metal;
 pub use plastic::Plastic;
 pub use scattered::{Scattered, TransportMode};
 pub use texture::Texture;

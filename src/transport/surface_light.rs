@@ -37,7 +37,7 @@ fn direct_on_rough<S: Spectrum>(
     media: &Media,
     incoming: DVec3,
     hit: &SurfaceHit<'_>,
-    rough: &Ggx,
+    rough: &Ggx<'_>,
     [x, y, _, among]: [f64; 4],
     ctx: &mut PathContext,
 ) -> S {

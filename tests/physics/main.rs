@@ -7,6 +7,7 @@ mod skip;
 
 mod background;
 mod closed_forms;
+mod coats;
 mod edges;
 mod extremes;
 mod features;

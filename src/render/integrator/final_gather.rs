@@ -274,7 +274,7 @@ fn follow_specular<S: Spectrum>(
 fn follow_rough<S: Spectrum>(
     path: &mut PathState<S>,
     hit: &SurfaceHit<'_>,
-    rough: &Ggx,
+    rough: &Ggx<'_>,
     ctx: &mut PathContext,
 ) -> bool {
     let scattered = rough.scatter(path.ray.direction, hit, ctx.rng.uniform2());

@@ -79,7 +79,7 @@ pub(super) fn follow_specular<S: Spectrum>(
 pub(super) fn follow_rough<S: Spectrum>(
     segment: &PendingRay<S>,
     hit: &SurfaceHit<'_>,
-    rough: &Ggx,
+    rough: &Ggx<'_>,
     ctx: &mut PathContext,
 ) -> Option<PendingRay<S>> {
     ctx.work.specular_bounces += 1;

@@ -14,7 +14,7 @@ use crate::scene::reader::{FileReference, Place};
 use crate::shape::{
     Cuboid, LoadedMesh, Mesh, MeshMaterial, Plane, Quad, Shape, Sphere, TextureSource, load_mesh,
 };
-use crate::surface::{Glass, Material, Plastic, Surface, Texture};
+use crate::surface::{Glass, Material, Metal, Plastic, Surface, Texture};
 
 /// A surface with the light that it emits.
 pub(super) struct Built {
@@ -126,10 +126,9 @@ fn material(section: &MaterialSection, context: &mut Context) -> Result<Material
             let base = color(reflectance, context)?;
             Material::Plastic(Plastic::new(base, *ior, roughness * roughness))
         }
-        MaterialSection::Metal { reflectance, roughness } => Material::Metal {
-            reflectance: color(reflectance, context)?,
-            alpha: roughness * roughness,
-        },
+        MaterialSection::Metal { reflectance, roughness } => {
+            Material::Metal(Metal::new(color(reflectance, context)?, roughness * roughness))
+        }
         MaterialSection::Mirror { reflectance } => Material::Mirror { reflectance: *reflectance },
         MaterialSection::Glass { ior, tint } => Material::Glass(Glass { ior: *ior, tint: *tint }),
     })

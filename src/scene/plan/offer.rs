@@ -59,7 +59,7 @@ fn reflectance(material: &Material) -> f64 {
         | Material::Mirror { reflectance } => Rgb::max_element(*reflectance),
         Material::Diffuse { .. }
         | Material::Plastic(_)
-        | Material::Metal { .. }
+        | Material::Metal(_)
         | Material::Glass(_) => 1.0,
     }
 }
