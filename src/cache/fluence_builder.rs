@@ -238,7 +238,8 @@ mod tests {
 
     fn camera() -> Camera {
         let pose = Pose { position: DVec3::new(0.0, 0.5, 4.0), target: DVec3::ZERO, up: DVec3::Y };
-        let projection = Projection::Perspective { fov: 40.0, aperture: 0.0, focus: None };
+        let projection =
+            Projection::Perspective { fov: 40.0, aperture: 0.0, focus: None, shift: [0.0; 2] };
         Camera::new(&pose, &projection, [8, 8]).unwrap()
     }
 

@@ -45,7 +45,8 @@ pub fn x_map(scene: &Scene, snapshot: &Snapshot, needs: Needs) -> (Vec<f32>, Wor
         if !needs.media {
             return 1.0;
         }
-        let span = Span::new(0.0, depth);
+        let (near, end) = (scene.camera.near(&ray), scene.camera.end(&ray));
+        let span = Span::new(0.0, (depth - near).min(end));
         luminance(scene.media.transmittance_counted(&ray, span, work)) as f32
     };
     let row = |(y, row): (usize, &[f64])| {

@@ -61,14 +61,16 @@ pub(super) fn middle(scene: &Scene, size: [u32; 2], index: usize) -> Ray<World> 
 /// Distance to the first surface along `ray`, and the direct light seen there, through mirrors and
 /// glass.
 fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) {
+    let near = scene.camera.near(&ray);
+    let mut end = scene.camera.end(&ray);
     let (mut first, mut light, mut throughput) = (f64::INFINITY, Rgb::ZERO, Rgb::ONE);
     for bounce in 0..MAX_SNAPSHOT_BOUNCES {
-        let Some(hit) = direct_light::first_surface(scene, &ray, ctx) else {
+        let Some(hit) = direct_light::first_surface_before(scene, &ray, end, ctx) else {
             light += throughput * direct_light::environment(scene, &ray, ctx);
             break;
         };
         if bounce == 0 {
-            first = hit.t;
+            first = near + hit.t;
         }
         light += throughput * direct_light::emitted(scene, &ray, &hit);
         if !hit.material.is_followed() {
@@ -81,7 +83,7 @@ fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) 
         }
         let Some(step) = scatter_specular(&ray, &hit, &mut ctx.rng) else { break };
         throughput *= step.weight;
-        ray = step.ray;
+        (ray, end) = (step.ray, f64::INFINITY);
     }
     (first, if light.is_finite() { light } else { Rgb::ZERO })
 }

@@ -97,11 +97,12 @@ impl CameraImportance {
         rng: &mut Stream,
     ) {
         let mut solids = EnclosingSolids::NONE;
+        let mut seen = Span::new(0.0, scene.camera.end(&ray));
         for _ in 0..MAX_PROBE_BOUNCES {
             self.work.intersections += u64::from(needs.surfaces);
-            let hit = scene.surfaces.intersect(&ray, Span::AHEAD);
+            let hit = scene.surfaces.intersect(&ray, seen);
             if solids.is_none() && needs.media {
-                let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+                let end = hit.as_ref().map_or(seen.end, |h| h.t);
                 profile.trace(&scene.media, &ray, Span::new(0.0, end), 0.0, 0.5);
                 profile.count(&mut self.work);
                 let opacity = (Rgb::ONE - profile.transmittance()).max_element();
@@ -117,7 +118,7 @@ impl CameraImportance {
             }
             let Some(step) = scatter_specular(&ray, &hit, rng) else { return };
             solids = solids.after(step.crossing);
-            ray = step.ray;
+            (ray, seen) = (step.ray, Span::AHEAD);
         }
     }
 

@@ -38,6 +38,8 @@ pub(super) struct FeatureTracer<'a> {
 /// A ray that is still to be traced.
 struct FeatureRay {
     ray: Ray<World>,
+    /// Where it ends at the latest, in metres: where the camera ceases to see, infinite for other rays.
+    end: f64,
     /// Weight of what it sees.
     weight: Rgb,
     /// Solids of glass around its origin.
@@ -52,7 +54,7 @@ impl<'a> FeatureTracer<'a> {
         Self { scene, enabled, albedo: common_albedo(&scene.media) }
     }
 
-    /// The features along `ray` (unit direction), `None` where they are not enabled; `step` is the
+    /// The features along `ray`, one of the camera's, `None` where they are not enabled; `step` is the
     /// march step through media in metres.
     pub(super) fn along<S: Spectrum>(
         &self,
@@ -65,13 +67,13 @@ impl<'a> FeatureTracer<'a> {
         }
         let (mut albedo, mut normal) = (Rgb::ZERO, glam::DVec3::ZERO);
         let Workspace { ctx, profiles } = workspace;
-        let solids = EnclosingSolids::NONE;
+        let (end, solids) = (self.scene.camera.end(&ray), EnclosingSolids::NONE);
         let mut pending: SmallVec<[FeatureRay; 4]> =
-            smallvec![FeatureRay { ray, weight: Rgb::ONE, solids, bounces: 0 }];
+            smallvec![FeatureRay { ray, end, weight: Rgb::ONE, solids, bounces: 0 }];
         while let Some(mut next) = pending.pop() {
-            let hit = direct_light::first_surface(self.scene, &next.ray, ctx);
+            let hit = direct_light::first_surface_before(self.scene, &next.ray, next.end, ctx);
             if next.solids.is_none() && ctx.needs.media {
-                let span = Span::new(0.0, hit.as_ref().map_or(f64::INFINITY, |hit| hit.t));
+                let span = Span::new(0.0, hit.as_ref().map_or(next.end, |hit| hit.t));
                 let profile = &mut profiles.path;
                 let (media, transmittance) =
                     self.through_media(&next.ray, span, step, ctx, profile);
@@ -174,6 +176,7 @@ fn branches(incoming: &FeatureRay, hit: &SurfaceHit<'_>) -> SmallVec<[FeatureRay
     }
     let outgoing = branches.into_iter().map(|(probability, scattered)| FeatureRay {
         ray: hit.leave(scattered.direction),
+        end: f64::INFINITY,
         weight: incoming.weight * scattered.weight * probability,
         solids: incoming.solids.after(scattered.crossing),
         bounces: incoming.bounces + 1,

@@ -121,10 +121,11 @@ impl<'a> Visibility<'a> {
     fn along<S: Spectrum>(&self, ray: &Ray<World>, workspace: &mut Workspace<S>) -> VisibilityRay {
         let Workspace { ctx, profiles } = workspace;
         ctx.work.visibility_rays += 1;
-        let hit = direct_light::first_surface(self.scene, ray, ctx);
+        let end = self.scene.camera.end(ray);
+        let hit = direct_light::first_surface_before(self.scene, ray, end, ctx);
         let mut transmittance = S::ONE;
         if self.region.needs.media {
-            let span = Span::new(0.0, hit.as_ref().map_or(f64::INFINITY, |hit| hit.t));
+            let span = Span::new(0.0, hit.as_ref().map_or(end, |hit| hit.t));
             profiles.path.trace(&self.scene.media, ray, span, self.step, 0.5);
             profiles.path.count(&mut ctx.work);
             transmittance = profiles.path.transmittance();

@@ -39,9 +39,10 @@ pub(super) fn fill<S: Spectrum>(
         let mut profile = Profile::<S>::default();
         for x in 0..width {
             let ray = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5, [0.5; 2]);
-            let hit = scene.surfaces.intersect(&ray, Span::AHEAD);
-            let end = hit.map_or(f64::INFINITY, |hit| hit.t);
-            profile.trace(&scene.media, &ray, Span::new(0.0, end), 0.0, 0.5);
+            let seen = Span::new(0.0, scene.camera.end(&ray));
+            let hit = scene.surfaces.intersect(&ray, seen);
+            let seen = Span::new(0.0, hit.map_or(seen.end, |hit| hit.t));
+            profile.trace(&scene.media, &ray, seen, 0.0, 0.5);
             profile.count(&mut ctx.work);
             for stratum in 0..PLACES {
                 // Denser toward the end, where cells are deep in the medium and rays sample few of them.

@@ -1,7 +1,7 @@
 //! What of a scene can hardly be meant.
 
 use super::camera::Camera;
-use crate::math::{Rgb, WorldPoint, luminance};
+use crate::math::{Ray, Rgb, luminance};
 use crate::medium::blackbody::blackbody_radiance;
 use crate::medium::{Emission, Media, Medium};
 
@@ -54,7 +54,8 @@ fn thick(index: usize, medium: &Medium) -> Option<String> {
 /// A camera that sees nothing but what is right before it.
 fn inside(media: &Media, camera: &Camera) -> Option<String> {
     let size = media.bounds().size().max_element();
-    let place: WorldPoint = camera.place()?;
+    let eye = camera.place()?;
+    let place = eye + camera.forward() * camera.near(&Ray::new(eye, camera.forward()));
     let sigma_t: Rgb = media.sigma_t_at(place);
     let thickness = sigma_t.max_element() * NEAR * size;
     (thickness.is_finite() && !media.is_endless() && thickness > HIDDEN).then(|| {

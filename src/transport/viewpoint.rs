@@ -10,10 +10,10 @@ use crate::scene::Scene;
 /// Unit: none. Bench: `cargo bench --bench results -- --only verify`, the places of the camera.
 const INSIDE_MARGIN: f64 = 0.02;
 
-/// Origin of the ray through the middle of the film and of the lens, in world space.
+/// Place of the lens on the ray through the middle of the film and of the lens, in world space.
 pub fn camera_position(scene: &Scene) -> WorldPoint {
     let [width, height] = scene.film.size.map(|side| 0.5 * f64::from(side));
-    scene.camera.ray(width, height, [0.5; 2]).origin
+    scene.camera.ray_from_lens(width, height, [0.5; 2]).origin
 }
 
 /// Whether a medium is bounded and the camera outside of its box and not near it.
@@ -36,7 +36,7 @@ impl PixelFootprint {
     /// The footprint of a pixel that covers `film_pixels` of the film of `scene` along each side.
     pub fn new(scene: &Scene, film_pixels: f64) -> Self {
         let [x, y] = scene.film.size.map(|side| 0.5 * f64::from(side));
-        let rays = [x, x + 1.0].map(|x| scene.camera.ray(x, y, [0.5; 2]));
+        let rays = [x, x + 1.0].map(|x| scene.camera.ray_from_lens(x, y, [0.5; 2]));
         Self { rays, film_pixels }
     }
 

@@ -6,6 +6,7 @@ mod common;
 mod skip;
 
 mod background;
+mod clip;
 mod closed_forms;
 mod coats;
 mod edges;

@@ -378,6 +378,10 @@ fn every_wrong_camera_is_told() {
         ("[camera]\nposition = [0, nan, 1]\ntarget = [0, 0, 0]", "camera.position[1]: found `nan`"),
         ("[camera]\nposition = [0, 1, 1]\ntarget = [0, 0, 0]\naperture = -1", "camera.aperture"),
         (
+            "[camera]\nposition = [0, 1, 1]\ntarget = [0, 0, 0]\nclip = [3, 3]",
+            "camera.clip: found `[3, 3]`",
+        ),
+        (
             "[camera]\ntype = \"orthographic\"\nposition = [0, 1, 1]\ntarget = [0, 0, 0]",
             "camera.height: missing",
         ),

@@ -12,5 +12,6 @@ mod plan;
 mod schema;
 mod settings;
 mod usd;
+mod usd_cameras;
 mod usd_materials;
 mod usd_packages;

@@ -58,12 +58,16 @@ const CAMERA: &[Key] = &[
     key("fov", Number, false, "30.0", &["0", "180", "-5"]),
     key("aperture", Number, false, "0.1", &["-0.1"]),
     key("focus", Number, false, "3", &["0"]),
+    key("shift", Pair, false, "[0.1, -0.2]", &["[inf, 0]"]),
+    key("clip", Pair, false, "[0.1, 100]", &["[-1, 2]", "[2, 2]"]),
 ];
 const ORTHOGRAPHIC: &[Key] = &[
     key("type", Text, true, "\"orthographic\"", &["\"fisheye\""]),
     key("position", Triple, true, "[0, 1, 8]", &["[0, nan, 8]"]),
     key("target", Triple, true, "[0, 1, 0]", &["[0, 1, 8]"]),
     key("height", Number, true, "4", &["0", "-1"]),
+    key("shift", Pair, false, "[0.1, -0.2]", &["[inf, 0]"]),
+    key("clip", Pair, false, "[0.1, 100]", &["[-1, 2]", "[2, 2]"]),
 ];
 const FILM: &[Key] = &[
     key("size", Pair, false, "[64, 32]", &["[0, 1]", "[1000000000, 1000000000]", "[65536, 65536]"]),

@@ -95,6 +95,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let mut pending = PendingRays::new();
         let start = PendingRay {
             ray: camera_ray.ray,
+            end: self.scene.camera.end(&camera_ray.ray),
             throughput: S::ONE,
             punctual_weight: 1.0,
             from_camera: true,
@@ -104,7 +105,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             solids: EnclosingSolids::NONE,
             splits: MAX_SPLITS,
         };
-        let path = self.trace_camera_path(start, camera_ray, &mut pending, ctx, profiles);
+        let mut path = self.trace_camera_path(start, camera_ray, &mut pending, ctx, profiles);
+        let near = self.scene.camera.near(&camera_ray.ray);
+        path.depth += near;
+        path.seen.media_distance = path.seen.media_distance.map(|distance| near + distance);
         let others = self.trace_pending(pending, camera_ray, ctx, profiles);
         Sample {
             radiance: (path.light.radiance + others.light.radiance).rgb(),
@@ -135,7 +139,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     ) -> PathResult<S> {
         let mut path = PathResult::NOTHING;
         for bounce in 0..MAX_CAMERA_BOUNCES {
-            let hit = direct_light::first_surface(self.scene, &segment.ray, ctx);
+            let hit =
+                direct_light::first_surface_before(self.scene, &segment.ray, segment.end, ctx);
             let mut transmittance = S::ONE;
             if segment.solids.is_none() && self.needs.media {
                 let media = self.through_media(&segment, hit.as_ref(), camera_ray, ctx, profiles);

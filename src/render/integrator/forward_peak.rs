@@ -50,6 +50,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let (direction, pdf) = peak.sample(ray.direction, [x, y]);
         let deflected = Some(PendingRay {
             ray: Ray::new(p, direction),
+            end: f64::INFINITY,
             throughput: weight,
             punctual_weight: punctual.mis_weight(direction, pdf),
             from_camera: false,

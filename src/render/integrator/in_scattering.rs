@@ -35,7 +35,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     ) -> MediumResult<S> {
         let (ray, budget) = (&segment.ray, camera_ray.budget);
         let Profiles { path: profile, toward_light } = profiles;
-        let end = hit.map_or(f64::INFINITY, |h| h.t);
+        let end = hit.map_or(segment.end, |h| h.t);
         let jitter = ctx.rng.uniform();
         profile.trace(&self.scene.media, ray, Span::new(0.0, end), budget.step, jitter);
         profile.count(&mut ctx.work);
@@ -79,7 +79,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             light.radiance += self.cached_in_scattering(ray, by, profile, camera_ray, ctx);
         }
         if by.beams_end() > 0.0 && camera_ray.indirect_weight > 0.0 {
-            let photons = self.volume_photons_along(ray, by, hit, profile, camera_ray, ctx);
+            let photons = self.volume_photons_along(segment, by, hit, profile, camera_ray, ctx);
             light.radiance += photons;
             light.indirect += photons;
         }

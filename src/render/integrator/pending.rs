@@ -17,6 +17,8 @@ pub(super) const MAX_SPLITS: u32 = 2;
 pub(super) struct PendingRay<S> {
     /// The ray (unit direction).
     pub ray: Ray<World>,
+    /// Where it ends at the latest, in metres: where the camera ceases to see, infinite for other rays.
+    pub end: f64,
     /// Weight of its light.
     pub throughput: S,
     /// MIS weight of punctual lights where their light is scattered next along the ray.
@@ -49,6 +51,7 @@ pub(super) fn follow_specular<S: Spectrum>(
     ctx.work.specular_bounces += 1;
     let behind = |step: &SpecularStep, splits: u32| PendingRay {
         ray: step.ray,
+        end: f64::INFINITY,
         throughput: segment.throughput * S::from_rgb(step.weight),
         punctual_weight: 1.0,
         from_camera: false,
@@ -91,6 +94,7 @@ pub(super) fn follow_rough<S: Spectrum>(
     }
     Some(PendingRay {
         ray: hit.leave(scattered.direction),
+        end: f64::INFINITY,
         throughput,
         punctual_weight: 1.0,
         from_camera: false,

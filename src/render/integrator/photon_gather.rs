@@ -11,6 +11,7 @@ use crate::strategy::Strategy;
 use crate::surface::SurfaceHit;
 use crate::transport::{Decision, PathContext, surface_light};
 
+use super::pending::PendingRay;
 use super::ray_estimators::RayEstimators;
 use super::setup::{Estimate, Integrator, Scatterers};
 
@@ -19,13 +20,13 @@ use super::setup::{Estimate, Integrator, Scatterers};
 const MAX_BEYOND: f64 = 4.0;
 
 impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
-    /// Light of the volume photons that media scatter along `ray` to its origin, W/(m² sr): the beam
+    /// Light of the volume photons that media scatter along `segment` to its origin, W/(m² sr): the beam
     /// radiance estimate (Jarosz, Zwicker and Jensen 2008) of
     /// [`PhotonMaps::along`](crate::photon::PhotonMaps::along) where light of media is gathered so, times
     /// the weight of indirect light.
     pub(super) fn volume_photons_along(
         &self,
-        ray: &Ray<World>,
+        segment: &PendingRay<S>,
         by: &RayEstimators,
         hit: Option<&SurfaceHit<'_>>,
         profile: &Profile<S>,
@@ -36,10 +37,11 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             return S::ZERO;
         }
         let start = Instant::now();
+        let ray = &segment.ray;
         let radius = camera_ray.budget.radius;
         // Where the ray meets a surface at a slant, the kernel's disk at its end lies partly behind
         // the surface; photons in front of it, beyond the end, replace those.
-        let end = hit.map_or(f64::INFINITY, |h| h.t);
+        let end = hit.map_or(segment.end, |h| h.t);
         let beyond = hit.map_or(0.0, |h| {
             let cosine = ray.direction.dot(h.normal).abs().min(1.0);
             radius * ((1.0 - cosine * cosine).sqrt() / cosine).min(MAX_BEYOND)

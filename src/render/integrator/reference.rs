@@ -42,6 +42,8 @@ pub struct PathTracer<'a> {
 /// A path in progress.
 struct ReferencePath<S> {
     state: PathState<S>,
+    /// Where its next flight ends at the latest, in metres: where the camera ceases to see, then nowhere.
+    end: f64,
     /// Order of volume scattering so far.
     order: u32,
     /// MIS weight of punctual lights where their light is scattered next along the ray, against rays
@@ -58,13 +60,14 @@ impl<'a> PathTracer<'a> {
         Self { scene, max_scatter: max_scatter.unwrap_or(u32::MAX), samples_near_lights }
     }
 
-    /// An estimate of the light that arrives along `ray` (unit direction) at its origin.
+    /// An estimate of the light that arrives along `ray`, one of the camera's, at its origin.
     pub fn radiance<S: Spectrum>(&self, ray: Ray<World>, ctx: &mut PathContext) -> Sample {
-        let first = direct_light::first_surface(self.scene, &ray, ctx).map(|h| h.t);
-        let end = first.unwrap_or(f64::INFINITY);
+        let seen = self.scene.camera.end(&ray);
+        let first = direct_light::first_surface_before(self.scene, &ray, seen, ctx).map(|h| h.t);
+        let end = first.unwrap_or(seen);
         let transmittance = luminance(self.transmittance::<S>(&ray, end, ctx).rgb());
         let state = PathState::<S>::new(ray);
-        let mut path = ReferencePath { state, order: 0, punctual_weight: 1.0 };
+        let mut path = ReferencePath { state, end: seen, order: 0, punctual_weight: 1.0 };
         let ended = (0..MAX_EVENTS).any(|event| {
             let goes_on = self.step(&mut path, ctx);
             let throughput = &mut path.state.throughput;
@@ -74,7 +77,7 @@ impl<'a> PathTracer<'a> {
         Sample {
             radiance: path.state.radiance.rgb(),
             alpha: if first.is_some() { 1.0 } else { 1.0 - transmittance },
-            depth: first.unwrap_or(f64::INFINITY),
+            depth: first.map_or(f64::INFINITY, |t| self.scene.camera.near(&ray) + t),
             transmittance,
             ..Sample::default()
         }
@@ -87,8 +90,9 @@ impl<'a> PathTracer<'a> {
 
     /// Traces the path to the next scattering or surface and through it; whether it goes on.
     fn step<S: Spectrum>(&self, path: &mut ReferencePath<S>, ctx: &mut PathContext) -> bool {
-        let hit = direct_light::first_surface(self.scene, &path.state.ray, ctx);
-        let end = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+        let seen = std::mem::replace(&mut path.end, f64::INFINITY);
+        let hit = direct_light::first_surface_before(self.scene, &path.state.ray, seen, ctx);
+        let end = hit.as_ref().map_or(seen, |h| h.t);
         if path.state.solids.is_none() {
             let punctual = self.punctual_lights(&path.state.ray, end);
             self.add_equiangular(path, &punctual, ctx);

@@ -112,9 +112,10 @@ impl<'a> PilotPixels<'a> {
         let scene = self.scene;
         let [x, y] = self.corner(place).map(|side| (side + 0.5) * self.settings.film_pixels);
         let ray = scene.camera.ray(x, y, [0.5; 2]);
-        let hit = scene.surfaces.intersect(&ray, Span::AHEAD);
-        let span = Span::new(0.0, hit.map_or(f64::INFINITY, |hit| hit.t));
-        scene.media.optical_thickness(&ray, span) != Rgb::ZERO
+        let seen = Span::new(0.0, scene.camera.end(&ray));
+        let hit = scene.surfaces.intersect(&ray, seen);
+        let seen = Span::new(0.0, hit.map_or(seen.end, |hit| hit.t));
+        scene.media.optical_thickness(&ray, seen) != Rgb::ZERO
     }
 
     /// Luminance along each ray of the pixel of this number, with one set of random numbers.

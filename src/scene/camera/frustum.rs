@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 
-use super::Camera;
+use super::{Camera, Kind};
 use crate::math::WorldPoint;
 
 /// How far outside of a plane a place must lie, as a share of its distance: more than rounding.
 const MARGIN: f64 = 1e-9;
 
-/// What lies before the eye and between the planes through the edges of the film.
+/// What lies where the camera begins to see or behind that, and between the planes through the edges of the film.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frustum {
     /// A point of each plane and its unit normal, which points inside.
@@ -19,10 +19,10 @@ impl Camera {
     /// What it sees of a film of `size` pixels; nothing where that is not known to lie between
     /// planes: through a lens, or all round.
     pub fn frustum(&self, size: [u32; 2]) -> Option<Frustum> {
-        match self {
-            Self::Perspective(camera) if camera.lens_radius > 0.0 => return None,
-            Self::Perspective(_) | Self::Orthographic(_) => {}
-            Self::LatLong(_) => return None,
+        match &self.kind {
+            Kind::Perspective(camera) if camera.lens_radius > 0.0 => return None,
+            Kind::Perspective(_) | Kind::Orthographic(_) => {}
+            Kind::LatLong(_) => return None,
         }
         let [width, height] = size.map(f64::from);
         let ray = |x: f64, y: f64| self.ray(x * width, y * height, [0.5; 2]);
@@ -34,7 +34,7 @@ impl Camera {
             let inside = (middle.at(1.0) - one.origin).dot(normal) >= 0.0;
             (one.origin, if inside { normal } else { -normal })
         };
-        let planes = [plane(0), plane(1), plane(2), plane(3), (middle.origin, middle.direction)];
+        let planes = [plane(0), plane(1), plane(2), plane(3), (middle.origin, self.forward())];
         planes.iter().all(|(_, normal)| normal.is_finite()).then_some(Frustum { planes })
     }
 }
@@ -67,10 +67,11 @@ mod tests {
             up: DVec3::Y,
         };
         for projection in [
-            Projection::Perspective { fov: 40.0, aperture: 0.0, focus: None },
-            Projection::Orthographic { height: 2.0 },
+            Projection::Perspective { fov: 40.0, aperture: 0.0, focus: None, shift: [0.0; 2] },
+            Projection::Perspective { fov: 80.0, aperture: 0.0, focus: None, shift: [0.9, 0.4] },
+            Projection::Orthographic { height: 2.0, shift: [0.2, 0.1] },
         ] {
-            let camera = Camera::new(&pose, &projection, size).unwrap();
+            let camera = Camera::new(&pose, &projection, size).unwrap().clipped(Some([0.5, 50.0]));
             let frustum = camera.frustum(size).unwrap();
             let mut rng = Stream::new(2, Stage::Test, 0, 0);
             let (mut missed, mut seen) = (0, 0);
@@ -94,9 +95,9 @@ mod tests {
     #[test]
     fn a_lens_and_the_whole_sphere_have_no_planes() {
         let pose = Pose { position: DVec3::ZERO, target: DVec3::Z, up: DVec3::Y };
-        for projection in
-            [Projection::Perspective { fov: 40.0, aperture: 0.1, focus: None }, Projection::LatLong]
-        {
+        let lens =
+            Projection::Perspective { fov: 40.0, aperture: 0.1, focus: None, shift: [0.0; 2] };
+        for projection in [lens, Projection::LatLong] {
             let camera = Camera::new(&pose, &projection, [4, 4]).unwrap();
             assert_eq!(camera.frustum([4, 4]), None);
         }

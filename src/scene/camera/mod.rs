@@ -10,9 +10,9 @@ use glam::DVec3;
 use crate::math::{Ray, World, WorldPoint};
 
 pub use frustum::Frustum;
-pub use latlong::LatLong;
-pub use orthographic::Orthographic;
-pub use perspective::Perspective;
+use latlong::LatLong;
+use orthographic::Orthographic;
+use perspective::Perspective;
 
 /// Where a camera stands and how it is turned.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,11 +51,15 @@ pub enum Projection {
         aperture: f64,
         /// Distance of the plane in focus in metres, along the view; by default the target's.
         focus: Option<f64>,
+        /// How far the film is shifted rightward and upward, in widths of the picture.
+        shift: [f64; 2],
     },
     /// Parallel rays.
     Orthographic {
         /// Height of the view in metres.
         height: f64,
+        /// How far the film is shifted rightward and upward, in widths of the picture.
+        shift: [f64; 2],
     },
     /// The full sphere of directions.
     LatLong,
@@ -63,7 +67,14 @@ pub enum Projection {
 
 /// A camera with the film it exposes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Camera {
+pub struct Camera {
+    kind: Kind,
+    /// Distances in metres between which it sees, along the view; from the camera where it sees all round.
+    clip: Option<[f64; 2]>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
     /// Pinhole or thin lens.
     Perspective(Perspective),
     /// Parallel rays.
@@ -79,53 +90,100 @@ impl Camera {
         let axes = pose.axes()?;
         let origin = WorldPoint::from_xyz(pose.position);
         let size = size.map(f64::from);
-        Some(match *projection {
-            Projection::Perspective { fov, aperture, focus } => {
+        // The middle of the film, shifted.
+        let middle =
+            |[right, up]: [f64; 2]| [0.5 * size[0] - right * size[0], 0.5 * size[1] + up * size[0]];
+        let kind = match *projection {
+            Projection::Perspective { fov, aperture, focus, shift } => {
                 let focus = focus.unwrap_or_else(|| pose.position.distance(pose.target));
-                Self::Perspective(Perspective::new(origin, axes, size, fov, aperture, focus))
+                let pixel = 2.0 * (fov.to_radians() / 2.0).tan() / size[0];
+                Kind::Perspective(Perspective {
+                    origin,
+                    axes,
+                    middle: middle(shift),
+                    pixel,
+                    lens_radius: aperture / 2.0,
+                    focus,
+                })
             }
-            Projection::Orthographic { height } => {
-                Self::Orthographic(Orthographic::new(origin, axes, size, height))
+            Projection::Orthographic { height, shift } => {
+                let pixel = height / size[1];
+                Kind::Orthographic(Orthographic { origin, axes, middle: middle(shift), pixel })
             }
-            Projection::LatLong => Self::LatLong(LatLong::new(origin, axes, size)),
-        })
+            Projection::LatLong => Kind::LatLong(LatLong::new(origin, axes, size)),
+        };
+        Some(Self { kind, clip: None })
+    }
+
+    /// The same camera, which sees nothing nearer or farther than these distances in metres: along the view, or from
+    /// the camera where it sees all round.
+    #[must_use]
+    pub fn clipped(self, clip: Option<[f64; 2]>) -> Self {
+        Self { clip, ..self }
     }
 
     /// The ray through (x, y) of the film, in pixels from its upper left corner: pixel (i, j)
     /// covers [i, i + 1) x [j, j + 1). `lens` picks the place on the lens, uniform in the unit
-    /// square. The direction has unit length.
+    /// square. The direction has unit length. The ray begins where the camera begins to see.
     pub fn ray(&self, x: f64, y: f64, lens: [f64; 2]) -> Ray<World> {
-        match self {
-            Self::Perspective(camera) => camera.ray(x, y, lens),
-            Self::Orthographic(camera) => camera.ray(x, y),
-            Self::LatLong(camera) => camera.ray(x, y),
+        let ray = self.ray_from_lens(x, y, lens);
+        match self.clip {
+            Some(_) => Ray::new(ray.at(self.near(&ray)), ray.direction),
+            None => ray,
+        }
+    }
+
+    /// The same from the lens on.
+    pub fn ray_from_lens(&self, x: f64, y: f64, lens: [f64; 2]) -> Ray<World> {
+        match &self.kind {
+            Kind::Perspective(camera) => camera.ray(x, y, lens),
+            Kind::Orthographic(camera) => camera.ray(x, y),
+            Kind::LatLong(camera) => camera.ray(x, y),
+        }
+    }
+
+    /// Distance from the lens to the origin of `ray`, one of this camera's, in metres.
+    pub fn near(&self, ray: &Ray<World>) -> f64 {
+        self.clip.map_or(0.0, |[near, _]| near / self.cosine(ray))
+    }
+
+    /// How far this camera sees along `ray`, one of its own, from the origin of that, in metres.
+    pub fn end(&self, ray: &Ray<World>) -> f64 {
+        self.clip.map_or(f64::INFINITY, |[near, far]| (far - near) / self.cosine(ray))
+    }
+
+    /// Share of a distance along `ray` by which that counts toward `clip`.
+    fn cosine(&self, ray: &Ray<World>) -> f64 {
+        match &self.kind {
+            Kind::Perspective(_) | Kind::Orthographic(_) => ray.direction.dot(self.forward()),
+            Kind::LatLong(_) => 1.0,
         }
     }
 
     /// Unit direction from `p` to the camera; for parallel rays, against them.
     pub fn toward(&self, p: WorldPoint) -> DVec3 {
-        match self {
-            Self::Perspective(camera) => (camera.origin - p).normalize_or_zero(),
-            Self::Orthographic(camera) => -camera.axes[2],
-            Self::LatLong(camera) => (camera.origin - p).normalize_or_zero(),
+        match &self.kind {
+            Kind::Perspective(camera) => (camera.origin - p).normalize_or_zero(),
+            Kind::Orthographic(camera) => -camera.axes[2],
+            Kind::LatLong(camera) => (camera.origin - p).normalize_or_zero(),
         }
     }
 
-    /// Where all rays begin; nothing for parallel rays.
+    /// Where all rays come together; nothing for parallel rays.
     pub fn place(&self) -> Option<WorldPoint> {
-        match self {
-            Self::Perspective(camera) => Some(camera.origin),
-            Self::Orthographic(_) => None,
-            Self::LatLong(camera) => Some(camera.origin),
+        match &self.kind {
+            Kind::Perspective(camera) => Some(camera.origin),
+            Kind::Orthographic(_) => None,
+            Kind::LatLong(camera) => Some(camera.origin),
         }
     }
 
-    /// Unit direction of the view, at the centre of the film.
+    /// Unit direction of the view, square to the film; of a camera that sees all round, at the centre of that.
     pub fn forward(&self) -> DVec3 {
-        match self {
-            Self::Perspective(camera) => camera.axes[2],
-            Self::Orthographic(camera) => camera.axes[2],
-            Self::LatLong(camera) => camera.axes[2],
+        match &self.kind {
+            Kind::Perspective(camera) => camera.axes[2],
+            Kind::Orthographic(camera) => camera.axes[2],
+            Kind::LatLong(camera) => camera.axes[2],
         }
     }
 }

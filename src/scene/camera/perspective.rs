@@ -9,30 +9,19 @@ use crate::math::{Ray, World, WorldPoint, warp};
 pub struct Perspective {
     pub(super) origin: WorldPoint,
     pub(super) axes: [DVec3; 3],
-    size: [f64; 2],
+    /// Where the axis of the view meets the film, in pixels.
+    pub(super) middle: [f64; 2],
     /// Width of a pixel on the image plane at distance 1.
-    pixel: f64,
+    pub(super) pixel: f64,
     pub(super) lens_radius: f64,
-    focus: f64,
+    pub(super) focus: f64,
 }
 
 impl Perspective {
-    pub(super) fn new(
-        origin: WorldPoint,
-        axes: [DVec3; 3],
-        size: [f64; 2],
-        fov: f64,
-        aperture: f64,
-        focus: f64,
-    ) -> Self {
-        let pixel = 2.0 * (fov.to_radians() / 2.0).tan() / size[0];
-        Self { origin, axes, size, pixel, lens_radius: aperture / 2.0, focus }
-    }
-
     pub(super) fn ray(&self, x: f64, y: f64, lens: [f64; 2]) -> Ray<World> {
         let [right, up, forward] = self.axes;
-        let across = (x - self.size[0] / 2.0) * self.pixel;
-        let upward = (self.size[1] / 2.0 - y) * self.pixel;
+        let across = (x - self.middle[0]) * self.pixel;
+        let upward = (self.middle[1] - y) * self.pixel;
         let through = forward + right * across + up * upward;
         if self.lens_radius == 0.0 {
             return Ray::new(self.origin, through.normalize());

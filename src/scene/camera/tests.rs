@@ -3,7 +3,8 @@ use std::f64::consts::PI;
 use super::*;
 
 const SIZE: [u32; 2] = [64, 48];
-const PINHOLE: Projection = Projection::Perspective { fov: 60.0, aperture: 0.0, focus: None };
+const PINHOLE: Projection =
+    Projection::Perspective { fov: 60.0, aperture: 0.0, focus: None, shift: [0.0; 2] };
 
 fn pose() -> Pose {
     Pose { position: DVec3::new(1.0, 2.0, 7.0), target: DVec3::new(-1.0, 0.5, 0.0), up: DVec3::Y }
@@ -16,8 +17,8 @@ fn camera(projection: Projection) -> Camera {
 fn all() -> [Projection; 4] {
     [
         PINHOLE,
-        Projection::Perspective { fov: 60.0, aperture: 0.3, focus: None },
-        Projection::Orthographic { height: 3.0 },
+        Projection::Perspective { fov: 60.0, aperture: 0.3, focus: None, shift: [0.0; 2] },
+        Projection::Orthographic { height: 3.0, shift: [0.0; 2] },
         Projection::LatLong,
     ]
 }
@@ -56,7 +57,8 @@ fn fov_spans_the_width() {
 
 #[test]
 fn a_thin_lens_is_sharp_at_the_focus_distance() {
-    let projection = Projection::Perspective { fov: 40.0, aperture: 0.2, focus: Some(3.0) };
+    let projection =
+        Projection::Perspective { fov: 40.0, aperture: 0.2, focus: Some(3.0), shift: [0.0; 2] };
     let camera = camera(projection);
     let at_depth = |lens, depth: f64| {
         let ray = camera.ray(10.0, 5.0, lens);
@@ -102,7 +104,7 @@ fn pixels_cover_the_right_solid_angle() {
 
 #[test]
 fn orthographic_height_is_the_height() {
-    let camera = camera(Projection::Orthographic { height: 3.0 });
+    let camera = camera(Projection::Orthographic { height: 3.0, shift: [0.0; 2] });
     let (a, b) = (camera.ray(0.0, 0.0, [0.5; 2]), camera.ray(0.0, 48.0, [0.5; 2]));
     assert!((a.origin.xyz.distance(b.origin.xyz) - 3.0).abs() < 1e-12);
     assert_eq!(a.direction, b.direction);
@@ -131,5 +133,54 @@ fn extreme_places_give_finite_unit_directions() {
                 assert!((ray.direction.length() - 1.0).abs() < 1e-12 && ray.origin.xyz.is_finite());
             }
         }
+    }
+}
+
+/// A ray of a shifted film is the ray of the film without a shift, so many widths of the picture farther.
+#[test]
+fn a_shifted_film_shows_the_same_view_elsewhere() {
+    let shift = [0.3, -0.2];
+    let kinds = [
+        Projection::Perspective { fov: 60.0, aperture: 0.0, focus: None, shift },
+        Projection::Perspective { fov: 60.0, aperture: 0.3, focus: None, shift },
+        Projection::Orthographic { height: 3.0, shift },
+    ];
+    for (shifted, plain) in kinds.into_iter().zip(all()) {
+        for (x, y) in [(0.0, 0.0), (12.5, 40.0), (32.0, 24.0)] {
+            let [a, b] = [[0.5; 2], [0.1, 0.7]].map(|lens| {
+                let there = camera(shifted).ray(x, y, lens);
+                let here = camera(plain).ray(x + 0.3 * 64.0, y + 0.2 * 64.0, lens);
+                (there.origin.xyz - here.origin.xyz).length()
+                    + (there.direction - here.direction).length()
+            });
+            assert!(a < 1e-12 && b < 1e-12, "{shifted:?}: {a} {b}");
+        }
+    }
+}
+
+/// Rays begin and end on two planes square to the view, or on two spheres, and lie on those of a camera that sees
+/// everything.
+#[test]
+fn a_clipped_camera_sees_between_two_planes() {
+    let clip = [1.5, 4.0];
+    for projection in all() {
+        let whole = camera(projection);
+        let clipped = whole.clipped(Some(clip));
+        for (x, y, lens) in [(3.0, 5.0, [0.5; 2]), (60.0, 40.0, [0.9, 0.2])] {
+            let (ray, other) = (clipped.ray(x, y, lens), whole.ray(x, y, lens));
+            assert_eq!(ray.direction, other.direction);
+            assert!((ray.origin - other.at(clipped.near(&ray))).length() < 1e-12);
+            let along = |t: f64| {
+                let from = ray.at(t) - other.origin;
+                match projection {
+                    Projection::LatLong => from.length(),
+                    _ => from.dot(whole.forward()),
+                }
+            };
+            assert!((along(0.0) - clip[0]).abs() < 1e-12, "{projection:?}");
+            assert!((along(clipped.end(&ray)) - clip[1]).abs() < 1e-12, "{projection:?}");
+        }
+        let ray = whole.ray(3.0, 5.0, [0.5; 2]);
+        assert_eq!((whole.near(&ray), whole.end(&ray)), (0.0, f64::INFINITY));
     }
 }

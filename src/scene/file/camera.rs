@@ -14,6 +14,8 @@ pub struct CameraSection {
     pub pose: Pose,
     /// `type` and the keys of that type.
     pub projection: Projection,
+    /// `clip`.
+    pub clip: Option<[f64; 2]>,
 }
 
 #[derive(Clone, Copy)]
@@ -40,7 +42,18 @@ pub(super) fn read(section: &Section<'_>) -> Result<CameraSection> {
         at: section.place(),
         pose: pose(section)?,
         projection: projection(section, kind)?,
+        clip: clip(section)?,
     })
+}
+
+fn clip(section: &Section<'_>) -> Result<Option<[f64; 2]>> {
+    let clip = section.maybe_pair(&keys::CLIP)?;
+    if clip.is_some_and(|[near, far]| near >= far) {
+        return Err(section
+            .require(&keys::CLIP)?
+            .wrong("a farthest distance above the nearest one"));
+    }
+    Ok(clip)
 }
 
 fn projection(section: &Section<'_>, kind: Kind) -> Result<Projection> {
@@ -49,8 +62,12 @@ fn projection(section: &Section<'_>, kind: Kind) -> Result<Projection> {
             fov: section.number(&keys::FOV)?,
             aperture: section.number(&keys::APERTURE)?,
             focus: section.maybe_number(&keys::FOCUS)?,
+            shift: section.pair(&keys::SHIFT)?,
         },
-        Kind::Orthographic => Projection::Orthographic { height: section.number(&keys::HEIGHT)? },
+        Kind::Orthographic => Projection::Orthographic {
+            height: section.number(&keys::HEIGHT)?,
+            shift: section.pair(&keys::SHIFT)?,
+        },
         Kind::LatLong => Projection::LatLong,
     })
 }

@@ -63,11 +63,30 @@ pub(in crate::scene) const HEIGHT: Key = Key::new(
     "Height of the view.",
 );
 
+pub(in crate::scene) const SHIFT: Key = Key::new(
+    "shift",
+    Kind::Pair(Range::ANY),
+    "widths of the picture",
+    Default("[0.0, 0.0]"),
+    "How far the film is shifted rightward and upward in its plane, as with a shift lens: the axis of the view leaves the \
+     middle of the picture, and upright lines stay upright.",
+);
+pub(in crate::scene) const CLIP: Key = Key::new(
+    "clip",
+    Kind::Pair(Range::NOT_NEGATIVE),
+    "m",
+    Other("no end"),
+    "Nearest and farthest distance along the view that the camera sees, of a latlong camera from where it stands. \
+     Surfaces and media outside are not in the picture, but they light and shade what is, and mirrors show them.",
+);
+
 pub(in crate::scene) const PERSPECTIVE: Table = Table {
     what: "a perspective camera",
-    keys: &[&TYPE, &POSITION, &TARGET, &UP, &FOV, &APERTURE, &FOCUS],
+    keys: &[&TYPE, &POSITION, &TARGET, &UP, &FOV, &APERTURE, &FOCUS, &SHIFT, &CLIP],
 };
-pub(in crate::scene) const ORTHOGRAPHIC: Table =
-    Table { what: "an orthographic camera", keys: &[&TYPE, &POSITION, &TARGET, &UP, &HEIGHT] };
+pub(in crate::scene) const ORTHOGRAPHIC: Table = Table {
+    what: "an orthographic camera",
+    keys: &[&TYPE, &POSITION, &TARGET, &UP, &HEIGHT, &SHIFT, &CLIP],
+};
 pub(in crate::scene) const LATLONG: Table =
-    Table { what: "a latlong camera", keys: &[&TYPE, &POSITION, &TARGET, &UP] };
+    Table { what: "a latlong camera", keys: &[&TYPE, &POSITION, &TARGET, &UP, &CLIP] };

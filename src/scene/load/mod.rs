@@ -156,7 +156,8 @@ impl StaticScene {
         let mut context = Context { meshes: text.meshes(), ..Context::default() };
         let size = file.film.size;
         let camera = Camera::new(&file.camera.pose, &file.camera.projection, size)
-            .ok_or_else(|| file.camera.at.error("its axes cannot be found; give another `up`"))?;
+            .ok_or_else(|| file.camera.at.error("its axes cannot be found; give another `up`"))?
+            .clipped(file.camera.clip);
         let mut lights = Vec::new();
         let mut surfaces = Vec::new();
         for section in &file.lights {

@@ -5,7 +5,7 @@ use toml::Value;
 
 use super::values::Reader;
 use super::walk::Placed;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::draft::{Draft, exact, rounded};
 use crate::scene::keys::{camera as keys, film};
 
@@ -27,6 +27,10 @@ pub(super) struct Camera {
     lens: Lens,
     /// Height of its aperture over width.
     aspect: f64,
+    /// How far the aperture is shifted rightward and upward, in widths of it.
+    shift: [f64; 2],
+    /// Nearest and farthest distance that it sees, in metres, where the file says them.
+    clip: Option<[f64; 2]>,
     /// What of it is left out, one line each.
     pub(super) warnings: Vec<String>,
 }
@@ -60,13 +64,14 @@ impl Camera {
         let width = positive("horizontalAperture", FALLBACK[0])?;
         let height = positive("verticalAperture", FALLBACK[1])?;
         let focal = positive("focalLength", FALLBACK[2])?;
+        let offset = |name| Ok::<_, Error>(number(name)?.unwrap_or(0.0) / width);
+        let shift = [offset("horizontalApertureOffset")?, offset("verticalApertureOffset")?];
         let mut warnings = Vec::new();
-        for name in ["horizontalApertureOffset", "verticalApertureOffset"] {
-            if let Some(offset) = number(name)?.filter(|offset| *offset != 0.0) {
-                let said =
-                    format!("{name} = {offset} is left out: cameras here have no lens shift");
-                warnings.push(reader.wrong(path, said).to_string());
-            }
+        let mut clip = reader.numbers(path, "clippingRange")?.map(|clip| clip.map(|d| d * metres));
+        if clip.is_some_and(|[near, far]| near < 0.0 || near >= far) {
+            let said = "clippingRange is left out: give a nearest distance of at least 0 below the farthest";
+            warnings.push(reader.wrong(path, said).to_string());
+            clip = None;
         }
         let is_parallel = reader.word(path, "projection")?.as_deref() == Some("orthographic");
         let lens = if is_parallel {
@@ -87,7 +92,17 @@ impl Camera {
         })?;
         let position = placed.to_world.translation;
         let path = path.as_str().to_owned();
-        Ok(Self { path, position, forward, up, lens, aspect: height / width, warnings })
+        Ok(Self {
+            path,
+            position,
+            forward,
+            up,
+            lens,
+            aspect: height / width,
+            shift,
+            clip,
+            warnings,
+        })
     }
 
     /// Writes it and a film of its shape, or of the size of the shot's render settings.
@@ -118,6 +133,12 @@ impl Camera {
                     draft.key(&keys::APERTURE, rounded(diameter)).key(&keys::FOCUS, focus);
                 }
             }
+        }
+        if self.shift != [0.0; 2] {
+            draft.key(&keys::SHIFT, self.shift.to_vec());
+        }
+        if let Some(clip) = self.clip {
+            draft.key(&keys::CLIP, clip.to_vec());
         }
         let by_aperture = || [WIDTH as i64, (WIDTH * self.aspect).round().max(1.0) as i64];
         let size = resolution.unwrap_or_else(by_aperture);

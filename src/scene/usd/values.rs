@@ -120,6 +120,17 @@ impl Reader<'_> {
         self.typed(prim, name, "three finite numbers", read)
     }
 
+    /// Two finite numbers.
+    pub(super) fn numbers(&self, prim: &sdf::Path, name: &str) -> Result<Option<[f64; 2]>> {
+        let two = |value: &Value| match value {
+            Value::Vec2f(v) => Some([v.x.into(), v.y.into()]),
+            Value::Vec2d(v) => Some([v.x, v.y]),
+            _ => None,
+        };
+        let finite = |value: &Value| two(value).filter(|v| v.iter().all(|x| x.is_finite()));
+        self.typed(prim, name, "two finite numbers", finite)
+    }
+
     /// Two whole numbers.
     pub(super) fn pair(&self, prim: &sdf::Path, name: &str) -> Result<Option<[i64; 2]>> {
         self.typed(prim, name, "two whole numbers", |value| match value {
