@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::math::{Cdf, Ray, Rgb, Spectrum, WorldPoint, warp};
 use crate::scene::Scene;
-use crate::transport::{PathContext, PixelFootprint, SobolPoint, direct_light};
+use crate::transport::{PathContext, PixelFootprint, SobolPoint, camera_view};
 
 use super::camera_thickness::{CameraThickness, thickness};
 
@@ -123,7 +123,9 @@ fn visibility<S: Spectrum>(
     of_media: impl FnOnce(&mut PathContext) -> S,
 ) -> S {
     let (ray, distance) = (Ray::new(p, scene.camera.toward(p)), footprint.distance(p));
-    let is_clear = direct_light::is_clear(scene, &ray, distance, ctx);
+    // What is nearer than the camera begins to see hides nothing.
+    let near = scene.camera.near(&Ray::new(p, -ray.direction));
+    let is_clear = camera_view::is_clear(scene, &ray, distance - near, ctx);
     if is_clear { of_media(ctx) } else { S::ZERO }
 }
 

@@ -33,7 +33,8 @@ const MIN_LIT: f32 = 0.02;
 pub fn x_map(scene: &Scene, snapshot: &Snapshot, needs: Needs) -> (Vec<f32>, Work) {
     let width = snapshot.snapshot.width();
     let size = [width, snapshot.snapshot.height()].map(|side| side as u32);
-    let is_dark = |ray: &Ray<World>| scene.lights.environment_radiance(ray.direction) == Rgb::ZERO;
+    let is_dark =
+        |ray: &Ray<World>| scene.lights.seen_environment_radiance(ray.direction) == Rgb::ZERO;
     let pixel = |index: usize, depth: f64, work: &mut Work| {
         if depth.is_infinite() && !needs.environment {
             return 0.0;

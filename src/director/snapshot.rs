@@ -8,7 +8,7 @@ use crate::medium::Media;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
 use crate::transport::specular::{MAX_SNAPSHOT_BOUNCES, scatter_specular};
-use crate::transport::{PathContext, direct_light, surface_light};
+use crate::transport::{PathContext, camera_view, direct_light, surface_light};
 use crate::work::Work;
 
 /// First-hit distances and direct light without the medium, one ray through the middle of each
@@ -62,17 +62,27 @@ pub(super) fn middle(scene: &Scene, size: [u32; 2], index: usize) -> Ray<World> 
 /// glass.
 fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) {
     let near = scene.camera.near(&ray);
-    let mut end = scene.camera.end(&ray);
     let (mut first, mut light, mut throughput) = (f64::INFINITY, Rgb::ZERO, Rgb::ONE);
     for bounce in 0..MAX_SNAPSHOT_BOUNCES {
-        let Some(hit) = direct_light::first_surface_before(scene, &ray, end, ctx) else {
-            light += throughput * direct_light::environment(scene, &ray, ctx);
-            break;
+        let from_camera = bounce == 0;
+        let hit = if from_camera {
+            camera_view::first_surface(scene, &ray, ctx)
+        } else {
+            direct_light::first_surface(scene, &ray, ctx)
         };
-        if bounce == 0 {
+        let emission = match &hit {
+            hit if from_camera => camera_view::emission(scene, &ray, hit.as_ref(), ctx),
+            Some(hit) => direct_light::emitted(scene, &ray, hit),
+            None => direct_light::environment(scene, &ray, ctx),
+        };
+        light += throughput * emission;
+        let Some(hit) = hit else { break };
+        if from_camera {
             first = near + hit.t;
+            if camera_view::is_holdout(scene, &hit) {
+                break;
+            }
         }
-        light += throughput * direct_light::emitted(scene, &ray, &hit);
         if !hit.material.is_followed() {
             let nothing = Media::default();
             let u = std::array::from_fn(|_| ctx.rng.uniform());
@@ -83,7 +93,7 @@ fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) 
         }
         let Some(step) = scatter_specular(&ray, &hit, &mut ctx.rng) else { break };
         throughput *= step.weight;
-        (ray, end) = (step.ray, f64::INFINITY);
+        ray = step.ray;
     }
     (first, if light.is_finite() { light } else { Rgb::ZERO })
 }

@@ -4,6 +4,11 @@ use super::sample::Sample;
 use crate::image::FilmPixel;
 use crate::math::{Rgb, luminance};
 
+/// Words of the state that hold two numbers of 32 bits each.
+///
+/// Unit: count. Definition: of the format of checkpoints.
+const PAIRS: usize = 6;
+
 /// Sums up the samples of one pixel, in f64 by Welford's update (Welford 1962, "Note on a Method
 /// for Calculating Corrected Sums of Squares and Products"): the variance does not suffer where
 /// the mean is large.
@@ -13,6 +18,8 @@ pub struct Accumulator {
     dropped: u32,
     indirect: [f32; 3],
     visible_emission: [f32; 3],
+    /// Means of [`CaughtShadow::to_array`](super::CaughtShadow::to_array).
+    caught: [f32; 3],
     mean: Rgb,
     squares: Rgb,
     luminance_squares: f64,
@@ -29,6 +36,7 @@ impl Default for Accumulator {
             dropped: 0,
             indirect: [0.0; 3],
             visible_emission: [0.0; 3],
+            caught: [0.0; 3],
             mean: Rgb::ZERO,
             squares: Rgb::ZERO,
             luminance_squares: 0.0,
@@ -43,7 +51,7 @@ impl Accumulator {
     /// Number of 64-bit words of [`to_bits`](Self::to_bits).
     ///
     /// Unit: count. Definition: of the format of checkpoints.
-    pub const WORDS: usize = 14;
+    pub const WORDS: usize = 16;
 
     /// Adds a sample. One with a NaN, an infinity or a value beyond the range of f32 (an
     /// infinite depth aside) is counted by [`dropped`](Self::dropped) and otherwise ignored. Features
@@ -64,6 +72,10 @@ impl Accumulator {
         self.indirect = indirect.as_vec3().to_array();
         self.visible_emission =
             self.visible_emission().lerp(sample.visible_emission, weight).as_vec3().to_array();
+        for (mean, value) in self.caught.iter_mut().zip(sample.caught.to_array()) {
+            let before = f64::from(*mean);
+            *mean = (before + (value - before) * weight) as f32;
+        }
         self.alpha += (sample.alpha - self.alpha) * weight;
         self.transmittance += (sample.transmittance - self.transmittance) * weight;
         self.depth = self.depth.min(sample.depth);
@@ -90,16 +102,18 @@ impl Accumulator {
         let numbers =
             [r, g, b, u, v, w, self.luminance_squares, self.alpha, self.transmittance, self.depth];
         let pair = |low: u32, high: u32| u64::from(low) | u64::from(high) << 32;
-        let [[x, y, z], [i, j, k]] =
-            [self.indirect, self.visible_emission].map(|rgb| rgb.map(f32::to_bits));
+        let [[x, y, z], [i, j, k], [c, s, u]] =
+            [self.indirect, self.visible_emission, self.caught].map(|rgb| rgb.map(f32::to_bits));
         let mut bits = [0; Self::WORDS];
-        bits[..4].copy_from_slice(&[
+        bits[..PAIRS].copy_from_slice(&[
             pair(self.count, self.dropped),
             pair(x, y),
             pair(z, i),
             pair(j, k),
+            pair(c, s),
+            pair(u, 0),
         ]);
-        for (word, number) in bits[4..].iter_mut().zip(numbers) {
+        for (word, number) in bits[PAIRS..].iter_mut().zip(numbers) {
             *word = number.to_bits();
         }
         bits
@@ -107,13 +121,14 @@ impl Accumulator {
 
     /// Restores the state from [`to_bits`](Self::to_bits).
     pub fn from_bits(bits: &[u64; Self::WORDS]) -> Self {
-        let number = |index: usize| f64::from_bits(bits[4 + index]);
+        let number = |index: usize| f64::from_bits(bits[PAIRS + index]);
         let [low, high] = [|word: u64| word as u32, |word: u64| (word >> 32) as u32];
         Self {
             count: low(bits[0]),
             dropped: high(bits[0]),
             indirect: [low(bits[1]), high(bits[1]), low(bits[2])].map(f32::from_bits),
             visible_emission: [high(bits[2]), low(bits[3]), high(bits[3])].map(f32::from_bits),
+            caught: [low(bits[4]), high(bits[4]), low(bits[5])].map(f32::from_bits),
             mean: Rgb::new(number(0), number(1), number(2)),
             squares: Rgb::new(number(3), number(4), number(5)),
             luminance_squares: number(6),
@@ -138,9 +153,14 @@ impl Accumulator {
         Rgb::from_array(self.visible_emission.map(f64::from))
     }
 
-    /// Mean coverage; 0 without a sample.
+    /// Mean coverage; 0 without a sample. A shadow on a catcher covers as much as the ratio of sums over all samples
+    /// of its light with and without shadow says, since the mean of ratios of single ones is another.
     pub fn alpha(&self) -> f64 {
-        self.alpha
+        let [seen, shadowed, unshadowed] = self.caught.map(f64::from);
+        if unshadowed == 0.0 {
+            return self.alpha;
+        }
+        (self.alpha + seen * (1.0 - shadowed / unshadowed)).clamp(0.0, 1.0)
     }
 
     /// Mean transmittance; 0 without a sample.

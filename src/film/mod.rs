@@ -17,5 +17,5 @@ pub use reconstruct::{
     Antialiased, FilmNoise, RECONSTRUCTION_BYTES, RECONSTRUCTION_REACH, Reconstruction,
     VisibilityRay,
 };
-pub use sample::{Components, Sample, Seen, VisibleSurface};
+pub use sample::{CaughtShadow, Components, Sample, Seen, VisibleSurface};
 pub use tiled::{FilmContents, FilmState, Importance, Pixel, Tile, TiledFilm};

@@ -20,8 +20,10 @@ pub struct Sample {
     pub components: Components,
     /// What the ray sees.
     pub seen: Seen,
-    /// Coverage, 0 to 1.
+    /// Coverage, 0 to 1, without what shadows on a shadow catcher cover.
     pub alpha: f64,
+    /// What the ray sees of a shadow catcher.
+    pub caught: CaughtShadow,
     /// Transmittance to the first surface, or to infinity where there is none.
     pub transmittance: f64,
     /// Distance to the first surface in metres, positive infinity where there is none.
@@ -40,6 +42,7 @@ impl Default for Sample {
             components: Components::default(),
             seen: Seen::default(),
             alpha: 0.0,
+            caught: CaughtShadow::default(),
             transmittance: 1.0,
             depth: f64::INFINITY,
             features: None,
@@ -53,8 +56,27 @@ impl Sample {
         let sound = |v: f64| v.abs() <= f64::from(f32::MAX); // false for NaN
         self.radiance.to_array().into_iter().all(sound)
             && sound(self.alpha)
+            && self.caught.to_array().into_iter().all(sound)
             && sound(self.transmittance)
             && !self.depth.is_nan()
+    }
+}
+
+/// What one camera ray sees of a shadow catcher: 0 where it meets none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CaughtShadow {
+    /// Transmittance before the catcher.
+    pub seen: f64,
+    /// Luminance of its direct light, behind surfaces and media, times that transmittance, W/(m² sr).
+    pub shadowed: f64,
+    /// The same, were nothing between it and the lights.
+    pub unshadowed: f64,
+}
+
+impl CaughtShadow {
+    /// Its numbers, in their order.
+    pub const fn to_array(self) -> [f64; 3] {
+        [self.seen, self.shadowed, self.unshadowed]
     }
 }
 

@@ -14,6 +14,8 @@ const FEW: usize = 4;
 pub struct Lights {
     /// In the order of the scene file.
     pub lights: Vec<Light>,
+    /// Indices of those infinitely far away that rays from the camera do not see.
+    pub hidden: Vec<usize>,
 }
 
 impl Lights {
@@ -73,6 +75,13 @@ impl Lights {
     /// infinite lights.
     pub fn environment_radiance(&self, direction: DVec3) -> Rgb {
         self.lights.iter().map(|light| light.radiance_from(direction, None)).sum()
+    }
+
+    /// As [`environment_radiance`](Self::environment_radiance), for a ray from the camera: without hidden lights.
+    pub fn seen_environment_radiance(&self, direction: DVec3) -> Rgb {
+        let lights = self.lights.iter().enumerate();
+        let seen = lights.filter(|(index, _)| !self.hidden.contains(index));
+        seen.map(|(_, light)| light.radiance_from(direction, None)).sum()
     }
 }
 

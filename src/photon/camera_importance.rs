@@ -6,8 +6,8 @@ use crate::math::{Aabb, Ray, Rgb, Span, Stage, Stream, World, WorldPoint, quanti
 use crate::medium::Profile;
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
-use crate::transport::EnclosingSolids;
 use crate::transport::specular::{MAX_PROBE_BOUNCES, scatter_specular};
+use crate::transport::{EnclosingSolids, camera_view};
 use crate::work::Work;
 
 /// Rays along each side of the film by which visible points are sampled.
@@ -98,9 +98,13 @@ impl CameraImportance {
     ) {
         let mut solids = EnclosingSolids::NONE;
         let mut seen = Span::new(0.0, scene.camera.end(&ray));
-        for _ in 0..MAX_PROBE_BOUNCES {
+        for bounce in 0..MAX_PROBE_BOUNCES {
             self.work.intersections += u64::from(needs.surfaces);
-            let hit = scene.surfaces.intersect(&ray, seen);
+            let hit = if bounce == 0 {
+                scene.surfaces.intersect_seen(&ray, seen)
+            } else {
+                scene.surfaces.intersect(&ray, seen)
+            };
             if solids.is_none() && needs.media {
                 let end = hit.as_ref().map_or(seen.end, |h| h.t);
                 profile.trace(&scene.media, &ray, Span::new(0.0, end), 0.0, 0.5);
@@ -112,6 +116,9 @@ impl CameraImportance {
                 }
             }
             let Some(hit) = hit else { return };
+            if bounce == 0 && camera_view::is_holdout(scene, &hit) {
+                return;
+            }
             if !hit.material.is_followed() {
                 self.surfaces.push(hit.point);
                 return;

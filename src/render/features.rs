@@ -15,7 +15,7 @@ use crate::medium::{Albedo, Media, Profile};
 use crate::scene::Scene;
 use crate::surface::SurfaceHit;
 use crate::transport::specular::MAX_PROBE_BOUNCES;
-use crate::transport::{EnclosingSolids, PathContext, direct_light};
+use crate::transport::{EnclosingSolids, PathContext, camera_view, direct_light};
 
 use super::pixel_sampling::Workspace;
 
@@ -71,7 +71,12 @@ impl<'a> FeatureTracer<'a> {
         let mut pending: SmallVec<[FeatureRay; 4]> =
             smallvec![FeatureRay { ray, end, weight: Rgb::ONE, solids, bounces: 0 }];
         while let Some(mut next) = pending.pop() {
-            let hit = direct_light::first_surface_before(self.scene, &next.ray, next.end, ctx);
+            let from_camera = next.bounces == 0;
+            let hit = if from_camera {
+                camera_view::first_surface(self.scene, &next.ray, ctx)
+            } else {
+                direct_light::first_surface(self.scene, &next.ray, ctx)
+            };
             if next.solids.is_none() && ctx.needs.media {
                 let span = Span::new(0.0, hit.as_ref().map_or(next.end, |hit| hit.t));
                 let profile = &mut profiles.path;
@@ -83,6 +88,9 @@ impl<'a> FeatureTracer<'a> {
             let Some(hit) = hit.filter(|_| next.weight.max_element() > MIN_WEIGHT) else {
                 continue;
             };
+            if from_camera && camera_view::is_holdout(self.scene, &hit) {
+                continue;
+            }
             if hit.material.is_specular() {
                 pending.extend(branches(&next, &hit));
             } else {

@@ -14,7 +14,7 @@ use crate::film::{Antialiased, ComponentFilm, PixelComponents, Reconstruction, V
 use crate::image::Film;
 use crate::math::{Ray, Span, Spectrum, Stage, Stream, World, WorldPoint, luminance};
 use crate::scene::{RenderSettings, Scene};
-use crate::transport::{PathContext, SobolPoint, camera_position, direct_light};
+use crate::transport::{PathContext, SobolPoint, camera_position, camera_view};
 use crate::work::Work;
 
 /// The centre of a pixel, from its corner.
@@ -122,7 +122,7 @@ impl<'a> Visibility<'a> {
         let Workspace { ctx, profiles } = workspace;
         ctx.work.visibility_rays += 1;
         let end = self.scene.camera.end(ray);
-        let hit = direct_light::first_surface_before(self.scene, ray, end, ctx);
+        let hit = camera_view::first_surface(self.scene, ray, ctx);
         let mut transmittance = S::ONE;
         if self.region.needs.media {
             let span = Span::new(0.0, hit.as_ref().map_or(end, |hit| hit.t));
@@ -131,10 +131,8 @@ impl<'a> Visibility<'a> {
             transmittance = profiles.path.transmittance();
         }
         let transmittance = transmittance.rgb();
-        let emitted = match &hit {
-            Some(hit) => direct_light::emitted(self.scene, ray, hit),
-            None => direct_light::environment(self.scene, ray, ctx),
-        };
+        let emitted = camera_view::emission(self.scene, ray, hit.as_ref(), ctx);
+        let hit = hit.filter(|hit| !camera_view::is_holdout(self.scene, hit));
         let is_specular =
             hit.as_ref().is_some_and(|hit| hit.material.is_specular() || hit.material.is_rough());
         let diffuse = hit.filter(|_| !is_specular);

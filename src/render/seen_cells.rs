@@ -40,7 +40,7 @@ pub(super) fn fill<S: Spectrum>(
         for x in 0..width {
             let ray = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5, [0.5; 2]);
             let seen = Span::new(0.0, scene.camera.end(&ray));
-            let hit = scene.surfaces.intersect(&ray, seen);
+            let hit = scene.surfaces.intersect_seen(&ray, seen);
             let seen = Span::new(0.0, hit.map_or(seen.end, |hit| hit.t));
             profile.trace(&scene.media, &ray, seen, 0.0, 0.5);
             profile.count(&mut ctx.work);

@@ -14,7 +14,7 @@ mod texture;
 use glam::{DVec2, DVec3};
 
 use crate::math::{Aabb, Ray, Span, World, WorldPoint};
-use crate::shape::{Bvh, Nearest, Shape, offset_origin};
+use crate::shape::{Bvh, Nearest, Shape, ShapeHit, offset_origin};
 
 pub use ggx::Ggx;
 pub use glass::{Glass, dielectric_reflectance};
@@ -30,6 +30,22 @@ pub struct Surface {
     shape: Shape,
     materials: Vec<Material>,
     light: Option<u32>,
+    view: CameraView,
+}
+
+/// How rays from the camera see a surface. Rays that were reflected, refracted or scattered, photons and shadow
+/// rays meet every surface as it is.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum CameraView {
+    /// As it is.
+    #[default]
+    Seen,
+    /// Not at all: they pass through it.
+    Hidden,
+    /// As a hole in the picture: neither it nor what lies behind it is seen.
+    Holdout,
+    /// As its shadows alone, which are coverage, and its indirect light.
+    ShadowCatcher,
 }
 
 impl Surface {
@@ -47,7 +63,13 @@ impl Surface {
         if materials.len() < slots {
             return Err(format!("{slots} materials belong here, found {}", materials.len()));
         }
-        Ok(Self { shape, materials, light })
+        Ok(Self { shape, materials, light, view: CameraView::Seen })
+    }
+
+    /// The same surface, which the camera sees so.
+    #[must_use]
+    pub fn with_view(self, view: CameraView) -> Self {
+        Self { view, ..self }
     }
 
     /// Its shape.
@@ -111,13 +133,34 @@ impl SurfaceHit<'_> {
 pub struct Surfaces {
     surfaces: Vec<Surface>,
     bvh: Bvh,
+    /// Those that the camera sees, where it does not see all.
+    seen: Option<SeenSurfaces>,
+}
+
+/// The surfaces that the camera sees.
+#[derive(Debug, Clone)]
+struct SeenSurfaces {
+    bvh: Bvh,
+    /// Their indices among all.
+    indices: Vec<u32>,
+}
+
+impl SeenSurfaces {
+    /// Those among `surfaces`; `None` where all are seen.
+    fn new(surfaces: &[Surface]) -> Option<Self> {
+        let is_seen = |index: &u32| surfaces[*index as usize].view != CameraView::Hidden;
+        let indices: Vec<u32> = (0..surfaces.len() as u32).filter(is_seen).collect();
+        let shape = |index: &u32| surfaces[*index as usize].shape.clone();
+        (indices.len() < surfaces.len())
+            .then(|| Self { bvh: Bvh::new(indices.iter().map(shape).collect()), indices })
+    }
 }
 
 impl Surfaces {
     /// The surfaces with their BVH; hits name them by their index here.
     pub fn new(surfaces: Vec<Surface>) -> Self {
         let bvh = Bvh::new(surfaces.iter().map(|s| s.shape.clone()).collect());
-        Self { surfaces, bvh }
+        Self { seen: SeenSurfaces::new(&surfaces), surfaces, bvh }
     }
 
     /// The surfaces, by index.
@@ -137,9 +180,20 @@ impl Surfaces {
 
     /// The closest surface that the ray meets inside the open `span`.
     pub fn intersect(&self, ray: &Ray<World>, span: Span) -> Option<SurfaceHit<'_>> {
-        let hit = self.bvh.intersect(ray, span)?;
-        let surface = &self.surfaces[hit.shape as usize];
-        Some(SurfaceHit {
+        self.bvh.intersect(ray, span).map(|hit| self.hit(&hit, hit.shape))
+    }
+
+    /// The closest surface that a ray from the camera sees inside the open `span`.
+    pub fn intersect_seen(&self, ray: &Ray<World>, span: Span) -> Option<SurfaceHit<'_>> {
+        let Some(SeenSurfaces { bvh, indices }) = &self.seen else {
+            return self.intersect(ray, span);
+        };
+        bvh.intersect(ray, span).map(|hit| self.hit(&hit, indices[hit.shape as usize]))
+    }
+
+    fn hit(&self, hit: &ShapeHit, index: u32) -> SurfaceHit<'_> {
+        let surface = &self.surfaces[index as usize];
+        SurfaceHit {
             t: hit.t,
             point: hit.point,
             error: hit.error,
@@ -148,14 +202,24 @@ impl Surfaces {
             uv: hit.uv,
             material: surface.material(hit.primitive),
             light: surface.light,
-            surface: hit.shape,
+            surface: index,
             primitive: hit.primitive,
-        })
+        }
+    }
+
+    /// How the camera sees the surface at `hit`.
+    pub fn view(&self, hit: &SurfaceHit<'_>) -> CameraView {
+        self.surfaces[hit.surface as usize].view
     }
 
     /// Whether any surface, of glass too, stands in the open `span`.
     pub fn occluded(&self, ray: &Ray<World>, span: Span) -> bool {
         self.bvh.occluded(ray, span)
+    }
+
+    /// Whether any surface that the camera sees stands in the open `span` of a ray from or to it.
+    pub fn occluded_seen(&self, ray: &Ray<World>, span: Span) -> bool {
+        self.seen.as_ref().map_or(&self.bvh, |seen| &seen.bvh).occluded(ray, span)
     }
 
     /// The closest point of any surface within `max_distance` metres.

@@ -66,21 +66,11 @@ pub fn first_surface<'s>(
     ray: &Ray<World>,
     ctx: &mut PathContext,
 ) -> Option<SurfaceHit<'s>> {
-    first_surface_before(scene, ray, f64::INFINITY, ctx)
-}
-
-/// The closest surface that `ray` (unit direction) hits before `end`, in metres.
-pub fn first_surface_before<'s>(
-    scene: &'s Scene,
-    ray: &Ray<World>,
-    end: f64,
-    ctx: &mut PathContext,
-) -> Option<SurfaceHit<'s>> {
     if !ctx.needs.surfaces {
         return None;
     }
     ctx.work.intersections += 1;
-    scene.surfaces.intersect(ray, Span::new(0.0, end))
+    scene.surfaces.intersect(ray, Span::AHEAD)
 }
 
 /// Radiance, W/(m² sr), that `ray` (unit direction) sees of lights infinitely far away.

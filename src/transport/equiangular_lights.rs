@@ -155,7 +155,10 @@ mod tests {
         let lights =
             vec![Light::Quad(quad.unwrap()), Light::Point(lamp(0.5)), Light::Point(lamp(100.0))];
         let direction = DVec3::new(0.0, -0.3, 1.0).normalize();
-        (Lights { lights }, Ray::new(WorldPoint::new(0.0, 0.5, 0.0), direction))
+        (
+            Lights { lights, ..Lights::default() },
+            Ray::new(WorldPoint::new(0.0, 0.5, 0.0), direction),
+        )
     }
 
     #[test]

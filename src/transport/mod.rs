@@ -5,6 +5,7 @@
 //! [`specular`], samples lights by [`direct_light`], and keeps what it needs for all that in a
 //! [`PathState`] and a [`PathContext`].
 
+pub mod camera_view;
 mod context;
 pub mod direct_light;
 mod equiangular_lights;

@@ -275,14 +275,15 @@ fn dark_lights_give_nothing() {
         assert_eq!(light.power(&reach), black, "{light:?}");
         assert_eq!(light.incident_estimate(at), 0.0, "{light:?}");
     }
-    let lights = Lights { lights };
+    let lights = Lights { lights, ..Lights::default() };
     assert!(lights.choose(at, 0.5).is_none());
     assert_eq!(lights.environment_radiance(DVec3::Y), black);
 }
 
 #[test]
 fn choice_follows_its_probability() {
-    let lights = Lights { lights: all(1.0).into_iter().map(|row| row.light).collect() };
+    let lights = all(1.0).into_iter().map(|row| row.light).collect();
+    let lights = Lights { lights, ..Lights::default() };
     let at = WorldPoint::new(0.1, 0.0, 0.2);
     let count = 100_000u32;
     let mut chosen = vec![(0.0, 0.0); lights.lights.len()];

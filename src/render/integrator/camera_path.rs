@@ -1,6 +1,6 @@
 //! The camera path: media, mirrors and glass, and the first diffuse surface.
 
-use crate::film::{Components, Sample, Seen};
+use crate::film::{CaughtShadow, Components, Sample, Seen};
 use crate::math::{Spectrum, luminance};
 use crate::photon::PhotonDirection;
 use crate::render::features::visible_surface;
@@ -8,7 +8,8 @@ use crate::render::pixel_sampling::{CameraRay, Profiles, Workspace};
 use crate::surface::SurfaceHit;
 use crate::transport::specular::MAX_CAMERA_BOUNCES;
 use crate::transport::{
-    EnclosingSolids, MAX_EVENTS, PathContext, direct_light, surface_light, survives_roulette,
+    EnclosingSolids, MAX_EVENTS, PathContext, camera_view, direct_light, surface_light,
+    survives_roulette,
 };
 
 use super::pending::{MAX_SPLITS, PendingRay, PendingRays, follow_rough, follow_specular};
@@ -25,6 +26,10 @@ struct PathResult<S> {
     depth: f64,
     /// Transmittance of the media before that.
     transmittance: f64,
+    /// Whether that surface covers what lies behind it.
+    is_covered: bool,
+    /// What is seen of a shadow catcher.
+    caught: CaughtShadow,
     /// The light by component.
     components: ComponentLight<S>,
     /// What a ray from the camera sees first.
@@ -46,6 +51,8 @@ impl<S: Spectrum> PathResult<S> {
         visible_emission: S::ZERO,
         depth: f64::INFINITY,
         transmittance: 1.0,
+        is_covered: false,
+        caught: CaughtShadow { seen: 0.0, shadowed: 0.0, unshadowed: 0.0 },
         components: ComponentLight { media: S::ZERO, direct: S::ZERO, indirect: S::ZERO },
         seen: Seen { surface: None, specular: false, media_distance: None },
     };
@@ -120,7 +127,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 indirect: path.components.indirect.rgb(),
             },
             seen: path.seen,
-            alpha: if path.depth.is_finite() { 1.0 } else { 1.0 - path.transmittance },
+            alpha: if path.is_covered { 1.0 } else { 1.0 - path.transmittance },
+            caught: path.caught,
             depth: path.depth,
             transmittance: path.transmittance,
             features: None,
@@ -139,8 +147,11 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     ) -> PathResult<S> {
         let mut path = PathResult::NOTHING;
         for bounce in 0..MAX_CAMERA_BOUNCES {
-            let hit =
-                direct_light::first_surface_before(self.scene, &segment.ray, segment.end, ctx);
+            let hit = if segment.from_camera {
+                camera_view::first_surface(self.scene, &segment.ray, ctx)
+            } else {
+                direct_light::first_surface(self.scene, &segment.ray, ctx)
+            };
             let mut transmittance = S::ONE;
             if segment.solids.is_none() && self.needs.media {
                 let media = self.through_media(&segment, hit.as_ref(), camera_ray, ctx, profiles);
@@ -165,6 +176,16 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 path.add_emission(&segment, emitted);
             }
             let Some(hit) = hit else { break };
+            if segment.from_camera {
+                if camera_view::is_holdout(self.scene, &hit) {
+                    break;
+                }
+                if camera_view::catches_shadows(self.scene, &hit) {
+                    self.catch_shadow(&mut path, &segment, &hit, camera_ray, ctx);
+                    break;
+                }
+                path.is_covered = true;
+            }
             let rough = hit.material.rough(&hit);
             if !hit.material.is_specular() {
                 let weight = camera_ray.indirect_weight;
@@ -188,6 +209,26 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         path
     }
 
+    /// Ends `path` at the shadow catcher at `hit` behind `segment`, of which indirect light alone is radiance.
+    fn catch_shadow(
+        &self,
+        path: &mut PathResult<S>,
+        segment: &PendingRay<S>,
+        hit: &SurfaceHit<'_>,
+        camera_ray: &CameraRay<'_>,
+        ctx: &mut PathContext,
+    ) {
+        let (ray, throughput) = (&segment.ray, segment.throughput);
+        let direct = self.direct_with_and_without_shadow(ray, hit, ctx);
+        let [shadowed, unshadowed] = direct.map(|light| luminance((throughput * light).rgb()));
+        path.caught = CaughtShadow { seen: path.transmittance, shadowed, unshadowed };
+        let indirect = self.indirect_on_surface(ray, hit, camera_ray.indirect_weight, ctx);
+        path.add_reflected(segment, Estimate { radiance: indirect, indirect });
+        if camera_ray.half.is_some() {
+            path.seen.surface = Some(visible_surface(self.eye, ray, hit, throughput.rgb()));
+        }
+    }
+
     /// What the surface at `hit` emits back along the ray, or the environment where there is none,
     /// W/(m² sr).
     fn seen_emission(
@@ -198,6 +239,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     ) -> S {
         if let Some(from) = &segment.rough {
             return surface_light::emission_after(self.scene, from, &segment.ray, hit, ctx);
+        }
+        if segment.from_camera {
+            return S::from_rgb(camera_view::emission(self.scene, &segment.ray, hit, ctx));
         }
         S::from_rgb(match hit {
             Some(hit) => direct_light::emitted(self.scene, &segment.ray, hit),

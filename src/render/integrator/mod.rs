@@ -19,8 +19,9 @@ mod photon_gather;
 mod radiance_cache;
 mod ray_estimators;
 mod reference;
+mod reference_lights;
 mod sent_path;
 mod setup;
 
-pub(super) use reference::PathTracer;
+pub(super) use reference_lights::PathTracer;
 pub(super) use setup::Integrator;

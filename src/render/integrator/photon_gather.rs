@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use crate::math::{Ray, Rgb, Span, Spectrum, World};
-use crate::medium::Profile;
+use crate::medium::{Media, Profile};
 use crate::photon::{PhotonDirection, Response};
 use crate::render::pixel_sampling::CameraRay;
+use crate::scene::plan::Needs;
 use crate::strategy::Strategy;
 use crate::surface::SurfaceHit;
 use crate::transport::{Decision, PathContext, surface_light};
@@ -85,8 +86,42 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let (media, u) = (&self.scene.media, draws.numbers(0, &mut ctx.rng));
         let direct: S =
             surface_light::direct_on_surface(self.scene, media, ray.direction, hit, u, ctx);
+        let indirect = self.indirect_on_surface(ray, hit, indirect_weight, ctx);
+        Estimate { radiance: direct + indirect, indirect }
+    }
+
+    /// Direct light that the surface at `hit` reflects along `ray` back to its origin, W/(m² sr), and what that would be
+    /// were nothing between it and the lights: by the same samples of these, so that both are the same where nothing is.
+    pub(super) fn direct_with_and_without_shadow(
+        &self,
+        ray: &Ray<World>,
+        hit: &SurfaceHit<'_>,
+        ctx: &mut PathContext,
+    ) -> [S; 2] {
+        let draws = ctx.stratified.draws(Decision::SurfaceLights, 1);
+        let u = draws.numbers(0, &mut ctx.rng);
+        let (scene, incoming) = (self.scene, ray.direction);
+        let needs = Needs { surfaces: false, media: false, ..ctx.needs };
+        let mut open = PathContext::new(ctx.rng.clone(), needs);
+        let nothing = Media::default();
+        let unshadowed =
+            surface_light::direct_on_surface(scene, &nothing, incoming, hit, u, &mut open);
+        ctx.work += open.work;
+        let shadowed = surface_light::direct_on_surface(scene, &scene.media, incoming, hit, u, ctx);
+        [shadowed, unshadowed]
+    }
+
+    /// Light of the surface photons that the surface at `hit` reflects by its diffuse part along `ray` back to its origin,
+    /// times `indirect_weight`, W/(m² sr).
+    pub(super) fn indirect_on_surface(
+        &self,
+        ray: &Ray<World>,
+        hit: &SurfaceHit<'_>,
+        indirect_weight: f64,
+        ctx: &mut PathContext,
+    ) -> S {
         if self.maps.surface.is_empty() || indirect_weight == 0.0 || hit.material.is_followed() {
-            return Estimate { radiance: direct, indirect: S::ZERO };
+            return S::ZERO;
         }
         let facing = if ray.direction.dot(hit.normal) < 0.0 { hit.normal } else { -hit.normal };
         ctx.work.surface_gathers += 1;
@@ -97,7 +132,6 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let albedo =
             if reflects { hit.material.diffuse_albedo(ray.direction, hit) } else { Rgb::ZERO };
         let reflectance = albedo / PI;
-        let indirect = S::from_rgb(reflectance) * indirect_weight * irradiance;
-        Estimate { radiance: direct + indirect, indirect }
+        S::from_rgb(reflectance) * indirect_weight * irradiance
     }
 }

@@ -11,87 +11,61 @@
 
 use glam::DVec3;
 
-use crate::film::Sample;
+use crate::film::{CaughtShadow, Sample};
 use crate::light::LightSample;
-use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint, luminance};
-use crate::scene::Scene;
+use crate::math::{Ray, Rgb, Spectrum, World, luminance};
 use crate::surface::{SurfaceHit, TransportMode};
 use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
 use crate::transport::{
-    EquiangularLights, LightNumbers, MAX_EVENTS, PathContext, PathState, PunctualDirections,
-    Scattering, direct_light, survives_roulette,
+    EquiangularLights, MAX_EVENTS, PathContext, PathState, Scattering, camera_view, direct_light,
+    survives_roulette,
 };
 
-/// [`concentration`](crate::medium::Phase::concentration) of a phase function above which
-/// rays are sampled near punctual lights, without unit: lobes of fog. Broader ones hit the surroundings of
-/// lights by themselves.
-const PEAKED: f64 = 50.0;
+use super::reference_lights::{PathTracer, ReferencePath, Sight};
 
 /// Events of a path before Russian roulette begins: early roulette only adds variance.
 const SURE_EVENTS: u32 = 8;
 
-/// Traces camera paths through a scene.
-#[derive(Debug)]
-pub struct PathTracer<'a> {
-    scene: &'a Scene,
-    max_scatter: u32,
-    /// Whether rays are sampled near punctual lights.
-    samples_near_lights: bool,
-}
-
-/// A path in progress.
-struct ReferencePath<S> {
-    state: PathState<S>,
-    /// Where its next flight ends at the latest, in metres: where the camera ceases to see, then nowhere.
-    end: f64,
-    /// Order of volume scattering so far.
-    order: u32,
-    /// MIS weight of punctual lights where their light is scattered next along the ray, against rays
-    /// sampled near them.
-    punctual_weight: f64,
-}
-
-impl<'a> PathTracer<'a> {
-    /// Traces `scene` with volume scattering up to the order `max_scatter`.
-    pub fn new(scene: &'a Scene, max_scatter: Option<u32>) -> Self {
-        let has_punctual = scene.lights.lights.iter().any(|light| light.position().is_some());
-        let is_peaked = scene.media.iter().any(|m| m.phase.concentration() > PEAKED);
-        let samples_near_lights = has_punctual && is_peaked;
-        Self { scene, max_scatter: max_scatter.unwrap_or(u32::MAX), samples_near_lights }
-    }
-
+impl PathTracer<'_> {
     /// An estimate of the light that arrives along `ray`, one of the camera's, at its origin.
     pub fn radiance<S: Spectrum>(&self, ray: Ray<World>, ctx: &mut PathContext) -> Sample {
-        let seen = self.scene.camera.end(&ray);
-        let first = direct_light::first_surface_before(self.scene, &ray, seen, ctx).map(|h| h.t);
-        let end = first.unwrap_or(seen);
+        let hit = camera_view::first_surface(self.scene, &ray, ctx);
+        let end = hit.map_or(self.scene.camera.end(&ray), |hit| hit.t);
         let transmittance = luminance(self.transmittance::<S>(&ray, end, ctx).rgb());
         let state = PathState::<S>::new(ray);
-        let mut path = ReferencePath { state, end: seen, order: 0, punctual_weight: 1.0 };
+        let sight = Sight::Camera;
+        let mut path = ReferencePath { state, order: 0, punctual_weight: 1.0, sight, caught: None };
         let ended = (0..MAX_EVENTS).any(|event| {
             let goes_on = self.step(&mut path, ctx);
             let throughput = &mut path.state.throughput;
             !goes_on || (event >= SURE_EVENTS && !survives_roulette(throughput, &mut ctx.rng))
         });
         ctx.work.capped_paths += u64::from(!ended);
+        let is_covered = hit.is_some_and(|hit| camera_view::covers(self.scene, &hit));
+        let catches = hit.is_some_and(|hit| camera_view::catches_shadows(self.scene, &hit));
+        let [shadowed, unshadowed] = path.caught.unwrap_or_default().map(luminance);
+        let seen = if catches { transmittance } else { 0.0 };
         Sample {
             radiance: path.state.radiance.rgb(),
-            alpha: if first.is_some() { 1.0 } else { 1.0 - transmittance },
-            depth: first.map_or(f64::INFINITY, |t| self.scene.camera.near(&ray) + t),
+            alpha: if is_covered { 1.0 } else { 1.0 - transmittance },
+            caught: CaughtShadow { seen, shadowed, unshadowed },
+            depth: hit.map_or(f64::INFINITY, |hit| self.scene.camera.near(&ray) + hit.t),
             transmittance,
             ..Sample::default()
         }
     }
 
-    fn transmittance<S: Spectrum>(&self, ray: &Ray<World>, end: f64, ctx: &mut PathContext) -> S {
-        let span = Span::new(0.0, end);
-        self.scene.media.ratio_tracking(ray, span, &mut ctx.rng, &mut ctx.work)
-    }
-
     /// Traces the path to the next scattering or surface and through it; whether it goes on.
     fn step<S: Spectrum>(&self, path: &mut ReferencePath<S>, ctx: &mut PathContext) -> bool {
-        let seen = std::mem::replace(&mut path.end, f64::INFINITY);
-        let hit = direct_light::first_surface_before(self.scene, &path.state.ray, seen, ctx);
+        let sight = path.sight;
+        path.sight = Sight::All;
+        let from_camera = sight == Sight::Camera;
+        let hit = if from_camera {
+            camera_view::first_surface(self.scene, &path.state.ray, ctx)
+        } else {
+            direct_light::first_surface(self.scene, &path.state.ray, ctx)
+        };
+        let seen = if from_camera { self.scene.camera.end(&path.state.ray) } else { f64::INFINITY };
         let end = hit.as_ref().map_or(seen, |h| h.t);
         if path.state.solids.is_none() {
             let punctual = self.punctual_lights(&path.state.ray, end);
@@ -104,16 +78,30 @@ impl<'a> PathTracer<'a> {
                 FlightEnd::Absorbed(_) => return false,
             }
         }
-        self.add_emitters(&mut path.state, hit.as_ref());
-        hit.is_some_and(|hit| self.scatter_at_surface(path, &hit, ctx))
+        if from_camera && hit.is_some_and(|hit| camera_view::is_holdout(self.scene, &hit)) {
+            return false;
+        }
+        if sight != Sight::NoLights {
+            self.add_emitters(&mut path.state, hit.as_ref(), from_camera);
+        }
+        let Some(hit) = hit else { return false };
+        let catches = from_camera && camera_view::catches_shadows(self.scene, &hit);
+        self.scatter_at_surface(path, &hit, catches, ctx)
     }
 
-    /// Adds the light of the emitters that the path's ray hits: a surface or environments.
-    fn add_emitters<S: Spectrum>(&self, path: &mut PathState<S>, hit: Option<&SurfaceHit<'_>>) {
+    /// Adds the light of the emitters that the path's ray hits: a surface or environments; `from_camera` those that the
+    /// camera sees.
+    fn add_emitters<S: Spectrum>(
+        &self,
+        path: &mut PathState<S>,
+        hit: Option<&SurfaceHit<'_>>,
+        from_camera: bool,
+    ) {
         let at = hit.map(direct_light::emitter);
         for (index, light) in self.scene.lights.lights.iter().enumerate() {
             let is_hit = hit.map_or(light.is_infinite(), |h| h.light == Some(index as u32));
-            if !is_hit {
+            let is_hidden = from_camera && self.scene.lights.hidden.contains(&index);
+            if !is_hit || is_hidden {
                 continue;
             }
             let radiance = light.radiance_from(path.ray.direction, at);
@@ -185,158 +173,12 @@ impl<'a> PathTracer<'a> {
         true
     }
 
-    /// Equiangular distributions of punctual lights over the part of `ray` before `end` that is in
-    /// media.
-    fn punctual_lights(&self, ray: &Ray<World>, end: f64) -> EquiangularLights<'_> {
-        let media = &self.scene.media;
-        let all = Span::new(0.0, end);
-        let span = if media.is_endless() { all } else { media.bounds().clip(ray).intersect(all) };
-        EquiangularLights::punctual(&self.scene.lights, ray, span)
-    }
-
-    /// Density of collisions at the distance `t` along `ray`, 1/m, mean over channels: what collision
-    /// sampling of the light of `punctual` has in the balance heuristic. Without those it is 0.
-    fn collision_density<S: Spectrum>(
-        &self,
-        ray: &Ray<World>,
-        t: f64,
-        punctual: &EquiangularLights<'_>,
-        ctx: &mut PathContext,
-    ) -> f64 {
-        if punctual.is_empty() {
-            return 0.0;
-        }
-        let media = &self.scene.media;
-        let span = Span::new(0.0, t);
-        let transmittance: S = media.transmittance_counted(ray, span, &mut ctx.work);
-        ctx.work.grid_lookups += media.density_grids();
-        (transmittance * S::from_rgb(media.sigma_t_at(ray.at(t)))).element_sum() / 3.0
-    }
-
-    /// Directions from `at` near punctual lights, where rays are sampled along them.
-    fn directions_near_lights(&self, at: WorldPoint) -> Option<PunctualDirections> {
-        self.samples_near_lights.then(|| PunctualDirections::new(&self.scene.lights, at))
-    }
-
-    /// Adds light of punctual lights that is scattered once along a ray sampled near one of them, and
-    /// again where the path is; `scatter` gives phase function or BSDF times cosine for a direction,
-    /// and the density with which that would have been sampled.
-    fn add_near_lights<S: Spectrum>(
-        &self,
-        path: &mut ReferencePath<S>,
-        near_lights: Option<&PunctualDirections>,
-        leave: impl Fn(DVec3) -> Ray<World>,
-        scatter: impl Fn(DVec3) -> (S, f64),
-        ctx: &mut PathContext,
-    ) {
-        let Some(near_lights) = near_lights else { return };
-        if !path.state.solids.is_none() || path.order >= self.max_scatter {
-            return;
-        }
-        let sample = near_lights.sample(ctx.rng.uniform(), ctx.rng.uniform2());
-        let Some((direction, pdf)) = sample else { return };
-        let (value, scatter_pdf) = scatter(direction);
-        if value == S::ZERO {
-            return;
-        }
-        let ray = leave(direction);
-        let hit = direct_light::first_surface(self.scene, &ray, ctx);
-        let punctual = self.punctual_lights(&ray, hit.map_or(f64::INFINITY, |hit| hit.t));
-        let light: S = self.equiangular_light(&ray, &punctual, |_, _, _, _| 0.0, ctx);
-        path.state.radiance += path.state.throughput * value * light / (pdf + scatter_pdf);
-    }
-
-    /// Adds the light of `punctual` that is scattered next along the path's ray, sampled equiangularly,
-    /// with the balance heuristic against collisions.
-    fn add_equiangular<S: Spectrum>(
-        &self,
-        path: &mut ReferencePath<S>,
-        punctual: &EquiangularLights<'_>,
-        ctx: &mut PathContext,
-    ) {
-        if path.order >= self.max_scatter {
-            return;
-        }
-        let ray = path.state.ray;
-        let at_collisions = |index: usize, p: WorldPoint, t: f64, ctx: &mut PathContext| {
-            let flux = self.collision_density::<S>(&ray, t, punctual, ctx);
-            self.scene.lights.pick_probability(p, index) * flux
-        };
-        let light: S = self.equiangular_light(&ray, punctual, at_collisions, ctx);
-        path.state.radiance += path.state.throughput * light * path.punctual_weight;
-    }
-
-    /// Light of `punctual` that is scattered once along `ray` to its origin, sampled equiangularly, W/(m²
-    /// sr); `other_pdf` gives for a light's index, a point and its distance the density, 1/m, with
-    /// which another estimator samples the light there.
-    fn equiangular_light<S: Spectrum>(
-        &self,
-        ray: &Ray<World>,
-        punctual: &EquiangularLights<'_>,
-        other_pdf: impl Fn(usize, WorldPoint, f64, &mut PathContext) -> f64,
-        ctx: &mut PathContext,
-    ) -> S {
-        let (media, lights) = (&self.scene.media, &self.scene.lights);
-        let mut sum = S::ZERO;
-        for sampled in punctual.pick(ctx.rng.uniform()) {
-            let index = sampled.index;
-            let (t_number, u) = (ctx.rng.uniform(), ctx.rng.uniform2());
-            let light = &lights.lights[index];
-            let Some(origin) = light.origin(u) else { continue };
-            let Some(distances) = punctual.distances(sampled, &origin) else { continue };
-            let t = distances.sample(t_number);
-            let p = ray.at(t);
-            let Some(light) = light.sample(p, u) else { continue };
-            let direction = light.direction;
-            let scattering = |(medium, sigma_s): &(usize, Rgb)| {
-                S::from_rgb(*sigma_s) * media.get(*medium).phase.eval(ray.direction.dot(direction))
-            };
-            let scattering: S = media.mixture_at(p).iter().map(scattering).sum();
-            ctx.work.grid_lookups += media.scattering_grids();
-            let shadow = Ray::new(p, direction);
-            if scattering == S::ZERO || !direct_light::is_visible(self.scene, &shadow, &light, ctx)
-            {
-                continue;
-            }
-            let through: S = self.transmittance(ray, t, ctx);
-            let through = through * self.transmittance::<S>(&shadow, light.distance, ctx);
-            let pdf = punctual.pdf(index, &origin, t) + other_pdf(index, p, t, ctx);
-            sum += S::from_rgb(light.radiance) * through * scattering / pdf;
-        }
-        sum
-    }
-
-    /// Direct light at `at` from sampled lights, with ratio-tracked transmittance; `scatter` gives, for
-    /// a light's index, the probability of choosing it and its sample, phase function or BSDF times
-    /// cosine with other weights, and the density with which scattering would have sampled the
-    /// direction.
-    fn next_event<S: Spectrum>(
-        &self,
-        at: WorldPoint,
-        leave: impl Fn(DVec3) -> Ray<World>,
-        scatter: impl Fn(usize, f64, &LightSample) -> (S, f64),
-        ctx: &mut PathContext,
-    ) -> S {
-        let (among, u) = (ctx.rng.uniform(), ctx.rng.uniform2());
-        let at_lights = LightNumbers::varied(among, u);
-        direct_light::sample_lights(self.scene, at, at_lights, ctx, |index, light, choice, ctx| {
-            let light_pdf = choice * light.pdf;
-            let (value, scatter_pdf) = scatter(index, choice, light);
-            let ray = leave(light.direction);
-            if value == S::ZERO || !direct_light::is_visible(self.scene, &ray, light, ctx) {
-                return S::ZERO;
-            }
-            let transmittance: S = self.transmittance(&ray, light.distance, ctx);
-            let pdf = if light.delta { light_pdf } else { light_pdf + scatter_pdf };
-            S::from_rgb(light.radiance) * transmittance * value / pdf
-        })
-    }
-
-    /// Samples lights at a surface, and a new direction; whether the path goes on.
+    /// Samples lights at a surface, and a new direction; where it `catches` shadows it is kept apart from other light. Whether the path goes on.
     fn scatter_at_surface<S: Spectrum>(
         &self,
         path: &mut ReferencePath<S>,
         hit: &SurfaceHit<'_>,
+        catches: bool,
         ctx: &mut PathContext,
     ) -> bool {
         let incoming = path.state.ray.direction;
@@ -347,9 +189,16 @@ impl<'a> PathTracer<'a> {
                 let bsdf = hit.material.eval(incoming, direction, hit, TransportMode::Radiance);
                 (S::from_rgb(bsdf * cosine), hit.material.pdf(incoming, direction, hit))
             };
-            let at_light = |_, _, light: &LightSample| eval(light.direction);
-            let light = self.next_event(hit.point, |d| hit.leave(d), at_light, ctx);
-            path.state.radiance += path.state.throughput * light;
+            if catches {
+                let throughput = path.state.throughput;
+                let light = self.with_and_without_shadow::<S>(hit, |d| eval(d).0, ctx);
+                path.caught = Some(light.map(|light| (throughput * light).rgb()));
+                path.sight = Sight::NoLights;
+            } else {
+                let at_light = |_, _, light: &LightSample| eval(light.direction);
+                let light = self.next_event(hit.point, |d| hit.leave(d), at_light, ctx);
+                path.state.radiance += path.state.throughput * light;
+            }
             self.add_near_lights(path, near_lights.as_ref(), |d| hit.leave(d), eval, ctx);
         }
         let u = std::array::from_fn(|_| ctx.rng.uniform());

@@ -113,7 +113,7 @@ impl<'a> PilotPixels<'a> {
         let [x, y] = self.corner(place).map(|side| (side + 0.5) * self.settings.film_pixels);
         let ray = scene.camera.ray(x, y, [0.5; 2]);
         let seen = Span::new(0.0, scene.camera.end(&ray));
-        let hit = scene.surfaces.intersect(&ray, seen);
+        let hit = scene.surfaces.intersect_seen(&ray, seen);
         let seen = Span::new(0.0, hit.map_or(seen.end, |hit| hit.t));
         scene.media.optical_thickness(&ray, seen) != Rgb::ZERO
     }

@@ -15,6 +15,8 @@ pub struct LightSection {
     pub at: Place,
     /// `type` with its keys.
     pub kind: LightKind,
+    /// `visible`: whether rays from the camera see it.
+    pub visible: bool,
 }
 
 /// A light.
@@ -134,7 +136,8 @@ pub(super) fn read(section: &Section<'_>) -> Result<LightSection> {
         Kind::Area => area,
         Kind::Environment => environment,
     };
-    Ok(LightSection { at: section.place(), kind: read(section)? })
+    let kind = read(section)?;
+    Ok(LightSection { at: section.place(), kind, visible: section.switch(&keys::VISIBLE)? })
 }
 
 fn point(section: &Section<'_>) -> Result<LightKind> {

@@ -7,6 +7,7 @@ use crate::error::Result;
 use crate::math::Rgb;
 use crate::scene::keys::surface as keys;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
+use crate::surface::CameraView;
 
 /// One `[[surface]]`.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +20,8 @@ pub struct SurfaceSection {
     pub material: Option<MaterialSection>,
     /// `emission`: radiance in W/(m² sr).
     pub emission: Option<Rgb>,
+    /// `visible`, `holdout`, `shadow_catcher`: how the camera sees it.
+    pub view: CameraView,
     /// `translate`, `rotate`, `scale`.
     pub placement: DAffine3,
 }
@@ -134,13 +137,58 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
         }
         v.color(Range::NOT_NEGATIVE)
     })?;
+    let material = section.maybe(&keys::MATERIAL, material)?;
     Ok(SurfaceSection {
         at: section.place(),
         shape: shape(section, kind)?,
-        material: section.maybe(&keys::MATERIAL, material)?,
+        view: view(section, material.as_ref(), emission)?,
+        material,
         emission,
         placement: placement(section)?,
     })
+}
+
+/// How the camera sees a surface of this material and emission.
+fn view(
+    section: &Section<'_>,
+    material: Option<&MaterialSection>,
+    emission: Option<Rgb>,
+) -> Result<CameraView> {
+    let keys = [
+        (&keys::VISIBLE, false, CameraView::Hidden),
+        (&keys::HOLDOUT, true, CameraView::Holdout),
+        (&keys::SHADOW_CATCHER, true, CameraView::ShadowCatcher),
+    ];
+    let mut given = None;
+    for (key, value, view) in keys {
+        if section.switch(key)? != value {
+            continue;
+        }
+        let told = format!("`{} = {value}`", key.name);
+        if let Some((other, _)) = &given {
+            let value = section.require(key)?;
+            return Err(
+                value.error(format!("{other} and {told} exclude each other; give one of them"))
+            );
+        }
+        given = Some((told, view));
+    }
+    let view = given.map_or(CameraView::Seen, |(_, view)| view);
+    if view == CameraView::ShadowCatcher {
+        if !matches!(material, None | Some(MaterialSection::Diffuse { .. })) {
+            let value = section.require(&keys::MATERIAL)?;
+            return Err(value.error(
+                "shadows are caught on a diffuse surface alone; give a diffuse material, or leave out `shadow_catcher`",
+            ));
+        }
+        if emission.is_some_and(|radiance| radiance != Rgb::ZERO) {
+            let value = section.require(&keys::EMISSION)?;
+            return Err(value.error(
+                "a surface that gives off light catches no shadows; leave out `emission` or `shadow_catcher`",
+            ));
+        }
+    }
+    Ok(view)
 }
 
 fn shape(section: &Section<'_>, kind: Kind) -> Result<ShapeSection> {

@@ -1,6 +1,7 @@
 //! Keys of `[[light]]`.
 
 use super::Without::{Default, Needed, Other};
+pub(in crate::scene) use super::surface::VISIBLE;
 use super::surface::{U, V};
 use super::{Key, Kind, Table};
 use crate::scene::reader::Range;
@@ -145,21 +146,28 @@ pub(in crate::scene) const SKY_ROTATE: Key = Key::new(
     Default("0.0"),
     "Turn of the picture about the y axis.",
 );
+pub(in crate::scene) const UNSEEN: Key = Key::new(
+    "visible",
+    Kind::Switch,
+    "",
+    Default("true"),
+    "Whether rays from the camera see it; a light without extent they never do.",
+);
 
 pub(in crate::scene) const POINT: Table =
-    Table { what: "a point light", keys: &[&TYPE, &POSITION, &INTENSITY, &POWER] };
+    Table { what: "a point light", keys: &[&TYPE, &POSITION, &INTENSITY, &POWER, &UNSEEN] };
 pub(in crate::scene) const SPOT: Table = Table {
     what: "a spot light",
     keys: &[
         &TYPE, &POSITION, &TARGET, &DIRECTION, &INTENSITY, &POWER, &ANGLE, &FALLOFF, &EXPONENT,
-        &BEAM,
+        &BEAM, &UNSEEN,
     ],
 };
 pub(in crate::scene) const SUN: Table =
-    Table { what: "a sun", keys: &[&TYPE, &TRAVEL, &IRRADIANCE, &DIAMETER] };
+    Table { what: "a sun", keys: &[&TYPE, &TRAVEL, &IRRADIANCE, &DIAMETER, &VISIBLE] };
 pub(in crate::scene) const AREA: Table =
-    Table { what: "an area light", keys: &[&TYPE, &CENTER, &U, &V, &RADIANCE] };
+    Table { what: "an area light", keys: &[&TYPE, &CENTER, &U, &V, &RADIANCE, &VISIBLE] };
 pub(in crate::scene) const ENVIRONMENT: Table = Table {
     what: "an environment",
-    keys: &[&TYPE, &SKY_RADIANCE, &GRADIENT, &SKY, &SKY_SCALE, &SKY_ROTATE],
+    keys: &[&TYPE, &SKY_RADIANCE, &GRADIENT, &SKY, &SKY_SCALE, &SKY_ROTATE, &VISIBLE],
 };

@@ -89,26 +89,107 @@ pub(in crate::scene) const EMISSION: Key = Key::new(
     Other("none"),
     "Radiance that a quad or a mesh gives off.",
 );
+pub(in crate::scene) const VISIBLE: Key = Key::new(
+    "visible",
+    Kind::Switch,
+    "",
+    Default("true"),
+    "Whether rays from the camera see it; where they don't, light, shadows and mirrors still meet it.",
+);
+pub(in crate::scene) const HOLDOUT: Key = Key::new(
+    "holdout",
+    Kind::Switch,
+    "",
+    Default("false"),
+    "Whether the camera sees a hole in the picture there, with nothing behind it.",
+);
+pub(in crate::scene) const SHADOW_CATCHER: Key = Key::new(
+    "shadow_catcher",
+    Kind::Switch,
+    "",
+    Default("false"),
+    "Whether the camera sees only shadows and indirect light on it; a diffuse surface without emission.",
+);
 
 pub(in crate::scene) const SPHERE: Table = Table {
     what: "a sphere",
-    keys: &[&SHAPE, &CENTER, &RADIUS, &MATERIAL, &EMISSION, &TRANSLATE, &ROTATE, &SCALE],
+    keys: &[
+        &SHAPE,
+        &CENTER,
+        &RADIUS,
+        &MATERIAL,
+        &EMISSION,
+        &VISIBLE,
+        &HOLDOUT,
+        &SHADOW_CATCHER,
+        &TRANSLATE,
+        &ROTATE,
+        &SCALE,
+    ],
 };
 pub(in crate::scene) const QUAD: Table = Table {
     what: "a quad",
-    keys: &[&SHAPE, &CENTER, &U, &V, &MATERIAL, &EMISSION, &TRANSLATE, &ROTATE, &SCALE],
+    keys: &[
+        &SHAPE,
+        &CENTER,
+        &U,
+        &V,
+        &MATERIAL,
+        &EMISSION,
+        &VISIBLE,
+        &HOLDOUT,
+        &SHADOW_CATCHER,
+        &TRANSLATE,
+        &ROTATE,
+        &SCALE,
+    ],
 };
 pub(in crate::scene) const BOX: Table = Table {
     what: "a box",
-    keys: &[&SHAPE, &BOX_MIN, &BOX_MAX, &MATERIAL, &EMISSION, &TRANSLATE, &ROTATE, &SCALE],
+    keys: &[
+        &SHAPE,
+        &BOX_MIN,
+        &BOX_MAX,
+        &MATERIAL,
+        &EMISSION,
+        &VISIBLE,
+        &HOLDOUT,
+        &SHADOW_CATCHER,
+        &TRANSLATE,
+        &ROTATE,
+        &SCALE,
+    ],
 };
 pub(in crate::scene) const PLANE: Table = Table {
     what: "a plane",
-    keys: &[&SHAPE, &POINT, &NORMAL, &MATERIAL, &EMISSION, &TRANSLATE, &ROTATE, &SCALE],
+    keys: &[
+        &SHAPE,
+        &POINT,
+        &NORMAL,
+        &MATERIAL,
+        &EMISSION,
+        &VISIBLE,
+        &HOLDOUT,
+        &SHADOW_CATCHER,
+        &TRANSLATE,
+        &ROTATE,
+        &SCALE,
+    ],
 };
 pub(in crate::scene) const MESH: Table = Table {
     what: "a mesh",
-    keys: &[&SHAPE, &MESH_FILE, &MATERIAL, &EMISSION, &TRANSLATE, &ROTATE, &SCALE],
+    keys: &[
+        &SHAPE,
+        &MESH_FILE,
+        &MATERIAL,
+        &EMISSION,
+        &VISIBLE,
+        &HOLDOUT,
+        &SHADOW_CATCHER,
+        &TRANSLATE,
+        &ROTATE,
+        &SCALE,
+    ],
 };
 
 pub(in crate::scene) const MATERIAL_TYPE: Key = Key::new(

@@ -12,7 +12,7 @@ use crate::math::{Rgb, WorldPoint};
 use crate::scene::file::{Aim, LightKind, LightSection, SpotShape, Strength};
 use crate::scene::reader::{FileReference, Place};
 use crate::shape::{Quad, Shape};
-use crate::surface::{Material, Surface};
+use crate::surface::{CameraView, Material, Surface};
 
 /// The light of `section`, whose index among the lights is `index`, with the surface that an area
 /// light has.
@@ -55,7 +55,9 @@ pub(super) fn build(
             Light::Sun(at(place, Sun::new(*direction, *irradiance, *angle))?)
         }
         LightKind::Area { center, u, v, radiance } => {
-            return area(place, *center, [*u, *v], *radiance, index);
+            let (light, surface) = area(place, *center, [*u, *v], *radiance, index)?;
+            let view = if section.visible { CameraView::Seen } else { CameraView::Hidden };
+            return Ok((light, Some(surface.with_view(view))));
         }
         LightKind::Environment { radiance, texture: None, .. } => {
             Light::Environment(at(place, Environment::constant(*radiance))?)
@@ -96,12 +98,12 @@ fn area(
     [u, v]: [DVec3; 2],
     radiance: Rgb,
     index: u32,
-) -> Result<(Light, Option<Surface>)> {
+) -> Result<(Light, Surface)> {
     let center = WorldPoint::from_xyz(center);
     let light = at(place, QuadLight::new(center, u * 2.0, v * 2.0, radiance))?;
     let shape = Shape::Quad(at(place, Quad::new(center, u, v))?);
     let surface = at(place, Surface::new(shape, vec![Material::Black], Some(index)))?;
-    Ok((Light::Quad(light), Some(surface)))
+    Ok((Light::Quad(light), surface))
 }
 
 fn beam_picture(

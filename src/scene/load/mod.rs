@@ -170,12 +170,14 @@ impl StaticScene {
             surfaces.push(built.surface);
             lights.extend(built.light);
         }
+        let is_hidden = |index: &usize| !file.lights[*index].visible;
+        let hidden = (0..file.lights.len()).filter(is_hidden).collect();
         let tables = outline::static_tables(text.as_str());
         let hashed = format!("{camera:?} {size:?}\n{tables}{}", options.hashed_static());
         Ok(Self {
             camera,
             surfaces: Arc::new(Surfaces::new(surfaces)),
-            lights: Arc::new(Lights { lights }),
+            lights: Arc::new(Lights { lights, hidden }),
             hash: context.sources.hash(&hashed)?,
             sources: context.sources,
             warnings: context.warnings,

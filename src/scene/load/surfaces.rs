@@ -41,7 +41,7 @@ pub(super) fn build(
         None => None,
     };
     let surface = Surface::new(shape, materials, light.is_some().then_some(next_light));
-    Ok(Built { surface: at(&section.at, surface)?, light })
+    Ok(Built { surface: at(&section.at, surface)?.with_view(section.view), light })
 }
 
 /// The placed shape with its own materials.

@@ -1,0 +1,65 @@
+//! What rays from the camera see: no surface and no light that is hidden from it, and nothing of a holdout.
+//!
+//! All that asks for it asks here, or, without a context, [`Surfaces::intersect_seen`](crate::surface::Surfaces::intersect_seen).
+
+use crate::math::{Ray, Rgb, Span, World};
+use crate::scene::Scene;
+use crate::surface::{CameraView, SurfaceHit};
+
+use super::{PathContext, direct_light};
+
+/// The closest surface that `ray`, one of the camera's, sees.
+pub fn first_surface<'s>(
+    scene: &'s Scene,
+    ray: &Ray<World>,
+    ctx: &mut PathContext,
+) -> Option<SurfaceHit<'s>> {
+    if !ctx.needs.surfaces {
+        return None;
+    }
+    ctx.work.intersections += 1;
+    scene.surfaces.intersect_seen(ray, Span::new(0.0, scene.camera.end(ray)))
+}
+
+/// Whether no surface that the camera sees stands within `distance` metres along `ray` (unit direction).
+pub fn is_clear(scene: &Scene, ray: &Ray<World>, distance: f64, ctx: &mut PathContext) -> bool {
+    if !ctx.needs.surfaces {
+        return true;
+    }
+    ctx.work.shadow_rays += 1;
+    !scene.surfaces.occluded_seen(ray, Span::new(0.0, distance))
+}
+
+/// Radiance, W/(m² sr), that `ray` (unit direction) sees of what the surface at `hit` emits, or of lights infinitely
+/// far away where there is none.
+pub fn emission(
+    scene: &Scene,
+    ray: &Ray<World>,
+    hit: Option<&SurfaceHit<'_>>,
+    ctx: &mut PathContext,
+) -> Rgb {
+    match hit {
+        Some(hit) if is_holdout(scene, hit) => Rgb::ZERO,
+        Some(hit) => direct_light::emitted(scene, ray, hit),
+        None if !ctx.needs.environment => Rgb::ZERO,
+        None => {
+            ctx.work.environment_lookups += 1;
+            scene.lights.seen_environment_radiance(ray.direction)
+        }
+    }
+}
+
+/// Whether the camera sees a hole in the picture at `hit`.
+pub fn is_holdout(scene: &Scene, hit: &SurfaceHit<'_>) -> bool {
+    scene.surfaces.view(hit) == CameraView::Holdout
+}
+
+/// Whether the surface at `hit` covers all that lies behind it.
+pub fn covers(scene: &Scene, hit: &SurfaceHit<'_>) -> bool {
+    !is_holdout(scene, hit) && !catches_shadows(scene, hit)
+}
+
+/// Whether the camera sees only shadows and indirect light at `hit`.
+pub fn catches_shadows(scene: &Scene, hit: &SurfaceHit<'_>) -> bool {
+    scene.surfaces.view(hit) == CameraView::ShadowCatcher
+}
