@@ -31,7 +31,7 @@ pub(super) fn show(scene: &Scene, job: &PictureJob<'_>) {
     let view = View { exposure, ..scene.film.shown() };
     if writes {
         let settings = header::settings(scene, None, method.reference, scene.render.photons);
-        let mut named = header::attributes(&settings, &look);
+        let mut named = header::attributes(scene, &settings, &look);
         named.push((partial::PREVIEW.into(), "true".into()));
         let _ = partial::place(output).write(&view, &look, &named);
     }

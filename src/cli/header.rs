@@ -15,6 +15,15 @@ pub(super) const WORK: &str = "work:";
 /// The attribute of a complete picture that holds its [`recipe`].
 pub(super) const RECIPE: &str = "fogbow:recipe";
 
+/// The attribute that says how colours and alpha belong together.
+const ALPHA: &str = "fogbow:alpha";
+
+/// What it says.
+const PREMULTIPLIED: &str = "R, G and B are premultiplied (associated) by A";
+
+/// Attributes beside those of fogbow that crops and passes of a picture have in common.
+pub(super) const OF_CAMERA: [&str; 2] = ["worldToCamera", "worldToNDC"];
+
 /// How a picture is rendered, beside the settings of its scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Method {
@@ -138,8 +147,10 @@ pub(super) fn recipe_of(
     is_as_asked.then(|| (RECIPE.into(), recipe(scene, method)))
 }
 
-/// The attributes of the EXR header: settings and work, and whether the picture is unfinished.
+/// The attributes of the EXR header: settings and work, whether the picture is unfinished, how its alpha is meant, and its
+/// camera.
 pub(super) fn attributes(
+    scene: &Scene,
     settings: &Map<String, Value>,
     rendered: &Rendered,
 ) -> Vec<(String, String)> {
@@ -148,7 +159,18 @@ pub(super) fn attributes(
     let setting = |(name, value)| (format!("{PREFIX}{name}"), text(value));
     let counter = |(name, value): (&String, &Value)| (format!("{PREFIX}{WORK}{name}"), text(value));
     let unfinished = (!rendered.is_complete()).then(|| (COMPLETE.into(), "false".into()));
-    settings.iter().map(setting).chain(work.iter().map(counter)).chain(unfinished).collect()
+    let all = settings.iter().map(setting).chain(work.iter().map(counter)).chain(unfinished);
+    all.chain([(ALPHA.into(), PREMULTIPLIED.into())]).chain(camera(scene)).collect()
+}
+
+/// The matrices of the camera, by the names that OpenEXR gives them.
+fn camera(scene: &Scene) -> impl Iterator<Item = (String, String)> {
+    let matrices = scene.camera.matrices(scene.film.size);
+    let named = matrices.map(|m| OF_CAMERA.into_iter().zip([m.camera, m.picture]));
+    let text = |rows: [[f64; 4]; 4]| {
+        json!(rows.as_flattened().iter().map(|x| *x as f32).collect::<Vec<_>>())
+    };
+    named.into_iter().flatten().map(move |(name, rows)| (name.into(), text(rows).to_string()))
 }
 
 fn object(value: Value) -> Map<String, Value> {

@@ -253,7 +253,7 @@ impl PictureJob<'_> {
                 .end(&format!("{early}: there is no picture, and files are as they were"));
         };
         let settings = header::settings(scene, None, self.method.reference, scene.render.photons);
-        let mut named = header::attributes(&settings, &preview);
+        let mut named = header::attributes(scene, &settings, &preview);
         named.push((partial::PREVIEW.into(), "true".into()));
         let exr = output.exr.display();
         self.interrupt.end(&match output.write(&scene.film.shown(), &preview, &named) {
@@ -291,7 +291,7 @@ impl PictureJob<'_> {
             Ended::Stopped => partial::place(self.output),
             Ended::Complete | Ended::OutOfTime => self.output.clone(),
         };
-        let mut named = header::attributes(settings, rendered);
+        let mut named = header::attributes(scene, settings, rendered);
         named.extend(header::recipe_of(scene, rendered, self.method, requested));
         output.write(&scene.film.shown(), rendered, &named)?;
         if rendered.is_complete() {

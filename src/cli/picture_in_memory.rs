@@ -118,7 +118,7 @@ impl PictureRequest<'_> {
         }
 
         let settings = header::settings(&scene, Some(&rendered), args.reference, requested);
-        let mut attributes = header::attributes(&settings, &rendered);
+        let mut attributes = header::attributes(&scene, &settings, &rendered);
         attributes.extend(header::recipe_of(&scene, &rendered, method, requested));
         let seconds = Seconds { preparation, fitting, writing: None };
         let mut report = report(&scene, &rendered, settings, &seconds, &warnings);

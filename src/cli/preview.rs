@@ -62,7 +62,7 @@ impl<'a> Previews<'a> {
         }
         let rendered = picture();
         if is_due {
-            self.write(&rendered, header::attributes(&self.settings, &rendered));
+            self.write(&rendered, header::attributes(self.scene, &self.settings, &rendered));
             *self.due() = after(self.every);
         }
         if is_wanted {

@@ -14,6 +14,7 @@ use exr::prelude::{
 
 use super::Image;
 use super::decoder::{MAX_BYTES, check_packing, check_size, on_decoder};
+use super::exr_attribute::told;
 use crate::error::{Error, Result};
 use crate::file;
 
@@ -33,7 +34,7 @@ pub struct Layers {
     pub display: [usize; 2],
     /// Channels by name, row by row from the top.
     pub channels: Channels,
-    /// The header's attributes that are strings.
+    /// The header's attributes that are strings, numbers, vectors or matrices, as text: numbers as JSON has them.
     pub attributes: BTreeMap<String, String>,
 }
 
@@ -51,7 +52,7 @@ pub struct LayersHeader {
     pub display: [usize; 2],
     /// The names of the channels, sorted.
     pub channels: Vec<String>,
-    /// The attributes that are strings.
+    /// The attributes, as [`Layers::attributes`].
     pub attributes: BTreeMap<String, String>,
 }
 
@@ -71,7 +72,7 @@ impl LayersHeader {
             corner,
             display: [display.size.width(), display.size.height()],
             channels,
-            attributes: strings(header),
+            attributes: texts(header),
         }
     }
 }
@@ -102,7 +103,7 @@ pub fn read_exr(path: &Path) -> Result<Image> {
     decode_exr(&file::read(path, MAX_BYTES)?, path)
 }
 
-/// Reads every channel of the first part of an EXR file, and the strings of its header.
+/// Reads every channel of the first part of an EXR file, and the attributes of its header.
 ///
 /// # Errors
 /// As [`read_exr`], whatever the channels are.
@@ -113,7 +114,7 @@ pub fn read_layers(path: &Path) -> Result<Layers> {
         .ok_or_else(|| Error::file(path, "is an EXR file without a picture"))
 }
 
-/// Reads the strings of the header of an EXR file's first part, and nothing else of it.
+/// Reads the attributes of the header of an EXR file's first part, and nothing else of it.
 ///
 /// # Errors
 /// As [`read_header`].
@@ -208,14 +209,11 @@ fn layers(part: Layer<AnyChannels<FlatSamples>>, header: &Header) -> Layers {
     }
 }
 
-/// The attributes of a header that are strings.
-fn strings(header: &Header) -> BTreeMap<String, String> {
+/// The attributes of a header that text can tell.
+fn texts(header: &Header) -> BTreeMap<String, String> {
     let attributes = header.all_named_attributes();
-    let text = |(name, value): (&[u8], AttributeValue)| match value {
-        AttributeValue::Text(text) => {
-            Some((String::from_utf8_lossy(name).into_owned(), string(&text)))
-        }
-        _ => None,
+    let text = |(name, value): (&[u8], AttributeValue)| {
+        Some((String::from_utf8_lossy(name).into_owned(), told(&value)?))
     };
     attributes.filter_map(text).collect()
 }

@@ -6,10 +6,11 @@ use std::path::Path;
 
 use exr::meta::header::standard_names;
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image as ExrImage,
-    IntegerBounds, Layer, LayerAttributes, Text, Vec2, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, IntegerBounds, Layer,
+    LayerAttributes, Text, Vec2, WritableImage,
 };
 
+use super::exr_attribute::{REC_709, STANDARD, set_standard, typed};
 use super::{Film, Image, Window, exr_header};
 use crate::error::{Error, Result};
 use crate::file;
@@ -44,7 +45,7 @@ pub fn write_exr_image(path: &Path, image: &Image) -> Result<()> {
 }
 
 /// Writes `layers`, each row by row from the top, as 32-bit float channels of one flat EXR part,
-/// with `attributes` as strings in its header. The bytes depend on the arguments alone. Layers
+/// with `attributes` in its header, those that are numbers, vectors or matrices in JSON as such. The bytes depend on the arguments alone. Layers
 /// named after channels are what every EXR reader expects; names are stored as given.
 ///
 /// # Errors
@@ -99,17 +100,20 @@ fn encode(
         .iter()
         .map(|(name, values)| AnyChannel::new(text(name), FlatSamples::F32(values.to_vec())))
         .collect();
-    let other = attributes
-        .iter()
-        .map(|(name, value)| (text(name), AttributeValue::Text(text(value))))
-        .collect();
     let layer_position = Vec2(window.left as i32, window.top as i32);
-    let header = LayerAttributes { layer_position, other, ..LayerAttributes::default() };
+    let mut header = LayerAttributes { layer_position, ..LayerAttributes::default() };
+    for (name, value) in attributes {
+        if set_standard(&mut header, name, value).is_none() {
+            header.other.insert(text(name), typed(value));
+        }
+    }
     let size = (window.width as usize, window.height as usize);
     let part = Layer::new(size, header, Encoding::SMALL_LOSSLESS, AnyChannels::sort(channels));
     let mut image = ExrImage::from_layer(part);
     image.attributes.display_window =
         IntegerBounds::from_dimensions((full[0] as usize, full[1] as usize));
+    image.attributes.chromaticities =
+        layers.iter().any(|(name, _)| *name == "R").then_some(REC_709);
     let mut bytes = Cursor::new(Vec::new());
     let writer = image.write();
     let writer = if rayon::current_num_threads() == 1 { writer.non_parallel() } else { writer };
@@ -155,12 +159,20 @@ fn check_layers(path: &Path, width: usize, height: usize, layers: &[(&str, &[f32
 
 fn check_attributes(path: &Path, attributes: &[(&str, String)]) -> Result<()> {
     check_names(path, "attribute", attributes.iter().map(|(name, _)| *name))?;
-    match attributes.iter().find(|(name, _)| standard_names::ALL.contains(&name.as_bytes())) {
-        None => Ok(()),
-        Some((name, _)) => {
-            Err(Error::file(path, format!("attribute \"{name}\" is reserved by the EXR format")))
+    let mut header = LayerAttributes::default();
+    for (name, value) in attributes {
+        let is_known = STANDARD.contains(name);
+        if is_known && set_standard(&mut header, name, value).is_none() {
+            let problem =
+                format!("attribute \"{name}\" is {value}, which the EXR format does not allow");
+            return Err(Error::file(path, problem));
+        }
+        if !is_known && standard_names::ALL.contains(&name.as_bytes()) {
+            let problem = format!("attribute \"{name}\" is reserved by the EXR format");
+            return Err(Error::file(path, problem));
         }
     }
+    Ok(())
 }
 
 fn check_names<'a>(path: &Path, kind: &str, names: impl Iterator<Item = &'a str>) -> Result<()> {

@@ -6,6 +6,7 @@ mod agx;
 mod decoded;
 mod decoder;
 mod denoise;
+mod exr_attribute;
 mod exr_header;
 mod exr_read;
 mod exr_write;

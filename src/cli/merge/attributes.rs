@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
 
-use super::super::header::{PREFIX, WORK};
+use super::super::header::{OF_CAMERA, PREFIX, WORK};
 use super::part::{PASSES, Part};
 use super::pass::{OF_PASSES, PASS, Pass};
 use crate::error::{Error, Result};
@@ -23,6 +23,13 @@ pub(super) fn merged(passes: &[Pass], weights: &[f64]) -> Result<BTreeMap<String
     };
     let kept = passes[0].first().attributes().filter(agree);
     let kept = kept.map(|(name, value)| (format!("{PREFIX}{name}"), value.to_owned()));
+    let of_camera = |name: &&str| {
+        let value = passes[0].first().standard(name)?;
+        parts()
+            .all(|part| part.standard(name) == Some(value))
+            .then(|| (String::from(*name), value.to_owned()))
+    };
+    let kept = kept.chain(OF_CAMERA.iter().filter_map(of_camera));
     let work = work(passes)?.into_iter();
     let work = work.map(|(name, count)| (format!("{PREFIX}{WORK}{name}"), count.to_string()));
     let several = (passes.len() > 1)

@@ -78,7 +78,12 @@ impl Part {
 
     /// The attribute of fogbow of that name.
     pub(super) fn attribute(&self, name: &str) -> Option<&str> {
-        self.header.attributes.get(&format!("{PREFIX}{name}")).map(String::as_str)
+        self.standard(&format!("{PREFIX}{name}"))
+    }
+
+    /// The attribute of this whole name.
+    pub(super) fn standard(&self, name: &str) -> Option<&str> {
+        self.header.attributes.get(name).map(String::as_str)
     }
 
     /// The whole number of an attribute; 0 where it is not there.

@@ -2,6 +2,7 @@
 
 mod frustum;
 mod latlong;
+mod matrices;
 mod orthographic;
 mod perspective;
 
@@ -11,6 +12,7 @@ use crate::math::{Ray, World, WorldPoint};
 
 pub use frustum::Frustum;
 use latlong::LatLong;
+pub use matrices::CameraMatrices;
 use orthographic::Orthographic;
 use perspective::Perspective;
 
