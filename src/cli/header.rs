@@ -87,6 +87,15 @@ pub(super) fn settings(
     if rendered.is_some_and(|r| r.film.is_reconstructed()) {
         settings.insert("reconstructed".into(), json!(true));
     }
+    if !film.passes.is_empty() {
+        settings.insert("film_passes".into(), json!(film.passes.to_string()));
+    }
+    if film.passes.has_light() && rendered.is_some() {
+        let is_clean = |r: &Rendered| r.film.denoiser().is_some() || r.film.is_reconstructed();
+        let noisy = rendered.is_some_and(is_clean);
+        let of = if noisy { "noisy.R, noisy.G and noisy.B" } else { "R, G and B" };
+        settings.insert("light_passes".into(), json!(format!("parts of {of}")));
+    }
     if let Some(crop) = render.crop {
         settings.insert("crop".into(), json!(crop.to_string()));
     }

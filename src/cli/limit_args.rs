@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::units::{bytes, time};
 use crate::error::{Error, Result};
 use crate::image::Window;
-use crate::scene::{PicturePass, Scene};
+use crate::scene::{Aov, PicturePass, Scene};
 
 /// Limits and checkpoints of a render.
 #[derive(Debug, clap::Args)]
@@ -48,6 +48,7 @@ impl LimitArgs {
     /// that of the whole picture, and a reference has none.
     pub(super) fn set_part(&self, scene: &mut Scene, is_reference: bool) -> Result<()> {
         self.check_goal(scene, is_reference)?;
+        check_passes(scene, is_reference)?;
         let [width, height] = scene.film.size;
         if let Some(crop) = self.crop.filter(|crop| !crop.fits(scene.film.size)) {
             let problem =
@@ -78,6 +79,18 @@ impl LimitArgs {
             None => Ok(()),
         }
     }
+}
+
+/// Refuses passes that a reference does not have.
+fn check_passes(scene: &Scene, is_reference: bool) -> Result<()> {
+    let light: Vec<_> = scene.film.passes.light().map(Aov::name).collect();
+    if !is_reference || light.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "--reference does not tell light by component; leave {} out of the passes, or --reference",
+        light.join(", ")
+    )))
 }
 
 /// Time between checkpoints.

@@ -79,6 +79,7 @@ fn value_name(kind: &Kind) -> &'static str {
         Kind::Pair(_) => "A,B",
         Kind::Number(_) | Kind::NumberOr(..) | Kind::Splat(_) => "X",
         Kind::Whole(..) => "N",
+        Kind::Text(_) => "LIST",
         _ => "WORD",
     }
 }

@@ -2,6 +2,7 @@
 //! their rays. Reconstruction takes noise off the finished picture.
 
 mod accumulator;
+mod aov_sums;
 mod components;
 mod feature_mean;
 mod passes;
@@ -10,6 +11,7 @@ mod sample;
 mod tiled;
 
 pub use accumulator::Accumulator;
+pub use aov_sums::AovSums;
 pub use components::{ComponentFilm, PixelComponents};
 pub use feature_mean::FeatureMean;
 pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
@@ -17,5 +19,5 @@ pub use reconstruct::{
     Antialiased, FilmNoise, RECONSTRUCTION_BYTES, RECONSTRUCTION_REACH, Reconstruction,
     VisibilityRay,
 };
-pub use sample::{CaughtShadow, Components, Sample, Seen, VisibleSurface};
+pub use sample::{CaughtShadow, Components, OpacityDepths, Sample, Seen, VisibleSurface};
 pub use tiled::{FilmContents, FilmState, Importance, Pixel, Tile, TiledFilm};

@@ -26,10 +26,13 @@ pub struct Sample {
     pub caught: CaughtShadow,
     /// Transmittance to the first surface, or to infinity where there is none.
     pub transmittance: f64,
-    /// Distance to the first surface in metres, positive infinity where there is none.
+    /// Distance in metres to the first surface, or to where media before it have passed an opacity of one half; positive
+    /// infinity where neither is.
     pub depth: f64,
     /// Features of the ray, where they are gathered.
     pub features: Option<Features>,
+    /// Where its opacity lies, where that is gathered and there is any.
+    pub depths: Option<OpacityDepths>,
 }
 
 impl Default for Sample {
@@ -46,6 +49,7 @@ impl Default for Sample {
             transmittance: 1.0,
             depth: f64::INFINITY,
             features: None,
+            depths: None,
         }
     }
 }
@@ -90,6 +94,37 @@ pub struct Components {
     pub direct: Rgb,
     /// Reflected by the first surface, of photons.
     pub indirect: Rgb,
+}
+
+/// Where along a camera ray its opacity lies, that of media and of the first surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpacityDepths {
+    /// Opacity in all, in (0, 1].
+    pub opacity: f64,
+    /// Distance at which it has reached a hundredth of that, in metres.
+    pub first: f64,
+    /// Its mean distance, in metres.
+    pub mean: f64,
+    /// Distance at which it has reached all but a hundredth, in metres.
+    pub last: f64,
+    /// Where the mean distance is, in metres, in the world.
+    pub position: DVec3,
+}
+
+impl OpacityDepths {
+    /// The same of a ray that begins so many metres in front.
+    #[must_use]
+    pub fn behind(self, near: f64) -> Self {
+        let [first, mean, last] = [self.first, self.mean, self.last].map(|depth| near + depth);
+        Self { first, mean, last, ..self }
+    }
+
+    /// Whether all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        let Self { opacity, first, mean, last, position } = self;
+        [opacity, first, mean, last].into_iter().all(|number| number.is_finite())
+            && position.is_finite()
+    }
 }
 
 /// What one camera ray sees, before any mirror or glass.

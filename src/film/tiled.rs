@@ -3,6 +3,7 @@
 use std::iter;
 
 use super::accumulator::Accumulator;
+use super::aov_sums::{AovPixel, AovSums};
 use super::components::{ComponentFilm, PixelComponents};
 use super::feature_mean::FeatureMean;
 use crate::image::{Features, Film, FilmPixel, Window};
@@ -21,6 +22,8 @@ pub struct FilmContents {
     pub features: bool,
     /// Components in halves, for reconstruction.
     pub components: bool,
+    /// What passes follow from. Those of features need these as well.
+    pub aovs: AovSums,
 }
 
 /// What pixels have gathered, in the order of [`TiledFilm::samples`].
@@ -32,6 +35,8 @@ pub struct FilmState {
     pub features: Vec<FeatureMean>,
     /// Components; empty where none are gathered.
     pub components: Vec<PixelComponents>,
+    /// Sums of passes, as many numbers a pixel as [`TiledFilm::aovs`] tells.
+    pub aovs: Vec<f64>,
     /// As [`TiledFilm::importance`].
     pub importance: Vec<Importance>,
 }
@@ -56,6 +61,8 @@ pub struct Tile {
     pub features: Vec<FeatureMean>,
     /// Components of its pixels, row by row; empty where none are gathered.
     pub components: Vec<PixelComponents>,
+    /// Sums of the passes of its pixels, row by row; empty where none are gathered.
+    pub aovs: Vec<f64>,
 }
 
 /// A pixel of a tile.
@@ -71,6 +78,8 @@ pub struct Pixel<'a> {
     pub features: Option<&'a mut FeatureMean>,
     /// Its components, where they are gathered.
     pub components: Option<&'a mut PixelComponents>,
+    /// Sums of its passes; empty where none are gathered.
+    pub aovs: &'a mut [f64],
 }
 
 impl Tile {
@@ -86,13 +95,16 @@ impl Tile {
         let Window { left, top, width, .. } = self.place;
         let features = self.features.iter_mut().map(Some).chain(iter::repeat_with(|| None));
         let components = self.components.iter_mut().map(Some).chain(iter::repeat_with(|| None));
-        let pixels = (0..).zip(&mut self.samples).zip(features).zip(components);
-        pixels.map(move |(((index, samples), features), components)| Pixel {
+        let numbers = (self.aovs.len() / self.samples.len().max(1)).max(1);
+        let aovs = self.aovs.chunks_exact_mut(numbers).chain(iter::repeat_with(Default::default));
+        let pixels = (0..).zip(&mut self.samples).zip(features).zip(components).zip(aovs);
+        pixels.map(move |((((index, samples), features), components), aovs)| Pixel {
             x: left + index % width,
             y: top + index / width,
             samples,
             features,
             components,
+            aovs,
         })
     }
 }
@@ -107,6 +119,8 @@ pub struct TiledFilm {
     pub tiles: Vec<Tile>,
     /// Importance of each pixel of the whole film, row by row from the top; empty where it has not been measured.
     pub importance: Vec<Importance>,
+    /// What its pixels gather for passes.
+    pub aovs: AovSums,
 }
 
 impl TiledFilm {
@@ -126,9 +140,11 @@ impl TiledFilm {
             let features = vec![FeatureMean::default(); if contents.features { pixels } else { 0 }];
             let components =
                 vec![PixelComponents::default(); if contents.components { pixels } else { 0 }];
-            Tile { place, samples, features, components }
+            let aovs = vec![0.0; pixels * contents.aovs.len()];
+            Tile { place, samples, features, components, aovs }
         };
-        Self { window, tiles: (0..count).map(tile).collect(), importance: Vec::new() }
+        let (tiles, aovs) = ((0..count).map(tile).collect(), contents.aovs);
+        Self { window, tiles, importance: Vec::new(), aovs }
     }
 
     /// What the pixels in `window`, a part of its own, have gathered of `contents`.
@@ -150,7 +166,7 @@ impl TiledFilm {
             }
         }
         let mut part = Self::new(window, contents);
-        for Pixel { x, y, samples, features, components } in
+        for Pixel { x, y, samples, features, components, aovs } in
             part.tiles.iter_mut().flat_map(Tile::all_pixels)
         {
             let (number, pixel) = places[index(x, y)];
@@ -158,6 +174,8 @@ impl TiledFilm {
             samples.clone_from(&tile.samples[pixel]);
             features.into_iter().for_each(|own| *own = tile.features[pixel]);
             components.into_iter().for_each(|own| *own = tile.components[pixel]);
+            let numbers = pixel * aovs.len()..(pixel + 1) * aovs.len();
+            aovs.copy_from_slice(&tile.aovs[numbers]);
         }
         Self { importance: self.importance, ..part }
     }
@@ -177,17 +195,45 @@ impl TiledFilm {
         self.tiles.iter().flat_map(|tile| &tile.components)
     }
 
+    /// Sums of the passes of each pixel, in the order of [`samples`](Self::samples).
+    pub fn aov_sums(&self) -> impl Iterator<Item = &f64> {
+        self.tiles.iter().flat_map(|tile| &tile.aovs)
+    }
+
+    /// A copy without passes.
+    #[must_use]
+    pub fn without_aovs(&self) -> Self {
+        let tile = |tile: &Tile| {
+            let Tile { place, samples, features, components, .. } = tile;
+            let (samples, features) = (samples.clone(), features.clone());
+            Tile {
+                place: *place,
+                samples,
+                features,
+                components: components.clone(),
+                aovs: Vec::new(),
+            }
+        };
+        Self {
+            window: self.window,
+            tiles: self.tiles.iter().map(tile).collect(),
+            importance: self.importance.clone(),
+            aovs: AovSums::default(),
+        }
+    }
+
     /// Replaces all that pixels have gathered.
     pub fn restore(&mut self, state: FilmState) {
-        let FilmState { samples, features, components, importance } = state;
+        let FilmState { samples, features, components, aovs, importance } = state;
         self.importance = importance;
         let (mut samples, mut features) = (samples.into_iter(), features.into_iter());
-        let mut components = components.into_iter();
+        let (mut components, mut aovs) = (components.into_iter(), aovs.into_iter());
         for tile in &mut self.tiles {
             tile.samples.iter_mut().zip(&mut samples).for_each(|(pixel, known)| *pixel = known);
             tile.features.iter_mut().zip(&mut features).for_each(|(pixel, known)| *pixel = known);
             let pixels = tile.components.iter_mut().zip(&mut components);
             pixels.for_each(|(pixel, known)| *pixel = known);
+            tile.aovs.iter_mut().zip(&mut aovs).for_each(|(sum, known)| *sum = known);
         }
     }
 
@@ -216,19 +262,39 @@ impl TiledFilm {
         let width = width as usize;
         let mut means = vec![Features::default(); self.features().count()];
         let mut pixels = vec![PixelComponents::default(); self.components().count()];
+        let layout = self.aovs;
+        let mut passes: Vec<_> = layout
+            .layers()
+            .into_iter()
+            .map(|name| (name, vec![0.0; self.window.pixels() as usize]))
+            .collect();
         for tile in &mut self.tiles {
-            for Pixel { x, y, samples, features, components } in tile.all_pixels() {
+            for Pixel { x, y, samples, features, components, aovs } in tile.all_pixels() {
                 let (column, row) = ((x - left) as usize, (y - top) as usize);
-                film.set(column, row, &pixel(x, y, samples));
+                let resolved = pixel(x, y, samples);
+                film.set(column, row, &resolved);
+                let features = features.map(|features| features.mean());
                 if let Some(features) = features {
-                    means[row * width + column] = features.mean();
+                    means[row * width + column] = features;
+                }
+                let of_pixel = AovPixel {
+                    sums: aovs,
+                    rays: samples.count(),
+                    mean: samples.mean(),
+                    shown: resolved.radiance,
+                    features: features.unwrap_or_default(),
+                };
+                for ((_, plane), value) in passes.iter_mut().zip(layout.values(&of_pixel)) {
+                    plane[row * width + column] = value as f32;
                 }
                 if let Some(components) = components {
                     pixels[row * width + column] = *components;
                 }
             }
             (tile.samples, tile.features, tile.components) = (Vec::new(), Vec::new(), Vec::new());
+            tile.aovs = Vec::new();
         }
+        film.set_passes(passes);
         if !means.is_empty() {
             film.set_features(means);
         }
@@ -273,7 +339,7 @@ mod tests {
 
     #[test]
     fn a_part_has_the_samples_of_its_pixels() {
-        let contents = FilmContents { features: false, components: true };
+        let contents = FilmContents { components: true, ..FilmContents::default() };
         let mut whole = TiledFilm::new(Window { left: 3, top: 2, width: 50, height: 40 }, contents);
         let light = |x: u32, y: u32| Rgb::splat(f64::from(100 * x + y));
         for pixel in whole.tiles.iter_mut().flat_map(Tile::all_pixels) {

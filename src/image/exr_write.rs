@@ -30,7 +30,7 @@ pub fn write_exr(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Res
 /// # Errors
 /// Where a value is not finite or a name is not one; `path` is named then.
 pub fn exr_bytes(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Result<Vec<u8>> {
-    let layers: Vec<(&str, &[f32])> = film.layers().collect();
+    let layers: Vec<(&str, &[f32])> = film.all_layers().collect();
     bytes_of(path, film.window(), film.full_size(), &layers, attributes)
 }
 

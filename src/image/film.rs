@@ -2,121 +2,8 @@
 
 use std::ops::AddAssign;
 
-use glam::DVec3;
-
+use super::film_pixel::{Features, FilmPixel, LAYERS};
 use super::{Image, Window, fill};
-use crate::math::Rgb;
-
-/// The depth, in metres, that stands for "nothing hit" in a stored Z layer: far behind everything,
-/// yet finite. Blender writes the same value.
-pub const FAR: f64 = 1e10;
-
-/// Features of a ray or a pixel: properties of what it sees that do not depend on light, by which a
-/// denoiser finds edges. Values are linear; directions lie in world space.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Features {
-    /// Albedo of what is seen, in [0, 1] per channel; 0 where nothing is.
-    pub albedo: [f32; 3],
-    /// Shading normal of the surfaces seen, on the camera's side, each weighted by how much is seen of
-    /// it: at most of length 1, and 0 where there is none.
-    pub normal: [f32; 3],
-}
-
-impl Features {
-    /// Features rounded to f32.
-    pub fn new(albedo: Rgb, normal: DVec3) -> Self {
-        Self { albedo: albedo.as_vec3().to_array(), normal: normal.as_vec3().to_array() }
-    }
-
-    /// Whether all values are finite.
-    pub fn is_finite(&self) -> bool {
-        self.albedo.iter().chain(&self.normal).all(|value| value.is_finite())
-    }
-}
-
-/// One pixel of a [`Film`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FilmPixel {
-    /// Mean radiance, W/(m² sr), premultiplied by coverage: `R`, `G`, `B`.
-    pub radiance: Rgb,
-    /// The part of it that surfaces and the environment emit, seen without a mirror between: it has
-    /// hardly any noise, and denoising leaves it out.
-    pub visible_emission: Rgb,
-    /// Coverage, 0 to 1: `A`.
-    pub alpha: f64,
-    /// Distance to the first surface in metres; anything beyond [`FAR`], and infinity where nothing
-    /// is hit, is stored as [`FAR`]: `Z`.
-    pub depth: f64,
-    /// Transmittance to the first surface, the X-map's: `transmittance`.
-    pub transmittance: f64,
-    /// Saliency, 0 to 1: `saliency`.
-    pub saliency: f64,
-    /// The XS-map, 0 to 1: `xs`.
-    pub xs: f64,
-    /// Camera rays shot: `rays`.
-    pub rays: f64,
-    /// Gather radius in metres: `radius`.
-    pub radius: f64,
-    /// March step in metres: `step`.
-    pub step: f64,
-    /// Variance of the mean luminance, radiance squared: `variance`.
-    pub variance: f64,
-}
-
-impl Default for FilmPixel {
-    /// Black, empty and nothing hit.
-    fn default() -> Self {
-        Self {
-            radiance: Rgb::ZERO,
-            visible_emission: Rgb::ZERO,
-            alpha: 0.0,
-            depth: f64::INFINITY,
-            transmittance: 0.0,
-            saliency: 0.0,
-            xs: 0.0,
-            rays: 0.0,
-            radius: 0.0,
-            step: 0.0,
-            variance: 0.0,
-        }
-    }
-}
-
-impl FilmPixel {
-    fn values(&self) -> [f64; LAYERS.len()] {
-        let depth = if self.depth.is_nan() { self.depth } else { self.depth.min(FAR) };
-        [
-            self.radiance.x,
-            self.radiance.y,
-            self.radiance.z,
-            self.alpha,
-            depth,
-            self.transmittance,
-            self.saliency,
-            self.xs,
-            self.rays,
-            self.radius,
-            self.step,
-            self.variance,
-        ]
-    }
-}
-
-/// The names of the film's layers, in the order of [`FilmPixel::values`].
-const LAYERS: [&str; 12] = [
-    "R",
-    "G",
-    "B",
-    "A",
-    "Z",
-    "transmittance",
-    "saliency",
-    "xs",
-    "rays",
-    "radius",
-    "step",
-    "variance",
-];
 
 /// How many of them are radiance.
 const RADIANCE: usize = 3;
@@ -143,6 +30,8 @@ pub struct Film {
     noisy: Vec<f32>,
     /// Features of each pixel; empty where none were gathered.
     features: Vec<Features>,
+    /// Passes that were asked for, each layer with its name.
+    passes: Vec<(String, Vec<f32>)>,
     /// The denoiser, where the film is denoised.
     denoiser: Option<String>,
     /// Whether it was reconstructed from its components.
@@ -184,6 +73,7 @@ impl Film {
             visible_emission: vec![[0.0; 3]; pixels],
             noisy: Vec::new(),
             features: Vec::new(),
+            passes: Vec::new(),
             denoiser: None,
             reconstructed: false,
             repaired: 0,
@@ -222,6 +112,11 @@ impl Film {
             visible_emission: window.cut(&self.visible_emission, own),
             noisy: planes(&self.noisy),
             features: if has_features { window.cut(&self.features, own) } else { Vec::new() },
+            passes: self
+                .passes
+                .iter()
+                .map(|(name, plane)| (name.clone(), window.cut(plane, own)))
+                .collect(),
             ..self
         }
     }
@@ -286,8 +181,26 @@ impl Film {
         &self.features
     }
 
+    /// Sets the layers of passes, each with its name and values row by row from the top. Values that are not finite are
+    /// replaced as by [`set`](Self::set).
+    ///
+    /// # Panics
+    /// Where a layer has not one value a pixel.
+    pub fn set_passes(&mut self, mut passes: Vec<(String, Vec<f32>)>) {
+        for (name, plane) in &mut passes {
+            assert_eq!(plane.len(), self.pixels(), "{name}: one a pixel");
+            plane.iter_mut().for_each(|value| *value = finite((*value).into(), &mut self.repaired));
+        }
+        self.passes = passes;
+    }
+
+    /// The layers of passes with their names.
+    pub fn passes(&self) -> impl Iterator<Item = (&str, &[f32])> {
+        self.passes.iter().map(|(name, plane)| (name.as_str(), plane.as_slice()))
+    }
+
     /// Gives each pixel for which `known` is false, row by row from the top, what is seen in the
-    /// nearest one for which it is true: `R`, `G`, `B`, `A`, `Z`, `transmittance` and features. Its
+    /// nearest one for which it is true: `R`, `G`, `B`, `A`, `Z`, `transmittance`, features and passes. Its
     /// other layers stay; so does all where nothing is known.
     ///
     /// # Panics
@@ -296,7 +209,8 @@ impl Film {
         assert_eq!(known.len(), self.pixels(), "one a pixel");
         let Some(nearest) = fill::nearest(self.width(), known) else { return };
         let others = self.others.iter_mut().map(Vec::as_mut_slice);
-        for layer in self.radiance.chunks_exact_mut(known.len()).chain(others).take(SEEN) {
+        let seen = self.radiance.chunks_exact_mut(known.len()).chain(others).take(SEEN);
+        for layer in seen.chain(self.passes.iter_mut().map(|(_, plane)| plane.as_mut_slice())) {
             // What is known is its own nearest, and stays.
             for (index, &from) in nearest.iter().enumerate() {
                 layer[index] = layer[from as usize];
@@ -357,15 +271,21 @@ impl Film {
 
     /// The layer of that name, row by row from the top.
     pub fn layer(&self, name: &str) -> Option<&[f32]> {
-        self.layers().find_map(|(known, values)| (known == name).then_some(values))
+        self.all_layers().find_map(|(known, values)| (known == name).then_some(values))
     }
 
-    /// All layers with their names.
+    /// All layers but those of passes, with their names.
     pub fn layers(&self) -> impl Iterator<Item = (&'static str, &[f32])> {
         let kept = NOISY_LAYERS.into_iter().zip(self.noisy.chunks_exact(self.pixels()));
         let others = self.others.iter().map(Vec::as_slice);
         let all = self.radiance.chunks_exact(self.pixels()).chain(others);
         LAYERS.into_iter().zip(all).chain(kept)
+    }
+
+    /// All layers with their names, those of passes last.
+    pub fn all_layers(&self) -> impl Iterator<Item = (&str, &[f32])> {
+        let own = self.layers().map(|(name, values): (&str, &[f32])| (name, values));
+        own.chain(self.passes())
     }
 
     /// `R`, `G` and `B`, one plane of rows from the top after another.

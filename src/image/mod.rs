@@ -12,6 +12,7 @@ mod exr_read;
 mod exr_write;
 mod fill;
 mod film;
+mod film_pixel;
 mod hdr_read;
 pub mod merge;
 mod meter;
@@ -35,7 +36,8 @@ pub use exr_read::{
     Channels, Layers, LayersHeader, read_attributes, read_exr, read_header, read_layers,
 };
 pub use exr_write::{exr_bytes, exr_layers_bytes, write_exr, write_exr_image, write_exr_layers};
-pub use film::{FAR, Features, Film, FilmPixel, NOISY_LAYERS};
+pub use film::{Film, NOISY_LAYERS};
+pub use film_pixel::{FAR, Features, FilmPixel};
 pub use meter::meter;
 pub use neighborhood::{averages, within};
 pub use palette::{NOT_FINITE, viridis};

@@ -296,13 +296,35 @@ impl<S: Spectrum> Profile<S> {
         if !opacity.is_normal() {
             return None;
         }
-        let target = -(-u[0] * opacity).ln_1p();
+        let (piece, along) = self.reach(u[0] * opacity, channel)?;
+        let flux = (-piece.thickness_to(along)).exp() * piece.sigma_t_at(along);
+        self.place(piece.span.start + along, flux)
+    }
+
+    /// Opacity of the whole ray, in the middle channel where they differ.
+    pub fn middle_opacity(&self) -> f64 {
+        self.opacity().channel(self.middle_channel())
+    }
+
+    /// Distance in metres at which the opacity has reached this `opacity` in the channel of
+    /// [`middle_opacity`](Self::middle_opacity); nothing where it does not.
+    pub fn distance_at(&self, opacity: f64) -> Option<f64> {
+        let reaches = opacity > 0.0 && opacity <= self.middle_opacity();
+        let (piece, along) = reaches.then(|| self.reach(opacity, self.middle_channel()))??;
+        Some(piece.span.start + along)
+    }
+
+    fn middle_channel(&self) -> usize {
+        S::CHANNELS / 2
+    }
+
+    /// The piece in which the opacity from the start of the ray is `opacity` in `channel`, and metres from its start to there.
+    fn reach(&self, opacity: f64, channel: usize) -> Option<(&Piece<S>, f64)> {
+        let target = -(-opacity).ln_1p();
         let before = |piece: &Piece<S>| piece.before.channel(channel);
         let index = self.pieces.partition_point(|p| before(p) <= target).checked_sub(1)?;
         let piece = &self.pieces[index];
-        let along = piece.reach(target, channel)?;
-        let flux = (-piece.thickness_to(along)).exp() * piece.sigma_t_at(along);
-        self.place(piece.span.start + along, flux)
+        Some((piece, piece.reach(target, channel)?))
     }
 
     /// The place at `t` with the density that [`sample`](Self::sample) has there; nothing where

@@ -20,13 +20,13 @@ pub(super) struct Picture(pub(super) Arc<PictureInMemory>);
 struct Layer {
     picture: Arc<PictureInMemory>,
     /// The name; `None` for radiance.
-    name: Option<&'static str>,
+    name: Option<String>,
 }
 
 impl AsRef<[f32]> for Layer {
     fn as_ref(&self) -> &[f32] {
         let film = &self.picture.film;
-        self.name.map_or(film.radiance(), |name| film.layer(name).unwrap_or_default())
+        self.name.as_ref().map_or(film.radiance(), |name| film.layer(name).unwrap_or_default())
     }
 }
 
@@ -39,13 +39,13 @@ impl Picture {
     }
 
     /// Each layer by its name.
-    fn layers(&self) -> Vec<(&'static str, Values)> {
+    fn layers(&self) -> Vec<(String, Values)> {
         let (width, height) = self.size();
-        let layer = |(name, _)| {
-            let layer = Layer { picture: self.0.clone(), name: Some(name) };
-            (name, Values::new(Arc::new(layer), 0, vec![height, width]))
+        let layer = |(name, _): (&str, _)| {
+            let layer = Layer { picture: self.0.clone(), name: Some(name.to_owned()) };
+            (name.to_owned(), Values::new(Arc::new(layer), 0, vec![height, width]))
         };
-        self.0.film.layers().map(layer).collect()
+        self.0.film.all_layers().map(layer).collect()
     }
 
     /// Radiance, one channel after another in memory and last among the axes.

@@ -2,7 +2,7 @@
 //!
 //! A [state file](super::state_file): its head is key, work, rounds, and how much follows. Its body:
 //!
-//! 1. samples of each pixel, then features and components where they are gathered, as the bits of their numbers
+//! 1. samples of each pixel, then features, components and sums of passes where they are gathered, as the bits of their numbers
 //! 2. XS and saliency of each pixel of the whole film, where a director has measured them
 //! 3. the [cells](super::cell_file) of each cache
 
@@ -69,6 +69,8 @@ struct Head {
     features: bool,
     /// Whether components follow those.
     components: bool,
+    /// Numbers of each pixel for passes, which follow those.
+    aovs: u64,
     /// Number of pixels whose importance follows those.
     importance: u64,
     /// The cells of each cache.
@@ -80,8 +82,8 @@ impl Head {
     fn body(&self) -> Option<u64> {
         let features = if self.features { FeatureMean::WORDS } else { 0 };
         let components = if self.components { PixelComponents::WORDS } else { 0 };
-        let words = Accumulator::WORDS + features + components;
-        let pixels = self.pixels.checked_mul(8 * words as u64)?;
+        let words = ((Accumulator::WORDS + features + components) as u64).checked_add(self.aovs)?;
+        let pixels = self.pixels.checked_mul(words.checked_mul(8)?)?;
         let pixels = pixels.checked_add(self.importance.checked_mul(8)?)?;
         self.caches.iter().try_fold(pixels, |sum, cells| sum.checked_add(cells.bytes()?))
     }
@@ -103,6 +105,7 @@ pub(super) fn write<S: Spectrum>(
         pixels: film.samples().count() as u64,
         features: film.features().next().is_some(),
         components: film.components().next().is_some(),
+        aovs: film.aovs.len() as u64,
         importance: film.importance.len() as u64,
         caches: caches.iter().map(|cache| CellsHead::new(cache)).collect(),
     };
@@ -127,6 +130,9 @@ fn write_body<S: Spectrum, W: Write>(
     }
     for components in film.components() {
         out.put(components.to_bits().map(u64::to_le_bytes).as_flattened())?;
+    }
+    for sum in film.aov_sums() {
+        out.put(&sum.to_le_bytes())?;
     }
     for Importance { xs, saliency } in &film.importance {
         out.put([*xs, *saliency].map(f32::to_le_bytes).as_flattened())?;
@@ -170,6 +176,12 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Checkpo
     for _ in 0..count {
         components.push(PixelComponents::from_bits(&input.words()?));
     }
+    // The head was checked against the length of the file.
+    let count = head.pixels * head.aovs;
+    let mut aovs = Vec::with_capacity(count as usize);
+    for _ in 0..count {
+        aovs.push(f64::from_le_bytes(input.take()?));
+    }
     let mut importance = Vec::with_capacity(head.importance as usize);
     for _ in 0..head.importance {
         let [xs, saliency] = [input.take()?, input.take()?].map(f32::from_le_bytes);
@@ -181,6 +193,6 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Checkpo
         head.read(input, |cell, value| known.push((cell, value)))?;
         caches.push(CacheState { head: *head, known });
     }
-    let film = FilmState { samples, features, components, importance };
+    let film = FilmState { samples, features, components, aovs, importance };
     Ok(CheckpointState { work: head.work, rounds: head.rounds.clone(), film, caches })
 }

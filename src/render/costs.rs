@@ -20,11 +20,13 @@ use super::photon_pass::{PhotonPass, strategies};
 use super::photon_rate::PhotonRate;
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
-use super::stage_settings::{finest_step, pass_settings, sampled_pass_settings, specialised};
+use super::stage_settings::{
+    film_contents, finest_step, pass_settings, sampled_pass_settings, specialised,
+};
 use crate::cache::LazyCells;
 use crate::director::PixelBudget;
 use crate::error::Result;
-use crate::film::{FIRST_RAYS, FilmContents, Sample};
+use crate::film::{FIRST_RAYS, FilmContents};
 use crate::image::Window;
 use crate::math::{Spectrum, Stage};
 use crate::photon::{self, PhotonDirection, PhotonMemory};
@@ -151,7 +153,7 @@ impl RaySample {
         let start = Instant::now();
         let needs = Needs::new(scene, settings);
         let integrator = photons.integrator(scene, needs);
-        let tracer = FeatureTracer::new(scene, settings.denoise);
+        let tracer = FeatureTracer::new(scene, film_contents(scene, settings));
         let ([width, height], size) = (scene.film.size.map(f64::from), self.size);
         let small = size.map(|side| side as u32);
         let region = RenderRegion {
@@ -168,8 +170,7 @@ impl RaySample {
         let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
         let radiance = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
             let sample = integrator.radiance(camera_ray, workspace);
-            let CameraRay { ray, budget, .. } = camera_ray;
-            Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
+            tracer.complete(sample, camera_ray, workspace)
         };
         let fixed = |_, _| budget;
         let exposed = exposure::expose(region, camera, fixed, radiance, &[], &Control::silent());

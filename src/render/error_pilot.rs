@@ -108,7 +108,7 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
     let budget = after_pilot(gold, settings).of_pilot();
     let region = RenderRegion {
         window: Window::whole(scene.film.size),
-        contents: FilmContents { features: false, components: true },
+        contents: FilmContents { components: true, ..FilmContents::default() },
         ..render_region(scene, settings, Stage::March)
     };
     let sampled = sample(

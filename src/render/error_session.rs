@@ -13,7 +13,7 @@ use super::progress::Stages;
 use super::reconstruction::finish;
 use super::rendered::{Ended, ReachedError, Rendered};
 use super::rounds::{Extent, Round, Schedule, total};
-use super::stage_settings::{finest_step, pass_settings, render_region};
+use super::stage_settings::{film_contents, finest_step, pass_settings, render_region};
 use super::stated_error::StatedError;
 use crate::director::PixelBudget;
 use crate::error::Result;
@@ -178,7 +178,7 @@ fn expose_round<S: Spectrum, H: PhotonDirection>(
     let integrators: Vec<_> =
         photons.iter().map(|half| half.integrator(scene, pass.photons.needs)).collect();
     let caches = lazy_cells(&photons, control)?;
-    let tracer = FeatureTracer::new(scene, settings.denoise);
+    let tracer = FeatureTracer::new(scene, film_contents(scene, settings));
     done.sampled = sample(
         RenderRegion { rays: round.adds.rays, ..*region },
         |x, y, lens| scene.camera.ray(x, y, lens),

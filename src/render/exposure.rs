@@ -185,7 +185,7 @@ pub fn picture_so_far(
     film: &TiledFilm,
     work: &Work,
 ) -> Rendered {
-    let (film, work) = (film.clone(), *work);
+    let (film, work) = (film.without_aovs(), *work);
     let sampled = Sampled { film, work, ended: Ended::Stopped, checkpoint_error: None };
     let exposed = resolve(region, budget, sampled);
     exposed.rendered(Work::default(), Stages::default(), None)
@@ -330,7 +330,8 @@ where
 
     /// The samples of a pixel that belong to a pass.
     fn expose_pixel(&self, pixel: Pixel<'_>, run: &PassRun<'_>, of: &mut TileRun<S>) {
-        let Pixel { x, y, samples, mut features, mut components } = pixel;
+        let Pixel { x, y, samples, mut features, mut components, aovs } = pixel;
+        let contents = self.region.contents;
         let budget = (self.budget)(x, y);
         let begin = samples.given() as u32;
         let [first, last] = [run.pass.begin, run.pass.end].map(|ray| budget.earlier + ray);
@@ -350,6 +351,9 @@ where
             }
             if let (Some(components), Some(half)) = (components.as_deref_mut(), half) {
                 components.add(half, &sample);
+            }
+            if !aovs.is_empty() {
+                contents.aovs.add(aovs, &sample);
             }
             of.workspace.ctx.work.dropped_samples += samples.dropped() - dropped;
             // Filling cells of caches may have taken long.

@@ -1,4 +1,5 @@
-//! Features of the first diffuse surfaces and of media, for a denoiser: albedo and normal.
+//! Features of the first diffuse surfaces and of media, for a denoiser and for passes: albedo and normal. And for passes, where
+//! the opacity along a ray lies.
 //!
 //! Albedo and normals are those of Open Image Denoise's documentation ("Inputs" of its filter "RT"): of
 //! the first surface that scatters diffusely, mirrors and glass followed to it, averaged over the rays
@@ -8,7 +9,7 @@
 
 use smallvec::{SmallVec, smallvec};
 
-use crate::film::VisibleSurface;
+use crate::film::{FilmContents, OpacityDepths, Sample, VisibleSurface};
 use crate::image::Features;
 use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint, luminance};
 use crate::medium::{Albedo, Media, Profile};
@@ -17,7 +18,8 @@ use crate::surface::SurfaceHit;
 use crate::transport::specular::MAX_PROBE_BOUNCES;
 use crate::transport::{EnclosingSolids, PathContext, camera_view, direct_light};
 
-use super::pixel_sampling::Workspace;
+use super::opacity_depths::{opacity_depths, visible_depth};
+use super::pixel_sampling::{CameraRay, Workspace};
 
 /// Bounces at glass that are traced both where it reflects and where it refracts; later ones are traced
 /// where more of the light goes. Each doubles the rays.
@@ -26,11 +28,14 @@ const BRANCHING_BOUNCES: u32 = 2;
 /// Weight below which what is seen is left out; it bounds the number of rays.
 const MIN_WEIGHT: f64 = 1e-3;
 
-/// Traces the denoiser's features of a scene.
+/// Traces what rays see of a scene.
 #[derive(Debug)]
 pub(super) struct FeatureTracer<'a> {
     scene: &'a Scene,
-    enabled: bool,
+    /// Whether features are gathered.
+    features: bool,
+    /// Whether it is gathered where opacity lies.
+    depths: bool,
     /// The albedo of all media, where it is the same everywhere.
     albedo: Option<Rgb>,
 }
@@ -49,27 +54,62 @@ struct FeatureRay {
 }
 
 impl<'a> FeatureTracer<'a> {
-    /// A tracer for `scene`; one that is not `enabled` traces nothing.
-    pub(super) fn new(scene: &'a Scene, enabled: bool) -> Self {
-        Self { scene, enabled, albedo: common_albedo(&scene.media) }
+    /// A tracer for `scene`, of what `contents` need.
+    pub(super) fn new(scene: &'a Scene, contents: FilmContents) -> Self {
+        let FilmContents { features, aovs, .. } = contents;
+        let depths = aovs.0.has_depths();
+        Self { scene, features, depths, albedo: common_albedo(&scene.media) }
     }
 
-    /// The features along `ray`, one of the camera's, `None` where they are not enabled; `step` is the
-    /// march step through media in metres.
-    pub(super) fn along<S: Spectrum>(
+    /// `sample` with what `camera_ray` sees, as far as that is gathered.
+    pub(super) fn complete<S: Spectrum>(
+        &self,
+        sample: Sample,
+        camera_ray: &CameraRay<'_>,
+        workspace: &mut Workspace<S>,
+    ) -> Sample {
+        if !self.features && !self.depths {
+            return sample;
+        }
+        let CameraRay { ray, budget, .. } = camera_ray;
+        let (features, depths) = self.along(*ray, budget.step, workspace);
+        Sample { features: self.features.then_some(features), depths, ..sample }
+    }
+
+    /// As [`complete`](Self::complete), for a `sample` that does not know yet where media hide what is behind them.
+    pub(super) fn complete_reference<S: Spectrum>(
+        &self,
+        mut sample: Sample,
+        camera_ray: &CameraRay<'_>,
+        workspace: &mut Workspace<S>,
+    ) -> Sample {
+        let Workspace { ctx, profiles } = workspace;
+        if ctx.needs.media {
+            let CameraRay { ray, budget, .. } = camera_ray;
+            let [near, end] = [self.scene.camera.near(ray), self.scene.camera.end(ray)];
+            let first = sample.depth - near;
+            let span = Span::new(0.0, first.min(end));
+            profiles.path.trace(&self.scene.media, ray, span, budget.step, 0.5);
+            profiles.path.count(&mut ctx.work);
+            sample.depth = near + visible_depth(&profiles.path, first);
+        }
+        self.complete(sample, camera_ray, workspace)
+    }
+
+    /// The features along `ray`, one of the camera's, and where its opacity lies; `step` is the march step through media in
+    /// metres.
+    fn along<S: Spectrum>(
         &self,
         ray: Ray<World>,
         step: f64,
         workspace: &mut Workspace<S>,
-    ) -> Option<Features> {
-        if !self.enabled {
-            return None;
-        }
+    ) -> (Features, Option<OpacityDepths>) {
         let (mut albedo, mut normal) = (Rgb::ZERO, glam::DVec3::ZERO);
         let Workspace { ctx, profiles } = workspace;
         let (end, solids) = (self.scene.camera.end(&ray), EnclosingSolids::NONE);
         let mut pending: SmallVec<[FeatureRay; 4]> =
             smallvec![FeatureRay { ray, end, weight: Rgb::ONE, solids, bounces: 0 }];
+        let mut depths = None;
         while let Some(mut next) = pending.pop() {
             let from_camera = next.bounces == 0;
             let hit = if from_camera {
@@ -77,13 +117,23 @@ impl<'a> FeatureTracer<'a> {
             } else {
                 direct_light::first_surface(self.scene, &next.ray, ctx)
             };
-            if next.solids.is_none() && ctx.needs.media {
+            let marches = next.solids.is_none() && ctx.needs.media;
+            if marches {
                 let span = Span::new(0.0, hit.as_ref().map_or(next.end, |hit| hit.t));
                 let profile = &mut profiles.path;
                 let (media, transmittance) =
                     self.through_media(&next.ray, span, step, ctx, profile);
                 albedo += next.weight * media;
                 next.weight *= transmittance;
+            }
+            if self.depths && from_camera {
+                let profile = marches.then_some(&profiles.path);
+                let covering = hit.as_ref().filter(|hit| camera_view::covers(self.scene, hit));
+                let from_origin = opacity_depths(&next.ray, profile, covering.map(|hit| hit.t));
+                depths = from_origin.map(|depths| depths.behind(self.scene.camera.near(&next.ray)));
+            }
+            if !self.features {
+                break;
             }
             let Some(hit) = hit.filter(|_| next.weight.max_element() > MIN_WEIGHT) else {
                 continue;
@@ -99,7 +149,7 @@ impl<'a> FeatureTracer<'a> {
                 normal += seen.normal * luminance(next.weight);
             }
         }
-        Some(Features::new(albedo, normal))
+        (Features::new(albedo, normal), depths)
     }
 
     /// The albedo of the media along `span` of `ray`, weighed by how much of them is seen, and their

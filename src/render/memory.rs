@@ -6,9 +6,9 @@
 
 use serde::Serialize;
 
-use super::stage_settings::{exposed_window, shown_window};
+use super::stage_settings::{exposed_window, film_contents, shown_window};
 use crate::director::PixelBudget;
-use crate::film::{Accumulator, FeatureMean, PixelComponents, RECONSTRUCTION_BYTES};
+use crate::film::{Accumulator, FeatureMean, FilmContents, PixelComponents, RECONSTRUCTION_BYTES};
 use crate::image::{Features, Film, Window};
 use crate::medium::Medium;
 use crate::photon::PhotonMemory;
@@ -103,16 +103,20 @@ pub(super) fn memory_with(
     let sizes = media.grid_bytes();
     let grids = sizes.iter().map(|bytes| *bytes as u64).sum::<u64>();
     let surfaces = scene.surfaces.memory_bytes() as u64;
-    let features = if settings.denoise { FEATURES } else { 0 };
+    let FilmContents { features, aovs, .. } = film_contents(scene, settings);
+    let plane = size_of::<f32>() * aovs.layers().len();
+    let passes = (aovs.len() * size_of::<f64>() + plane) as u64;
+    let features = passes + if features { FEATURES } else { 0 };
     let film = pixels
         * if settings.in_halves() {
-            RECONSTRUCTING.max(FILM + features + size_of::<PixelComponents>() as u64)
+            (RECONSTRUCTING + plane as u64)
+                .max(FILM + features + size_of::<PixelComponents>() as u64)
         } else {
             FILM + features
         };
     let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
     let maps = if Needs::new(scene, settings).maps { maps } else { 0 };
-    let writing = shown_window(scene, settings).pixels() * WRITING;
+    let writing = shown_window(scene, settings).pixels() * (WRITING + 3 * plane as u64);
     // Grids are read one after another. Beside the last there are for a while its file and OpenVDB's
     // own copy; beside a mesh, the lists that it is read into.
     let read = sizes.last().map_or(0, |bytes| 2 * *bytes as u64);

@@ -31,6 +31,7 @@ mod exposure;
 mod features;
 mod integrator;
 mod memory;
+mod opacity_depths;
 mod pass_settings;
 mod photon_file;
 mod photon_pass;

@@ -68,8 +68,7 @@ pub(super) fn estimate<S: Spectrum, H: PhotonDirection>(
     camera_ray: &CameraRay<'_>,
     workspace: &mut Workspace<S>,
 ) -> Sample {
-    let CameraRay { ray, budget, half, .. } = camera_ray;
-    let half = half.unwrap_or(0) % integrators.len();
+    let half = camera_ray.half.unwrap_or(0) % integrators.len();
     let sample = integrators[half].radiance(camera_ray, workspace);
-    Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
+    tracer.complete(sample, camera_ray, workspace)
 }

@@ -16,7 +16,9 @@ use super::progress::Stages;
 use super::reconstruction::finish;
 use super::rendered::Rendered;
 use super::rounds::Extent;
-use super::stage_settings::{finest_step, pass_settings, render_region, specialised};
+use super::stage_settings::{
+    film_contents, finest_step, pass_settings, render_region, specialised,
+};
 use super::variance_pilot::budgets_by_variance;
 use crate::director::{PhotonDemand, PixelBudget};
 use crate::error::Result;
@@ -205,7 +207,7 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
     let integrators: Vec<_> = photons.iter().map(|pass| pass.integrator(scene, needs)).collect();
     // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
     let caches = lazy_cells(photons, control)?;
-    let tracer = FeatureTracer::new(scene, settings.denoise);
+    let tracer = FeatureTracer::new(scene, film_contents(scene, settings));
     let camera = |x, y, lens| scene.camera.ray(x, y, lens);
     let estimate = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
         estimate(&integrators, &tracer, camera_ray, workspace)

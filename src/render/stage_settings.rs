@@ -6,7 +6,7 @@ use super::exposure::RenderRegion;
 use super::pass_settings::PassSettings;
 use crate::cache::SamplePass;
 use crate::director::PixelBudget;
-use crate::film::{FilmContents, RECONSTRUCTION_REACH};
+use crate::film::{AovSums, FilmContents, RECONSTRUCTION_REACH};
 use crate::image::Window;
 use crate::math::Stage;
 use crate::photon::PhotonSettings;
@@ -102,6 +102,16 @@ pub(super) fn render_region(
             SamplePass { index: 0, rays: settings.rays, first, shot }
         }),
         needs: Needs::new(scene, settings),
-        contents: FilmContents { features: settings.denoise, components: settings.in_halves() },
+        contents: film_contents(scene, settings),
+    }
+}
+
+/// What pixels gather beside their samples under `settings`.
+pub(super) fn film_contents(scene: &Scene, settings: &RenderSettings) -> FilmContents {
+    let passes = scene.film.passes;
+    FilmContents {
+        features: settings.denoise || passes.has_features(),
+        components: settings.in_halves(),
+        aovs: AovSums(passes),
     }
 }

@@ -7,12 +7,12 @@ use super::exposure::{RenderRegion, expose};
 use super::features::FeatureTracer;
 use super::integrator::PathTracer;
 use super::photon_pass::PhotonPass;
-use super::pixel_sampling::{CameraRay, Workspace};
+use super::pixel_sampling::Workspace;
 use super::progress::Stages;
 use super::rendered::{Ended, Rendered};
-use super::stage_settings::{finest_step, render_region};
+use super::stage_settings::{film_contents, finest_step, render_region};
 use crate::director::PixelBudget;
-use crate::film::{FilmContents, Sample};
+use crate::film::FilmContents;
 use crate::math::{Rgb, Spectrum, Stage};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
@@ -42,21 +42,17 @@ fn trace_reference<S: Spectrum>(
     let mut stages = Stages::default();
     let start = Instant::now();
     let paths = PathTracer::new(scene, settings.max_scatter);
-    let tracer = FeatureTracer::new(scene, settings.denoise);
+    let contents = FilmContents { components: false, ..film_contents(scene, settings) };
+    let tracer = FeatureTracer::new(scene, contents);
     let budget = PixelBudget::fixed(settings.rays, 0.0, 0.0).of_pass(settings);
     let region = render_region(scene, settings, Stage::Reference);
     let exposed = expose(
-        RenderRegion {
-            window: region.shown,
-            contents: FilmContents { features: settings.denoise, components: false },
-            ..region
-        },
+        RenderRegion { window: region.shown, contents, ..region },
         |x, y, lens| scene.camera.ray(x, y, lens),
         |_, _| budget,
         |camera_ray, workspace: &mut Workspace<S>| {
-            let CameraRay { ray, budget, .. } = camera_ray;
-            let sample = paths.radiance::<S>(*ray, &mut workspace.ctx);
-            Sample { features: tracer.along(*ray, budget.step, workspace), ..sample }
+            let sample = paths.radiance::<S>(camera_ray.ray, &mut workspace.ctx);
+            tracer.complete_reference(sample, camera_ray, workspace)
         },
         &[],
         control,

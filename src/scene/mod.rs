@@ -4,6 +4,7 @@
 //! camera and lights. After it nothing reads a file any more.
 
 mod advice;
+mod aov;
 mod bare;
 pub mod camera;
 mod directing;
@@ -32,6 +33,7 @@ use crate::medium::Media;
 use crate::surface::Surfaces;
 
 pub use advice::advice;
+pub use aov::{Aov, Aovs};
 pub use bare::{BareScene, Ground, Look, LookOptions, UpAxis, summary};
 pub use camera::Camera;
 pub use directing::{

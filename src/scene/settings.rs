@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use super::aov::Aovs;
 use super::directing::{Directing, Director, Importance, name_of};
 use super::picture_pass::PicturePass;
 use crate::image::{View, ViewTransform, Window};
@@ -30,6 +31,10 @@ pub struct FilmSettings {
     pub exposure: Option<f64>,
     /// View transform of the PNG.
     pub view: ViewTransform,
+    /// Passes that are stored beside the layers of every picture.
+    pub passes: Aovs,
+    /// Whether colours are stored as half floats.
+    pub half: bool,
 }
 
 impl FilmSettings {

@@ -5,6 +5,8 @@
 //! | `R` `G` `B` `A` `transmittance` `noisy.*` | the weighted mean: each is a mean over rays |
 //! | `saliency` `xs` `radius` `step` | the weighted mean: what a pixel was worth, and the widths it was rendered with |
 //! | `Z` | the least, as of the rays of one picture: the nearest surface that any ray met |
+//! | `depth.*` `position.*` | the mean weighed by coverage as well, as rays are in one picture; FAR and 0 where nothing is seen |
+//! | other passes | the weighted mean |
 //! | `rays` | the sum |
 //! | `variance` | that of the mean, from the spread between passes: see `variance.rs` |
 //!
@@ -13,15 +15,20 @@
 
 use std::collections::BTreeMap;
 
-use super::super::{Channels, Layers, NOISY_LAYERS, Window};
+use super::super::{Channels, FAR, Layers, NOISY_LAYERS, Window};
 use super::variance::Spread;
 use crate::math::{Rgb, luminance};
 
 /// How a layer is merged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum Rule {
     /// Weighted mean.
     Mean,
+    /// Mean weighed by coverage as well, of a value that is this where nothing is seen.
+    Seen {
+        /// That value.
+        nothing: f64,
+    },
     /// Least value.
     Least,
     /// Sum.
@@ -40,6 +47,19 @@ impl Rule {
             "Z" => Some(Self::Least),
             "rays" => Some(Self::Sum),
             "variance" => Some(Self::Variance),
+            _ => Self::of_pass(layer),
+        }
+    }
+
+    /// The rule of a layer of a pass.
+    fn of_pass(layer: &str) -> Option<Self> {
+        let (pass, _) = layer.split_once('.')?;
+        match pass {
+            "depth" => Some(Self::Seen { nothing: FAR }),
+            "position" => Some(Self::Seen { nothing: 0.0 }),
+            "albedo" | "normal" | "media" | "direct" | "indirect" | "emission" | "specular" => {
+                Some(Self::Mean)
+            }
             _ => None,
         }
     }
@@ -57,6 +77,8 @@ struct LayerSum {
 pub struct PassMean {
     width: usize,
     layers: BTreeMap<String, LayerSum>,
+    /// Weight of what each pixel has seen, where layers are weighed by that.
+    seen: Vec<f64>,
     /// Luminance of the passes, where there is a layer of variance.
     spread: Option<Spread>,
     passes: usize,
@@ -81,7 +103,10 @@ impl PassMean {
         let layers = layers.iter().map(layer).collect::<Result<BTreeMap<_, _>, String>>()?;
         let has_variance = layers.values().any(|layer| layer.rule == Rule::Variance);
         let spread = has_variance.then(|| Spread::new(width * height));
-        Ok(Self { width, layers, spread, passes: 0, weight: 0.0, total: 0.0 })
+        let by_coverage = |layer: &LayerSum| matches!(layer.rule, Rule::Seen { .. });
+        let pixels = if layers.values().any(by_coverage) { width * height } else { 0 };
+        let seen = vec![0.0; pixels];
+        Ok(Self { width, layers, seen, spread, passes: 0, weight: 0.0, total: 0.0 })
     }
 
     /// Begins the next pass, of a positive `weight`. The order of passes is that of summation.
@@ -104,12 +129,20 @@ impl PassMean {
                 Rule::Sum => &|sum, value| *sum += value,
                 Rule::Least if is_first => &|sum, value| *sum = value,
                 Rule::Least => &|sum, value| *sum = sum.min(value),
+                Rule::Seen { .. } => {
+                    add_seen(sums, [values, coverage(part)], weight, window, self.width);
+                    continue;
+                }
                 Rule::Variance => continue,
             };
             for (pixels, own) in window.rows(self.width) {
                 let values = values[own].iter().copied().map(f64::from);
                 sums[pixels].iter_mut().zip(values).for_each(|(sum, value)| add(sum, value));
             }
+        }
+        if !self.seen.is_empty() {
+            let ones = vec![1.0; coverage(part).len()];
+            add_seen(&mut self.seen, [&ones, coverage(part)], weight, window, self.width);
         }
         self.add_spread(window, part);
     }
@@ -129,10 +162,15 @@ impl PassMean {
 
     /// The layers of the mean.
     pub fn finish(self) -> Channels {
-        let Self { width, layers, mut spread, passes, total, .. } = self;
+        let Self { width, layers, seen, mut spread, passes, total, .. } = self;
         let resolved = |(name, LayerSum { rule, mut values }): (String, LayerSum)| {
             match rule {
                 Rule::Mean => values.iter_mut().for_each(|value| *value /= total),
+                Rule::Seen { nothing } => {
+                    for (value, seen) in values.iter_mut().zip(&seen) {
+                        *value = if *seen > 0.0 { *value / seen } else { nothing };
+                    }
+                }
                 Rule::Sum | Rule::Least => {}
                 Rule::Variance => {
                     let spread = spread.take();
@@ -142,6 +180,27 @@ impl PassMean {
             (name, values.into_iter().map(|value| value as f32).collect())
         };
         layers.into_iter().map(resolved).collect()
+    }
+}
+
+/// Coverage of each pixel of `part`: how much of a pixel is seen, and so the opacity of its rays.
+fn coverage(part: &Layers) -> &[f32] {
+    part.get("A").unwrap_or_default()
+}
+
+/// Adds `values` in `window` to `sums`, of which `width` make a row, each weighed by its coverage and `weight`.
+fn add_seen(
+    sums: &mut [f64],
+    [values, coverage]: [&[f32]; 2],
+    weight: f64,
+    window: Window,
+    width: usize,
+) {
+    for (pixels, own) in window.rows(width) {
+        let pairs = values[own.clone()].iter().zip(coverage.get(own).unwrap_or_default());
+        for (sum, (value, coverage)) in sums[pixels].iter_mut().zip(pairs) {
+            *sum += weight * f64::from(*coverage) * f64::from(*value);
+        }
     }
 }
 
@@ -187,6 +246,20 @@ mod tests {
         let found = mean(&[(1.0, first), (3.0, second)]);
         let expected = [("R", 1.75), ("Z", 6.0), ("radius", 0.3125), ("rays", 16.0)];
         assert_eq!(found, expected.map(|(name, value)| (name.to_owned(), value)).into());
+    }
+
+    #[test]
+    fn depths_weigh_by_what_is_seen() {
+        let pass = |a, depth, x, light| {
+            [("A", a), ("depth.mean", depth), ("position.X", x), ("media.R", light)]
+        };
+        let found = mean(&[(1.0, &pass(0.5, 4.0, 1.0, 2.0)), (3.0, &pass(0.5, 8.0, 5.0, 6.0))]);
+        assert_eq!((found["depth.mean"], found["position.X"], found["media.R"]), (7.0, 4.0, 5.0));
+        let far = FAR as f32;
+        let found = mean(&[(1.0, &pass(0.0, far, 0.0, 2.0)), (3.0, &pass(0.5, 8.0, 5.0, 6.0))]);
+        assert_eq!((found["depth.mean"], found["position.X"]), (8.0, 5.0));
+        let found = mean(&[(1.0, &pass(0.0, far, 0.0, 0.0)), (1.0, &pass(0.0, far, 0.0, 0.0))]);
+        assert_eq!((found["depth.mean"], found["position.X"]), (far, 0.0));
     }
 
     #[test]

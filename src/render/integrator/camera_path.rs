@@ -4,6 +4,7 @@ use crate::film::{CaughtShadow, Components, Sample, Seen};
 use crate::math::{Spectrum, luminance};
 use crate::photon::PhotonDirection;
 use crate::render::features::visible_surface;
+use crate::render::opacity_depths::visible_depth;
 use crate::render::pixel_sampling::{CameraRay, Profiles, Workspace};
 use crate::surface::SurfaceHit;
 use crate::transport::specular::MAX_CAMERA_BOUNCES;
@@ -22,7 +23,8 @@ struct PathResult<S> {
     /// The part of it that surfaces and the environment emit, seen without a mirror between: it hardly
     /// differs from ray to ray.
     visible_emission: S,
-    /// Distance to the first surface, in metres; infinite where there is none.
+    /// Distance to the first surface, or to where media before it hide what is behind them, in metres; infinite where
+    /// neither is.
     depth: f64,
     /// Transmittance of the media before that.
     transmittance: f64,
@@ -132,6 +134,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             depth: path.depth,
             transmittance: path.transmittance,
             features: None,
+            depths: None,
         }
     }
 
@@ -168,7 +171,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             }
             if bounce == 0 {
                 path.transmittance = luminance(transmittance.rgb());
-                path.depth = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+                let first = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
+                let marches = segment.from_camera && self.needs.media;
+                path.depth = if marches { visible_depth(&profiles.path, first) } else { first };
             }
             segment.throughput *= transmittance;
             if segment.sees_emitters {

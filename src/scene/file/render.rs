@@ -20,6 +20,10 @@ pub(super) fn film(section: &Section<'_>) -> Result<FilmSettings> {
             &film_keys::VIEW,
             &[("agx", ViewTransform::Agx), ("srgb", ViewTransform::Srgb)],
         )?,
+        passes: section.read(&film_keys::PASSES, |v| {
+            v.string(&film_keys::PASSES.kind.right())?.parse().map_err(|e: String| v.error(e))
+        })?,
+        half: section.switch(&film_keys::HALF)?,
     })
 }
 

@@ -31,4 +31,23 @@ pub(in crate::scene) const VIEW: Key = Key::new(
 )
 .flag("view-transform");
 
-pub(in crate::scene) const FILM: Table = Table { what: "[film]", keys: &[&SIZE, &EXPOSURE, &VIEW] };
+pub(in crate::scene) const PASSES: Key = Key::new(
+    "passes",
+    Kind::Text("names with commas between them, such as \"depth,albedo\""),
+    "",
+    Default("\"\""),
+    "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, media, direct, indirect, emission \
+     and specular; the last five add up to the picture.",
+)
+.flag("passes");
+pub(in crate::scene) const HALF: Key = Key::new(
+    "half",
+    Kind::Switch,
+    "",
+    Default("false"),
+    "Whether the EXR stores colours as 16-bit floats, except where they are too bright or too dark for those; by `--half` \
+     as well.",
+);
+
+pub(in crate::scene) const FILM: Table =
+    Table { what: "[film]", keys: &[&SIZE, &EXPOSURE, &VIEW, &PASSES, &HALF] };

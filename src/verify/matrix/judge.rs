@@ -65,7 +65,7 @@ pub(super) fn checks(rendered: &Rendered, bounds: Bounds) -> Vec<Check> {
 /// The checks of one picture but for what is seen on it.
 pub(super) fn soundness(rendered: &Rendered, collisions: f64) -> [Check; 5] {
     let (film, work) = (&rendered.film, &rendered.work);
-    let values = || film.layers().flat_map(|(_, layer)| layer.iter().copied());
+    let values = || film.all_layers().flat_map(|(_, layer)| layer.iter().copied());
     let wrong = values().filter(|v| !v.is_finite()).count() as f64 + film.repaired() as f64;
     let colors = || ["R", "G", "B"].into_iter().filter_map(|c| film.layer(c)).flatten();
     let negative = colors().filter(|v| **v < 0.0).count() as f64;
