@@ -33,7 +33,7 @@ pub(super) fn show(scene: &Scene, job: &PictureJob<'_>) {
         let settings = header::settings(scene, None, method.reference, scene.render.photons);
         let mut named = header::attributes(scene, &settings, &look);
         named.push((partial::PREVIEW.into(), "true".into()));
-        let _ = partial::place(output).write(&view, &look, &named);
+        let _ = partial::place(output).write(&view, &look, scene.film.half, &named);
     }
     live.begin(&output.exr, view, Console::new(clock.clone(), true).watch());
     live.show(&output.exr, look.film);

@@ -4,6 +4,7 @@ mod attributes;
 mod part;
 mod pass;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
@@ -13,7 +14,7 @@ use super::interrupt::Interrupt;
 use super::output::Output;
 use crate::error::{Error, Result};
 use crate::image::merge::{LayerMerge, pass_weights};
-use crate::image::{Channels, Layers, Picture, View, exr_layers_bytes, png_bytes};
+use crate::image::{Channels, Layers, Picture, View, exr_picture_bytes, png_bytes};
 use part::Part;
 use pass::Pass;
 
@@ -65,7 +66,10 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let [width, height] = first.size.map(|side| side as usize);
     let (corner, display) = ([0, 0], [width, height]);
     let merged = Layers { width, height, corner, display, channels, attributes };
-    let png = write(&output, &merged, first.view())?;
+    let all = || passes.iter().flat_map(|pass| &pass.parts);
+    let is_half = |name: &&str| all().all(|part| part.half().contains(&(*name).to_owned()));
+    let half = merged.channels.keys().map(String::as_str).filter(is_half).collect();
+    let png = write(&output, &merged, &half, first.view())?;
     let names = output.names();
     let written = if png { &names[..] } else { &names[..1] };
     if args.json {
@@ -123,8 +127,13 @@ fn merged_channels(passes: &[Pass], weights: &[f64], interrupt: &Interrupt) -> R
     Ok(merge.finish())
 }
 
-/// Writes the picture `merged`. Returns whether there is a PNG: only where the parts say how it is viewed.
-fn write(output: &Output, merged: &Layers, view: Option<View>) -> Result<bool> {
+/// Writes the picture `merged`, those of its layers that are in `half` as half floats. Returns whether there is a PNG: only where the parts say how it is viewed.
+fn write(
+    output: &Output,
+    merged: &Layers,
+    half: &BTreeSet<&str>,
+    view: Option<View>,
+) -> Result<bool> {
     let named: Vec<_> =
         merged.channels.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
     let attributes: Vec<_> =
@@ -132,7 +141,7 @@ fn write(output: &Output, merged: &Layers, view: Option<View>) -> Result<bool> {
     let picture = view.zip(merged.image()).map(|(view, image)| Picture::developed(&image, &view));
     let (png, exr) = rayon::join(
         || picture.map(|picture| png_bytes(&output.png, &picture)).transpose(),
-        || exr_layers_bytes(&output.exr, merged.display, &named, &attributes),
+        || exr_picture_bytes(&output.exr, merged.display, &named, &attributes, half),
     );
     let png = png?;
     output.write_bytes(&exr?, png.as_deref())?;

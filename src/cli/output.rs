@@ -37,7 +37,7 @@ impl Output {
         Ok(output)
     }
 
-    /// Writes the EXR with `attributes` and the PNG by `view`, and then gives both their names, the EXR last:
+    /// Writes the EXR with `attributes`, its colours as `half` floats where that is set, and the PNG by `view`, and then gives both their names, the EXR last:
     /// once that is there, the picture is.
     ///
     /// # Errors
@@ -46,11 +46,12 @@ impl Output {
         &self,
         view: &View,
         rendered: &Rendered,
+        half: bool,
         attributes: &[(String, String)],
     ) -> Result<()> {
         let (png, exr) = rayon::join(
             || shown(&self.png, &rendered.film, view),
-            || layers(&self.exr, &rendered.film, attributes),
+            || layers(&self.exr, &rendered.film, half, attributes),
         );
         self.write_bytes(&exr?, Some(&png?))
     }
@@ -80,12 +81,17 @@ pub(super) fn shown(path: &Path, film: &Film, view: &View) -> Result<Vec<u8>> {
     png_bytes(path, &Picture::developed(&film.image(), view))
 }
 
-/// The content of the EXR `path` of `film`.
+/// The content of the EXR `path` of `film`, with colours as `half` floats where that is set.
 ///
 /// # Errors
 /// Where a value is not finite.
-pub(super) fn layers(path: &Path, film: &Film, attributes: &[(String, String)]) -> Result<Vec<u8>> {
+pub(super) fn layers(
+    path: &Path,
+    film: &Film,
+    half: bool,
+    attributes: &[(String, String)],
+) -> Result<Vec<u8>> {
     let attributes: Vec<(&str, String)> =
         attributes.iter().map(|(name, value)| (name.as_str(), value.clone())).collect();
-    exr_bytes(path, film, &attributes)
+    exr_bytes(path, film, half, &attributes)
 }

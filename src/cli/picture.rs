@@ -256,7 +256,12 @@ impl PictureJob<'_> {
         let mut named = header::attributes(scene, &settings, &preview);
         named.push((partial::PREVIEW.into(), "true".into()));
         let exr = output.exr.display();
-        self.interrupt.end(&match output.write(&scene.film.shown(), &preview, &named) {
+        self.interrupt.end(&match output.write(
+            &scene.film.shown(),
+            &preview,
+            scene.film.half,
+            &named,
+        ) {
             Ok(()) => format!("{early}: {exr} is a preview without photons"),
             Err(error) => format!("{early}: {error}"),
         });
@@ -293,7 +298,7 @@ impl PictureJob<'_> {
         };
         let mut named = header::attributes(scene, settings, rendered);
         named.extend(header::recipe_of(scene, rendered, self.method, requested));
-        output.write(&scene.film.shown(), rendered, &named)?;
+        output.write(&scene.film.shown(), rendered, scene.film.half, &named)?;
         if rendered.is_complete() {
             partial::clear(self.output);
             checkpoints.map_or(Ok(()), Checkpoints::remove)?;

@@ -47,7 +47,9 @@ pub struct PictureInMemory {
     pub report: Value,
     /// How the PNG shows it.
     view: View,
-    /// Strings in the header of the EXR.
+    /// Whether its colours are stored as half floats.
+    half: bool,
+    /// Attributes in the header of the EXR.
     attributes: Vec<(String, String)>,
 }
 
@@ -128,7 +130,8 @@ impl PictureRequest<'_> {
         let Rendered { film, error, .. } = rendered;
         let stated = |ReachedError { goal, stated, .. }| stated.map(|stated| (goal, stated));
         let (error, view) = (error.and_then(stated), scene.film.shown());
-        Ok(PictureInMemory { film, error, report, view, attributes })
+        let half = scene.film.half;
+        Ok(PictureInMemory { film, error, report, view, half, attributes })
     }
 }
 
@@ -140,7 +143,9 @@ impl PictureInMemory {
     /// Where the path has another ending or cannot be written.
     pub fn save(&self, path: &Path) -> Result<()> {
         let bytes = match path.extension().map(OsStr::to_ascii_lowercase) {
-            Some(ending) if ending == "exr" => output::layers(path, &self.film, &self.attributes)?,
+            Some(ending) if ending == "exr" => {
+                output::layers(path, &self.film, self.half, &self.attributes)?
+            }
             Some(ending) if ending == "png" => output::shown(path, &self.film, &self.view)?,
             _ => {
                 let problem = "give a path that ends in .exr or .png";

@@ -71,8 +71,9 @@ impl<'a> Previews<'a> {
     }
 
     fn write(&self, rendered: &Rendered, attributes: Vec<(String, String)>) {
-        let written =
-            partial::place(self.output).write(&self.scene.film.shown(), rendered, &attributes);
+        let film = &self.scene.film;
+        let place = partial::place(self.output);
+        let written = place.write(&film.shown(), rendered, film.half, &attributes);
         if let Err(error) = written
             && !self.has_failed.swap(true, Ordering::Relaxed)
         {

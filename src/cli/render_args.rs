@@ -41,6 +41,10 @@ pub(super) struct Args {
     /// photons agree. What was there stays in the layers noisy.R, noisy.G and noisy.B.
     #[arg(long, conflicts_with_all = ["denoise", "reference"])]
     pub(super) reconstruct: bool,
+    /// Store colours as 16-bit floats; a layer that is too bright or too dark for those keeps 32 bits, as do Z and
+    /// all that is no colour.
+    #[arg(long)]
+    pub(super) half: bool,
     /// Write the scene that is rendered for a VDB file alone, with a sentence on every key.
     #[arg(long, value_name = "OUT.toml")]
     pub(super) write_scene: Option<PathBuf>,
@@ -83,6 +87,9 @@ impl Args {
         }
         if self.reconstruct {
             options = options.with("render.reconstruct", true);
+        }
+        if self.half {
+            options = options.with("film.half", true);
         }
         LoadOptions { memory: self.limits.memory, planning: self.plan, ..options }
     }

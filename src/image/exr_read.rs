@@ -6,7 +6,8 @@ use std::io::{BufRead as _, BufReader, Cursor};
 use std::path::Path;
 
 use exr::meta::MetaData;
-use exr::meta::header::Header;
+use exr::meta::attribute::SampleType;
+use exr::meta::header::{Header, standard_names};
 use exr::prelude::{
     AnyChannels, AttributeValue, FlatSamples, Layer, ReadChannels, ReadLayers as _, Text, Vec2,
     read as read_with,
@@ -14,7 +15,8 @@ use exr::prelude::{
 
 use super::Image;
 use super::decoder::{MAX_BYTES, check_packing, check_size, on_decoder};
-use super::exr_attribute::told;
+use super::exr_attribute::{STANDARD, told};
+use super::exr_storage::take_constants;
 use crate::error::{Error, Result};
 use crate::file;
 
@@ -32,7 +34,7 @@ pub struct Layers {
     pub corner: [i32; 2],
     /// Width and height of the display window: larger than the picture's where it is a part.
     pub display: [usize; 2],
-    /// Channels by name, row by row from the top.
+    /// Channels by name, row by row from the top, with those of one value everywhere that stand in the header.
     pub channels: Channels,
     /// The header's attributes that are strings, numbers, vectors or matrices, as text: numbers as JSON has them.
     pub attributes: BTreeMap<String, String>,
@@ -50,8 +52,10 @@ pub struct LayersHeader {
     pub corner: [i32; 2],
     /// Width and height of the display window.
     pub display: [usize; 2],
-    /// The names of the channels, sorted.
+    /// The names of the channels, sorted, with those that have one value everywhere and stand in the header.
     pub channels: Vec<String>,
+    /// The names of those that are half floats, sorted.
+    pub half: Vec<String>,
     /// The attributes, as [`Layers::attributes`].
     pub attributes: BTreeMap<String, String>,
 }
@@ -64,15 +68,23 @@ impl LayersHeader {
             let at = |v: Vec2<i32>| [v.x(), v.y()][axis];
             at(origin).saturating_sub(at(display.position))
         });
+        let mut attributes = texts(header);
+        let constants = take_constants(&mut attributes).into_iter().map(|(name, _)| name);
+        let stored = &header.channels.list;
         let mut channels: Vec<String> =
-            header.channels.list.iter().map(|channel| string(&channel.name)).collect();
+            stored.iter().map(|channel| string(&channel.name)).chain(constants).collect();
         channels.sort();
+        channels.dedup();
+        let halves = stored.iter().filter(|channel| channel.sample_type == SampleType::F16);
+        let mut half: Vec<String> = halves.map(|channel| string(&channel.name)).collect();
+        half.sort();
         Self {
             size: [header.layer_size.width(), header.layer_size.height()],
             corner,
             display: [display.size.width(), display.size.height()],
             channels,
-            attributes: texts(header),
+            half,
+            attributes,
         }
     }
 }
@@ -194,25 +206,25 @@ fn decode_here(
 
 fn layers(part: Layer<AnyChannels<FlatSamples>>, header: &Header) -> Layers {
     let LayersHeader { corner, display, attributes, .. } = LayersHeader::new(header);
-    Layers {
-        width: part.size.width(),
-        height: part.size.height(),
-        corner,
-        display,
-        channels: part
-            .channel_data
-            .list
-            .into_iter()
-            .map(|channel| (string(&channel.name), floats(channel.sample_data)))
-            .collect(),
-        attributes,
+    let (width, height) = (part.size.width(), part.size.height());
+    let stored = part.channel_data.list.into_iter();
+    let mut channels: Channels =
+        stored.map(|channel| (string(&channel.name), floats(channel.sample_data))).collect();
+    for (name, value) in take_constants(&mut texts(header)) {
+        channels.entry(name).or_insert_with(|| vec![value; width * height]);
     }
+    Layers { width, height, corner, display, channels, attributes }
 }
 
-/// The attributes of a header that text can tell.
+/// The attributes of a header that text can tell, without those that the format needs.
 fn texts(header: &Header) -> BTreeMap<String, String> {
     let attributes = header.all_named_attributes();
     let text = |(name, value): (&[u8], AttributeValue)| {
+        let is_text = matches!(value, AttributeValue::Text(_));
+        let is_own = STANDARD.iter().any(|known| known.as_bytes() == name);
+        if standard_names::ALL.contains(&name) && !is_text && !is_own {
+            return None;
+        }
         Some((String::from_utf8_lossy(name).into_owned(), told(&value)?))
     };
     attributes.filter_map(text).collect()
@@ -225,6 +237,7 @@ fn check_sizes(meta: &MetaData, bytes: usize, path: &Path) -> Result<()> {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
         check_size(width, height, path)?;
         let channels = header.channels.list.len();
+        let channels = channels + take_constants(&mut texts(header)).len();
         values = values.saturating_add((width * height).saturating_mul(channels));
         if values > MAX_VALUES {
             return Err(Error::file(

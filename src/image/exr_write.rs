@@ -1,4 +1,4 @@
-//! Writing EXR files: one flat part, 32-bit float, ZIP, rows from the top.
+//! Writing EXR files: one flat part, 32-bit float or half, ZIP, rows from the top.
 
 use std::collections::BTreeSet;
 use std::io::{Cursor, Write};
@@ -11,7 +11,10 @@ use exr::prelude::{
 };
 
 use super::exr_attribute::{REC_709, STANDARD, set_standard, typed};
+use super::exr_storage::{Storage, half_layers, leave_out_constants};
 use super::{Film, Image, Window, exr_header};
+use half::f16;
+
 use crate::error::{Error, Result};
 use crate::file;
 
@@ -21,17 +24,25 @@ use crate::file;
 /// # Errors
 /// As [`write_exr_layers`].
 pub fn write_exr(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Result<()> {
-    let bytes = exr_bytes(path, film, attributes)?;
+    let bytes = exr_bytes(path, film, false, attributes)?;
     file::write(path, |out| out.write_all(&bytes))
 }
 
-/// What [`write_exr`] writes to `path`.
+/// What [`write_exr`] writes to `path`, with colours as `half` floats where those hold them. Layers that have one value everywhere
+/// stand in the header instead; a part of a film has them all, so that any program can put parts together.
 ///
 /// # Errors
 /// Where a value is not finite or a name is not one; `path` is named then.
-pub fn exr_bytes(path: &Path, film: &Film, attributes: &[(&str, String)]) -> Result<Vec<u8>> {
+pub fn exr_bytes(
+    path: &Path,
+    film: &Film,
+    half: bool,
+    attributes: &[(&str, String)],
+) -> Result<Vec<u8>> {
     let layers: Vec<(&str, &[f32])> = film.all_layers().collect();
-    bytes_of(path, film.window(), film.full_size(), &layers, attributes)
+    let (window, full) = (film.window(), film.full_size());
+    let storage = Storage { leaves_out: window == Window::whole(full), half: &|_| half };
+    bytes_of(path, window, full, &layers, attributes, storage)
 }
 
 /// Writes a picture as `R`, `G` and `B`; see [`write_exr_layers`].
@@ -58,22 +69,31 @@ pub fn write_exr_layers(
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
 ) -> Result<()> {
-    let bytes = exr_layers_bytes(path, [width, height], layers, attributes)?;
+    let (window, full) = window_of([width, height]);
+    let bytes = bytes_of(path, window, full, layers, attributes, Storage::FULL)?;
     file::write(path, |out| out.write_all(&bytes))
 }
 
-/// What [`write_exr_layers`] writes to `path` of a picture of `size`, width and height.
+/// The file `path` of a whole picture of `size`, width and height, with `layers` and `attributes`, stored as a film is; layers whose
+/// names are in `half` as half floats, where those hold them.
 ///
 /// # Errors
 /// As [`exr_bytes`], and where a layer has the wrong number of values.
-pub fn exr_layers_bytes(
+pub fn exr_picture_bytes(
     path: &Path,
     size: [usize; 2],
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
+    half: &BTreeSet<&str>,
 ) -> Result<Vec<u8>> {
+    let storage = Storage { leaves_out: true, half: &|name| half.contains(name) };
+    let (window, full) = window_of(size);
+    bytes_of(path, window, full, layers, attributes, storage)
+}
+
+fn window_of(size: [usize; 2]) -> (Window, [u32; 2]) {
     let sides = size.map(|side| u32::try_from(side).unwrap_or(0));
-    bytes_of(path, Window::whole(sides), sides, layers, attributes)
+    (Window::whole(sides), sides)
 }
 
 /// The file of `layers` of the data window `window` of a picture of the size `full`.
@@ -83,10 +103,16 @@ fn bytes_of(
     full: [u32; 2],
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
+    storage: Storage<'_>,
 ) -> Result<Vec<u8>> {
     check_layers(path, window.width as usize, window.height as usize, layers)?;
-    check_attributes(path, attributes)?;
-    encode(window, full, layers, attributes)
+    let mut stored = layers.to_vec();
+    let constants = if storage.leaves_out { leave_out_constants(&mut stored) } else { Vec::new() };
+    let constants = constants.iter().map(|(name, value)| (name.as_str(), value.clone()));
+    let attributes: Vec<_> = attributes.iter().cloned().chain(constants).collect();
+    check_attributes(path, &attributes)?;
+    let half = half_layers(&stored, storage.half);
+    encode(window, full, &stored, &attributes, &half)
         .map_err(|e| Error::file(path, format!("cannot be encoded as EXR: {e}")))
 }
 
@@ -95,11 +121,18 @@ fn encode(
     full: [u32; 2],
     layers: &[(&str, &[f32])],
     attributes: &[(&str, String)],
+    half: &BTreeSet<&str>,
 ) -> Result<Vec<u8>, exr::error::Error> {
-    let channels = layers
-        .iter()
-        .map(|(name, values)| AnyChannel::new(text(name), FlatSamples::F32(values.to_vec())))
-        .collect();
+    let samples = |name: &str, values: &[f32]| {
+        if half.contains(name) {
+            FlatSamples::F16(values.iter().map(|value| f16::from_f32(*value)).collect())
+        } else {
+            FlatSamples::F32(values.to_vec())
+        }
+    };
+    let channel =
+        |(name, values): &(&str, &[f32])| AnyChannel::new(text(name), samples(name, values));
+    let channels = layers.iter().map(channel).collect();
     let layer_position = Vec2(window.left as i32, window.top as i32);
     let mut header = LayerAttributes { layer_position, ..LayerAttributes::default() };
     for (name, value) in attributes {

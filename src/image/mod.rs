@@ -9,6 +9,7 @@ mod denoise;
 mod exr_attribute;
 mod exr_header;
 mod exr_read;
+mod exr_storage;
 mod exr_write;
 mod fill;
 mod film;
@@ -35,7 +36,7 @@ pub use denoise::Denoiser;
 pub use exr_read::{
     Channels, Layers, LayersHeader, read_attributes, read_exr, read_header, read_layers,
 };
-pub use exr_write::{exr_bytes, exr_layers_bytes, write_exr, write_exr_image, write_exr_layers};
+pub use exr_write::{exr_bytes, exr_picture_bytes, write_exr, write_exr_image, write_exr_layers};
 pub use film::{Film, NOISY_LAYERS};
 pub use film_pixel::{FAR, Features, FilmPixel};
 pub use meter::meter;

@@ -86,6 +86,11 @@ impl Part {
         self.header.attributes.get(name).map(String::as_str)
     }
 
+    /// The names of its layers that are half floats.
+    pub(super) fn half(&self) -> &[String] {
+        &self.header.half
+    }
+
     /// The whole number of an attribute; 0 where it is not there.
     ///
     /// # Errors
