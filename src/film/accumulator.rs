@@ -168,8 +168,8 @@ impl Accumulator {
         self.transmittance
     }
 
-    /// Distance to the nearest surface that a sample met, in metres; positive infinity where none
-    /// did. Distances are not averaged: between two surfaces there is nothing.
+    /// Least [depth](Sample::depth) of a sample, in metres; positive infinity where none met anything.
+    /// Distances are not averaged: between two surfaces there is nothing.
     pub fn depth(&self) -> f64 {
         self.depth
     }

@@ -11,9 +11,13 @@ use crate::math::Rgb;
 use crate::scene::{Aov, Aovs};
 
 /// Opacity, the three depths and the three coordinates of the position, these six weighed by opacity.
+///
+/// Unit: count. Definition: of the block.
 const DEPTHS: usize = 7;
 
 /// Light of media, direct and indirect light of surfaces, and emission.
+///
+/// Unit: count. Definition: of the block.
 const LIGHT: usize = 12;
 
 /// The numbers of a pixel that its passes follow from.

@@ -21,6 +21,7 @@ pages! {
     directing, "directing.md";
     studies, "studies.md";
     python, "python.md";
+    compositing, "compositing.md";
     sequences, "sequences.md";
     farms, "farms.md";
     verification, "verification.md";

@@ -50,7 +50,7 @@ fn distance_sum<S: Spectrum>(profile: &Profile<S>) -> f64 {
     let of_piece = |piece: &Piece<S>| {
         let (sigma_t, length) = (piece.sigma_t.channel(channel), piece.span.length());
         let tau = sigma_t * length;
-        if !(tau > 0.0) {
+        if tau.is_nan() || tau <= 0.0 {
             return 0.0;
         }
         let opacity = (-piece.before.channel(channel)).exp() * -(-tau).exp_m1();
@@ -73,8 +73,6 @@ fn mean_reach(sigma_t: f64, length: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::{Rgb, Span};
-    use crate::medium::{Albedo, Density, Media, Medium, Phase};
 
     #[test]
     fn the_mean_of_an_exponential_is_that_of_a_sum() {

@@ -28,7 +28,7 @@ cd "$work"
 title() { printf '\n== %s\n' "$1"; }
 fail() { echo "farm.sh: $1" >&2; exit 1; }
 # The number at the end of what oiiotool tells of an attribute.
-attribute() { oiiotool --info -v "$1" | sed -n "s/^ *fogbow:$2: \"\(.*\)\"$/\1/p"; }
+attribute() { oiiotool --info -v "$1" | sed -n "s/^ *fogbow:$2: \"*\([^\"]*\)\"*$/\1/p"; }
 same_pixels() { idiff -q -a -fail 0 -warn 0 "$1" "$2" || fail "$1 and $2 have other pixels"; }
 same_bytes() { cmp "$1" "$2" || fail "$1 and $2 have other bytes"; }
 # Runs a template with 2 cores a task.
@@ -63,6 +63,9 @@ same_pixels whole.exr out.exr
 
 title "crops pasted by oiiotool"
 oiiotool out.crop3.exr out.crop1.exr out.crop4.exr out.crop2.exr --paste:all=1:mergeroi=1 - -o pasted.exr
+# Parts have all layers, the whole has those of one value in its header.
+layers="$(oiiotool --info -v out.exr | sed -n 's/^ *channel list: //p' | tr -d ' ')"
+oiiotool pasted.exr --ch "$layers" -o pasted.exr
 same_pixels pasted.exr out.exr
 
 title "a part that failed"

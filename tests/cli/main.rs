@@ -3,6 +3,7 @@
 #[path = "../common/skip.rs"]
 mod skip;
 
+mod aovs;
 mod bad_files;
 mod calls;
 mod error;

@@ -10,8 +10,8 @@ use exr::prelude::{
 };
 use fogbow::film::{Accumulator, Sample};
 use fogbow::image::{
-    FAR, Film, FilmPixel, Image, View, ViewTransform, decode_texture, png_path_beside, read_exr,
-    read_layers, read_texture, write_exr, write_exr_layers, write_png,
+    FAR, Film, FilmPixel, Image, View, ViewTransform, decode_texture, exr_bytes, png_path_beside,
+    read_exr, read_header, read_layers, read_texture, write_exr, write_exr_layers, write_png,
 };
 use fogbow::math::{Rgb, Stage, Stream, luminance};
 use proptest::prelude::*;
@@ -71,6 +71,46 @@ fn a_film_comes_back_with_its_layers_and_attributes() {
     }
     assert_eq!(back.get("Z").unwrap()[0], FAR as f32);
     assert_eq!(read_exr(&path).unwrap(), film.image());
+}
+
+#[test]
+fn layers_of_one_value_are_no_planes_of_the_file() {
+    let film = film();
+    let bytes = exr_bytes(Path::new("a.exr"), &film, false, &[]).unwrap();
+    // Saliency, xs, transmittance, rays, radius and step.
+    let constants = bytes.windows(16).filter(|at| *at == b"fogbow:constant.").count();
+    assert_eq!(constants, 6);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    fs::write(&path, &bytes).unwrap();
+    let header = read_header(&path).unwrap();
+    let read = read_layers(&path).unwrap();
+    assert!(header.attributes == read.attributes && read.channels.keys().eq(&header.channels));
+    assert!(header.attributes.keys().all(|name| !name.starts_with("fogbow:constant")));
+    for (name, values) in film.layers() {
+        assert_eq!(read.get(name), Some(values), "{name}");
+    }
+}
+
+#[test]
+fn half_floats_hold_colours_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let mut film = film();
+    let written = |film: &Film| {
+        fs::write(&path, exr_bytes(&path, film, true, &[]).unwrap()).unwrap();
+        (read_header(&path).unwrap().half, read_layers(&path).unwrap())
+    };
+    let (half, layers) = written(&film);
+    assert_eq!(half, ["A", "B", "G", "R"]);
+    assert_eq!(layers.get("Z"), film.layer("Z"));
+    let pairs = layers.get("R").unwrap().iter().zip(film.layer("R").unwrap());
+    assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() <= 2_f32.powi(-11) * b));
+    // One pixel that half floats would make infinite.
+    let bright = FilmPixel { radiance: Rgb::splat(1e5), ..FilmPixel::default() };
+    film.set(0, 0, &bright);
+    let (half, layers) = written(&film);
+    assert_eq!((half.len(), layers.get("G").unwrap()[0]), (0, 1e5));
 }
 
 #[test]
