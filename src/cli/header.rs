@@ -176,10 +176,8 @@ pub(super) fn attributes(
 fn camera(scene: &Scene) -> impl Iterator<Item = (String, String)> {
     let matrices = scene.camera.matrices(scene.film.size);
     let named = matrices.map(|m| OF_CAMERA.into_iter().zip([m.camera, m.picture]));
-    let text = |rows: [[f64; 4]; 4]| {
-        json!(rows.as_flattened().iter().map(|x| *x as f32).collect::<Vec<_>>())
-    };
-    named.into_iter().flatten().map(move |(name, rows)| (name.into(), text(rows).to_string()))
+    let text = |rows: [[f64; 4]; 4]| json!(rows.as_flattened()).to_string();
+    named.into_iter().flatten().map(move |(name, rows)| (name.into(), text(rows)))
 }
 
 fn object(value: Value) -> Map<String, Value> {

@@ -6,7 +6,7 @@
 use exr::meta::attribute::{Chromaticities, Matrix4x4, Rational};
 use exr::prelude::{AttributeValue, LayerAttributes, Text, Vec2};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 /// Attributes of the OpenEXR standard that are written where they are given.
 pub(super) const STANDARD: [&str; 3] = ["worldToCamera", "worldToNDC", "framesPerSecond"];
@@ -67,7 +67,7 @@ pub(super) fn set_standard(header: &mut LayerAttributes, name: &str, text: &str)
 }
 
 fn matrix(text: &str) -> Option<Matrix4x4> {
-    if let AttributeValue::Matrix4x4(rows) = typed(text) { Some(rows) } else { None }
+    serde_json::from_str::<Vec<f32>>(text).ok()?.try_into().ok()
 }
 
 fn rational(text: &str) -> Option<Rational> {
@@ -102,14 +102,17 @@ fn double(value: &Value) -> Option<AttributeValue> {
     value.as_f64().map(AttributeValue::F64)
 }
 
-fn in_json<T: Serialize + ?Sized>(value: &T) -> String {
-    json!(value).to_string()
+/// `value` in JSON; an f32 has the digits that tell it from others.
+pub(super) fn in_json<T: Serialize + ?Sized>(value: &T) -> String {
+    // Not by way of a `Value`, which would give an f32 the digits of an f64.
+    serde_json::to_string(value).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use serde_json::json;
 
     #[test]
     fn numbers_are_typed() {

@@ -7,6 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use half::f16;
 
+use super::exr_attribute::in_json;
+
 /// What the attribute of a layer of one value begins with, before the name of the layer.
 const CONSTANT: &str = "fogbow:constant.";
 
@@ -41,7 +43,7 @@ pub(super) fn leave_out_constants(layers: &mut Vec<(&str, &[f32])>) -> Vec<(Stri
         let is_constant = values.iter().all(|value| value.to_bits() == first.to_bits());
         let leaves = is_constant && !KEPT.contains(name) && !name.contains('.');
         if leaves {
-            left_out.push((format!("{CONSTANT}{name}"), serde_json::json!(first).to_string()));
+            left_out.push((format!("{CONSTANT}{name}"), in_json(&first)));
         }
         !leaves
     });
