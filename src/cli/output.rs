@@ -15,9 +15,24 @@ pub(super) struct Output {
     pub(super) exr: PathBuf,
     /// The view beside it.
     pub(super) png: PathBuf,
+    /// The deep picture beside it, where one is written.
+    pub(super) deep: Option<PathBuf>,
 }
 
 impl Output {
+    /// The EXR `exr` and the PNG beside it.
+    pub(super) fn at(exr: PathBuf) -> Self {
+        let png = png_path_beside(&exr);
+        Self { exr, png, deep: None }
+    }
+
+    /// With the deep picture beside them, where `deep` is set.
+    #[must_use]
+    pub(super) fn with_deep(self, deep: bool) -> Self {
+        let beside = deep.then(|| self.exr.with_extension("deep.exr"));
+        Self { deep: beside, ..self }
+    }
+
     /// The files for `-o path`, both writable.
     ///
     /// # Errors
@@ -30,7 +45,7 @@ impl Output {
                 path.display()
             )));
         }
-        let output = Self { exr: path.to_path_buf(), png: png_path_beside(path) };
+        let output = Self::at(path.to_path_buf());
         for target in [&output.exr, &output.png] {
             drop(PendingFile::new(target)?);
         }
@@ -68,8 +83,9 @@ impl Output {
     }
 
     /// The names of the files.
-    pub(super) fn names(&self) -> [String; 2] {
-        [&self.exr, &self.png].map(|path| path.display().to_string())
+    pub(super) fn names(&self) -> Vec<String> {
+        let all = [&self.exr, &self.png].into_iter().chain(&self.deep);
+        all.map(|path| path.display().to_string()).collect()
     }
 }
 

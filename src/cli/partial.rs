@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::output::Output;
-use crate::image::{png_path_beside, read_attributes};
+use crate::image::read_attributes;
 use crate::render::Rendered;
 
 /// The attribute of an unfinished picture; finished ones lack it.
@@ -16,7 +16,7 @@ pub(super) const PREVIEW: &str = "fogbow:preview";
 /// `.partial.exr`.
 pub(super) fn place(output: &Output) -> Output {
     if !output.exr.exists() || is_partial(&output.exr) {
-        return Output { exr: output.exr.clone(), png: output.png.clone() };
+        return output.clone();
     }
     beside(output)
 }
@@ -51,9 +51,7 @@ pub(super) fn share(rendered: &Rendered) -> String {
 }
 
 fn beside(output: &Output) -> Output {
-    let exr = output.exr.with_extension("partial.exr");
-    let png = png_path_beside(&exr);
-    Output { exr, png }
+    Output::at(output.exr.with_extension("partial.exr"))
 }
 
 fn is_partial(exr: &Path) -> bool {

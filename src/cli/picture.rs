@@ -1,5 +1,6 @@
 //! One picture: photons are fitted to the limits, the scene is rendered, the files are written.
 
+use std::io::Write;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -21,7 +22,8 @@ use super::progress::Console;
 use super::report::{Seconds, about, report};
 use crate::director::CachedSnapshot;
 use crate::error::{Error, Result};
-use crate::image::Denoiser;
+use crate::file;
+use crate::image::{DeepImage, Denoiser};
 use crate::render::{
     self, Checkpoints, Clock, Control, Deadline, Earlier, Ended, Preview, ReachedError, Rendered,
 };
@@ -116,6 +118,8 @@ impl PictureJob<'_> {
         if let Some(denoiser) = denoiser.filter(|_| rendered.ended != Ended::Stopped) {
             rendered.denoise(denoiser)?;
         }
+        let is_deep = scene.film.deep && rendered.ended != Ended::Stopped;
+        let deep = is_deep.then(|| pool.install(|| rendered.deep(scene)));
 
         self.note(rendered.error.as_ref().and_then(ReachedError::note));
         let mut ended = rendered.warnings();
@@ -124,7 +128,8 @@ impl PictureJob<'_> {
         warnings.extend(ended);
         let start = Instant::now();
         let settings = header::settings(scene, Some(&rendered), self.method.reference, requested);
-        let output = self.write(scene, &rendered, &settings, requested, checkpoints.as_ref())?;
+        let pictures = (&rendered, deep.as_ref());
+        let output = self.write(scene, pictures, &settings, requested, checkpoints.as_ref())?;
         self.live.finish(&self.output.exr, &rendered.film);
         let stages =
             Seconds { preparation: self.preparation, fitting, writing: Some(start.elapsed()) };
@@ -282,12 +287,12 @@ impl PictureJob<'_> {
         })
     }
 
-    /// Writes the picture, with settings and work counters in its header, and removes files that a complete
+    /// Writes the picture, and the deep one where there is one, with settings and work counters in its header, and removes files that a complete
     /// one makes obsolete.
     fn write(
         &self,
         scene: &Scene,
-        rendered: &Rendered,
+        (rendered, deep): (&Rendered, Option<&DeepImage>),
         settings: &Map<String, Value>,
         requested: u64,
         checkpoints: Option<&Checkpoints>,
@@ -296,8 +301,13 @@ impl PictureJob<'_> {
             Ended::Stopped => partial::place(self.output),
             Ended::Complete | Ended::OutOfTime => self.output.clone(),
         };
+        let output = output.with_deep(deep.is_some());
         let mut named = header::attributes(scene, settings, rendered);
         named.extend(header::recipe_of(scene, rendered, self.method, requested));
+        if let Some((path, deep)) = output.deep.as_ref().zip(deep) {
+            let bytes = deep.bytes(path, &named)?;
+            file::write(path, |out| out.write_all(&bytes))?;
+        }
         output.write(&scene.film.shown(), rendered, scene.film.half, &named)?;
         if rendered.is_complete() {
             partial::clear(self.output);

@@ -82,6 +82,9 @@ impl PictureRequest<'_> {
         let (clock, program) = (Clock::start(), memory_limit::program());
         let mut denoiser = early_denoiser(args)?;
         let (mut scene, pool, mut preparation) = Self::load(args, frame, open)?;
+        if scene.film.deep {
+            return Err(Error::Usage("film.deep: fogbow render alone writes deep pictures".into()));
+        }
         find_denoiser(&mut denoiser, &scene)?;
         preparation.metering = load::meter(&mut scene, &pool)?;
         let mut warnings = [scene.warnings.clone(), advice(args, &scene)].concat();

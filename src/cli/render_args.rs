@@ -45,6 +45,10 @@ pub(super) struct Args {
     /// all that is no colour.
     #[arg(long)]
     pub(super) half: bool,
+    /// Write OUT.deep.exr beside the picture as well: samples of its light and opacity by distance, for compositing with
+    /// other pictures in depth.
+    #[arg(long)]
+    pub(super) deep: bool,
     /// Write the scene that is rendered for a VDB file alone, with a sentence on every key.
     #[arg(long, value_name = "OUT.toml")]
     pub(super) write_scene: Option<PathBuf>,
@@ -90,6 +94,9 @@ impl Args {
         }
         if self.half {
             options = options.with("film.half", true);
+        }
+        if self.deep {
+            options = options.with("film.deep", true);
         }
         LoadOptions { memory: self.limits.memory, planning: self.plan, ..options }
     }

@@ -252,9 +252,11 @@ impl<'a> FrameLoop<'a> {
         // The PNG is written first, so that one beside a finished EXR belongs to it.
         let layers = if output.png.is_file() { read_layers(&output.exr).ok() } else { None };
         let recipe = header::recipe(scene, self.args.method());
-        let finished = layers.is_some_and(|layers| {
-            layers.attributes.get(header::RECIPE).is_some_and(|r| *r == recipe)
-        });
+        let deep = output.clone().with_deep(scene.film.deep).deep;
+        let finished = deep.is_none_or(|deep| deep.is_file())
+            && layers.is_some_and(|layers| {
+                layers.attributes.get(header::RECIPE).is_some_and(|r| *r == recipe)
+            });
         if finished {
             // An earlier run was killed before it removed the checkpoint.
             let _ = std::fs::remove_file(checkpoint_path(&output.exr));

@@ -4,6 +4,7 @@
 mod accumulator;
 mod aov_sums;
 mod components;
+mod deep;
 mod feature_mean;
 mod passes;
 mod reconstruct;
@@ -13,6 +14,7 @@ mod tiled;
 pub use accumulator::Accumulator;
 pub use aov_sums::AovSums;
 pub use components::{ComponentFilm, PixelComponents};
+pub use deep::{DEEP_BYTES, DeepPixel, FlatPixel};
 pub use feature_mean::FeatureMean;
 pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
 pub use reconstruct::{

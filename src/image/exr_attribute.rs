@@ -33,6 +33,12 @@ pub(super) fn typed(text: &str) -> AttributeValue {
         .unwrap_or_else(|| AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes())))
 }
 
+/// The value of the attribute `name` that stands for `text` in a file.
+pub(super) fn named(name: &str, text: &str) -> AttributeValue {
+    let rate = if name == "framesPerSecond" { rational(text) } else { None };
+    rate.map_or_else(|| typed(text), AttributeValue::Rational)
+}
+
 /// The text of a `value`; `None` where it is none that [`typed`] makes.
 pub(super) fn told(value: &AttributeValue) -> Option<String> {
     /// Whole numbers up to here are exact as f64.

@@ -7,6 +7,7 @@ mod decoded;
 mod decoder;
 mod denoise;
 mod exr_attribute;
+mod exr_deep;
 mod exr_header;
 mod exr_read;
 mod exr_storage;
@@ -33,6 +34,7 @@ pub use agx::AgxCurve;
 pub use decoded::{DecodedTexture, Encoding};
 pub use decoder::PICTURE_DECODER;
 pub use denoise::Denoiser;
+pub use exr_deep::{DeepImage, DeepSample};
 pub use exr_read::{
     Channels, Layers, LayersHeader, read_attributes, read_exr, read_header, read_layers,
 };

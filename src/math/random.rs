@@ -23,6 +23,8 @@ pub enum Stage {
     Visibility = 8,
     /// Points of final gathers on cells; the index is the cell.
     GatherPoints = 9,
+    /// Rays of deep pixels; the index is the pixel.
+    Deep = 10,
     /// Tests and benchmarks.
     Test = 6,
 }

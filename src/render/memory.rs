@@ -8,7 +8,9 @@ use serde::Serialize;
 
 use super::stage_settings::{exposed_window, film_contents, shown_window};
 use crate::director::PixelBudget;
-use crate::film::{Accumulator, FeatureMean, FilmContents, PixelComponents, RECONSTRUCTION_BYTES};
+use crate::film::{
+    Accumulator, DEEP_BYTES, FeatureMean, FilmContents, PixelComponents, RECONSTRUCTION_BYTES,
+};
 use crate::image::{Features, Film, Window};
 use crate::medium::Medium;
 use crate::photon::PhotonMemory;
@@ -116,7 +118,8 @@ pub(super) fn memory_with(
         };
     let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
     let maps = if Needs::new(scene, settings).maps { maps } else { 0 };
-    let writing = shown_window(scene, settings).pixels() * (WRITING + 3 * plane as u64);
+    let deep = if scene.film.deep { DEEP_BYTES } else { 0 };
+    let writing = shown_window(scene, settings).pixels() * (WRITING + (3 * plane + deep) as u64);
     // Grids are read one after another. Beside the last there are for a while its file and OpenVDB's
     // own copy; beside a mesh, the lists that it is read into.
     let read = sizes.last().map_or(0, |bytes| 2 * *bytes as u64);

@@ -24,6 +24,7 @@ mod clock;
 mod control;
 mod cost_model;
 mod costs;
+mod deep;
 mod director_pass;
 mod error_pilot;
 mod error_session;

@@ -35,6 +35,8 @@ pub struct FilmSettings {
     pub passes: Aovs,
     /// Whether colours are stored as half floats.
     pub half: bool,
+    /// Whether a deep picture is written beside it.
+    pub deep: bool,
 }
 
 impl FilmSettings {

@@ -98,6 +98,8 @@ mod tests {
     #[test]
     fn a_sphere_of_directions_has_no_matrix() {
         let pose = Pose { position: DVec3::ZERO, target: DVec3::X, up: DVec3::Y };
-        assert!(Camera::new(&pose, &Projection::LatLong, [8, 4]).unwrap().matrices([8, 4]).is_none());
+        assert!(
+            Camera::new(&pose, &Projection::LatLong, [8, 4]).unwrap().matrices([8, 4]).is_none()
+        );
     }
 }

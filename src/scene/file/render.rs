@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::image::ViewTransform;
+use crate::scene::aov::{Aov, Aovs};
 use crate::scene::directing::{Directing, Director};
 use crate::scene::keys::{film as film_keys, render as keys};
 use crate::scene::reader::Section;
@@ -12,6 +13,12 @@ use crate::scene::settings::{
 /// Reads the table `[film]`.
 pub(super) fn film(section: &Section<'_>) -> Result<FilmSettings> {
     section.only(&film_keys::FILM)?;
+    let passes: Aovs = section.read(&film_keys::PASSES, |v| {
+        v.string(&film_keys::PASSES.kind.right())?.parse().map_err(|e: String| v.error(e))
+    })?;
+    let deep = section.switch(&film_keys::DEEP)?;
+    // A deep picture is made of it.
+    let media = deep.then_some(Aov::Media);
     Ok(FilmSettings {
         size: section.size(&film_keys::SIZE)?,
         exposure: section
@@ -20,10 +27,9 @@ pub(super) fn film(section: &Section<'_>) -> Result<FilmSettings> {
             &film_keys::VIEW,
             &[("agx", ViewTransform::Agx), ("srgb", ViewTransform::Srgb)],
         )?,
-        passes: section.read(&film_keys::PASSES, |v| {
-            v.string(&film_keys::PASSES.kind.right())?.parse().map_err(|e: String| v.error(e))
-        })?,
+        passes: passes.iter().chain(media).collect(),
         half: section.switch(&film_keys::HALF)?,
+        deep,
     })
 }
 

@@ -48,6 +48,14 @@ pub(in crate::scene) const HALF: Key = Key::new(
     "Whether the EXR stores colours as 16-bit floats, except where they are too bright or too dark for those; by `--half` \
      as well.",
 );
+pub(in crate::scene) const DEEP: Key = Key::new(
+    "deep",
+    Kind::Switch,
+    "",
+    Default("false"),
+    "Whether a deep EXR is written beside the picture, with samples of its light and opacity by distance, and the pass \
+     media, of which they are made; by `--deep` as well.",
+);
 
 pub(in crate::scene) const FILM: Table =
-    Table { what: "[film]", keys: &[&SIZE, &EXPOSURE, &VIEW, &PASSES, &HALF] };
+    Table { what: "[film]", keys: &[&SIZE, &EXPOSURE, &VIEW, &PASSES, &HALF, &DEEP] };
