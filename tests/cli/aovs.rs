@@ -25,8 +25,8 @@ material = { type = \"mirror\", reflectance = 0.9 }
 [[light]]
 type = \"area\"
 center = [-2, 2, -1]
-u = [0.3, 0, 0]
-v = [0, 0.3, 0]
+u = [0.5, 0, 0]
+v = [0, 0.5, 0]
 radiance = 4
 [[light]]
 type = \"environment\"
