@@ -28,6 +28,10 @@ SIZE = 48
 LIGHTS, SMOKE = 0.02, 0.03
 #: Largest distance of a corner, in pixels.
 CORNER = 0.5
+#: Shift of the lens, in widths of the picture, and clipping distances, in metres.
+SHIFT, CLIP = (0.06, -0.04), (0.5, 60)
+#: Squares before, between and behind clipping distances: distance and grey.
+SQUARES, BETWEEN = [(1.5, 0.9), (6, 0.5), (12, 0.9)], (2, 9)
 
 
 def begin():
@@ -143,7 +147,26 @@ def make(folder):
         export(folder, name)
         scene.render.filepath = os.path.join(folder, f"{name}.exr")
         bpy.ops.render.render(write_still=True)
+    clipped(folder)
     shot(folder)
+
+
+def clipped(folder):
+    """Squares of which clipping distances and a shift leave part of one in the picture."""
+    scene = begin()
+    eye = camera(scene, (0, 0, 0), (math.pi / 2, 0, 0), lens=30)
+    eye.data.shift_x, eye.data.shift_y = 0.3, -0.2
+    eye.data.clip_start, eye.data.clip_end = BETWEEN
+    for distance, grey in SQUARES:
+        plane(scene, distance, grey)
+        square = bpy.context.object
+        square.location, square.rotation_euler = (0.4, distance, 0.2), (math.pi / 2, 0, 0)
+    lamp(scene, "SUN", (0, 0, 9), (1.2, 0, 0), energy=2, angle=0.1)
+    sky(scene, (0.2, 0.3, 0.5), 0.7)
+    scene.cycles.max_bounces = 0
+    export(folder, "clipped")
+    scene.render.filepath = os.path.join(folder, "clipped.exr")
+    bpy.ops.render.render(write_still=True)
 
 
 def principled(volume, density, color, anisotropy):
@@ -174,6 +197,8 @@ def shot(folder):
     bpy.ops.mesh.primitive_cube_add(size=0.6, location=(1.6, 0.3, 0.4), rotation=(0.2, 0.5, 0.3))
     cube = bpy.context.object
     eye = camera(scene, (0, -9, 2), (math.pi / 2, 0, 0))
+    eye.data.shift_x, eye.data.shift_y = SHIFT
+    eye.data.clip_start, eye.data.clip_end = CLIP
     for frame, across in [(1, 0.0), (3, 1.5)]:
         eye.location.x, eye.rotation_euler.z = across, 0.12 * across
         eye.keyframe_insert("location", frame=frame)
@@ -226,7 +251,8 @@ def projected(scene, corner):
     pixel = 2 * math.tan(math.radians(eye["fov"]) / 2) / SIZE
     depth = seen @ ahead
     across, upward = seen @ right / depth, seen @ np.cross(right, ahead) / depth
-    return np.array([SIZE / 2 + across / pixel, SIZE / 2 - upward / pixel])
+    rightward, up = eye.get("shift", [0, 0])
+    return np.array([SIZE * (0.5 - rightward) + across / pixel, SIZE * (0.5 + up) - upward / pixel])
 
 
 def compare(folder, fogbow):
@@ -238,7 +264,7 @@ def compare(folder, fogbow):
         print(f"{what}: {found:.4f}, at most {most}" + ("" if found <= most else "  WRONG"))
 
     size = ["--size", f"{SIZE}x{SIZE}", "--quiet"]
-    for name in LAMPS:
+    for name in [*LAMPS, "clipped"]:
         truth = rgb(os.path.join(folder, f"{name}.exr")).mean((0, 1))
         for ending in ENDINGS:
             out = os.path.join(folder, f"{name}_{ending}.exr")
@@ -260,6 +286,9 @@ def compare(folder, fogbow):
             found = np.array([projected(scene, place) for place in places])
             known = np.array(corners[str(frame)])
             distance = np.linalg.norm(found[:, None] - known[None], axis=-1)
+            told = np.subtract(scene["camera"]["shift"] + scene["camera"]["clip"], SHIFT + CLIP)
+            judge(f"shot.{ending}, frame {frame}: shift and clipping distances",
+                  np.abs(told).max(), 1e-5)
             judge(f"shot.{ending}, frame {frame}: corners, pixels",
                   max(distance.min(0).max(), distance.min(1).max()), CORNER)
         out = os.path.join(folder, f"{ending}_####.exr")

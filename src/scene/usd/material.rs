@@ -75,7 +75,7 @@ const STANDARD_SURFACE: Names = Names {
     ior: "specular_IOR",
     emission: "emission_color",
     emission_weight: "emission",
-    unknown: &["coat", "subsurface", "sheen", "thin_film_thickness"],
+    unknown: &["coat", "subsurface", "sheen", "thin_film_thickness", "specular_anisotropy"],
 };
 const OPEN_PBR: Names = Names {
     color: "base_color",
@@ -89,7 +89,13 @@ const OPEN_PBR: Names = Names {
     ior: "specular_ior",
     emission: "emission_color",
     emission_weight: "emission_luminance",
-    unknown: &["coat_weight", "subsurface_weight", "fuzz_weight", "thin_film_weight"],
+    unknown: &[
+        "coat_weight",
+        "subsurface_weight",
+        "fuzz_weight",
+        "thin_film_weight",
+        "specular_roughness_anisotropy",
+    ],
 };
 
 /// The looks of materials, each read once.
@@ -162,8 +168,10 @@ impl Looks {
                 left_out.push(unknown.to_string());
             }
         }
-        if reader.source(&shader, "inputs:normal")?.is_some() {
-            left_out.push("the normal map".into());
+        for (input, what) in [("normal", "the normal map"), ("displacement", "displacement")] {
+            if reader.source(&shader, &format!("inputs:{input}"))?.is_some() {
+                left_out.push(what.into());
+            }
         }
         let texture = match texture(reader, &shader, names.color)? {
             Connected::Nothing => None,
