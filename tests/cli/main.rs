@@ -6,6 +6,7 @@ mod skip;
 mod aovs;
 mod bad_files;
 mod calls;
+mod compositing;
 mod deep;
 mod error;
 mod help;

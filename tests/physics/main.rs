@@ -9,6 +9,7 @@ mod background;
 mod clip;
 mod closed_forms;
 mod coats;
+mod compositing;
 mod edges;
 mod extremes;
 mod features;

@@ -270,7 +270,49 @@ const WRONG: &[(&str, &str, &str, &[&str])] = &[
         "surface[0].emission",
         &["quad or a mesh"],
     ),
+    (
+        "[[surface]]\nshape = \"plane\"\nvisible = 0",
+        "6:11",
+        "surface[0].visible",
+        &["`0`", "true or false"],
+    ),
+    (
+        "[[surface]]\nshape = \"plane\"\nvisible = false\nholdout = true",
+        "7:11",
+        "surface[0].holdout",
+        &["`visible = false` and `holdout = true` exclude each other"],
+    ),
+    (
+        "[[surface]]\nshape = \"plane\"\nvisible = false\nshadow_catcher = true",
+        "7:18",
+        "surface[0].shadow_catcher",
+        &["`visible = false` and `shadow_catcher = true` exclude each other"],
+    ),
+    (
+        "[[surface]]\nshape = \"plane\"\nholdout = true\nshadow_catcher = true",
+        "7:18",
+        "surface[0].shadow_catcher",
+        &["`holdout = true` and `shadow_catcher = true` exclude each other"],
+    ),
+    (
+        "[[surface]]\nshape = \"plane\"\nshadow_catcher = true\nmaterial = { type = \"mirror\" }",
+        "7:12",
+        "surface[0].material",
+        &["diffuse surface alone", "leave out `shadow_catcher`"],
+    ),
+    (
+        "[[surface]]\nshape = \"quad\"\nu = [1, 0, 0]\nv = [0, 1, 0]\nshadow_catcher = true\nemission = 1",
+        "9:12",
+        "surface[0].emission",
+        &["catches no shadows", "leave out `emission`"],
+    ),
     // Lights.
+    (
+        "[[light]]\ntype = \"environment\"\nradiance = 1\nholdout = true",
+        "7:1",
+        "light[0].holdout",
+        &["unknown key of an environment"],
+    ),
     ("[[light]]\nposition = [0, 0, 0]", "4:1", "light[0].type", &["missing", "environment"]),
     (
         "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nintensity = 1\npower = 1",

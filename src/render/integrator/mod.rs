@@ -4,7 +4,7 @@
 //! (what media scatter along a ray) to the estimators that this sums: [`direct_in_media`],
 //! [`radiance_cache`], [`final_gather`] with [`sent_path`] and [`emission_nee`], [`photon_gather`] and
 //! [`forward_peak`].
-//! [`reference`](mod@reference) is an integrator of its own.
+//! [`reference`](mod@reference), with the light that [`reference_lights`] samples, is an integrator of its own.
 
 mod camera_path;
 mod direct_in_media;
