@@ -91,18 +91,17 @@ impl DeepPixel {
         }
         // What ends at a surface lies before it.
         seen.sort_by(|a, b| (a.z[0] + a.z[1]).total_cmp(&(b.z[0] + b.z[1])));
-        let mut all: f64 = seen.iter().map(|sample| sample.seen).sum();
-        if let Some(last) = seen.last_mut().filter(|_| all <= 0.0 && flat.alpha > 0.0) {
-            // The rays have missed what covers the pixel.
-            (last.seen, all) = (1.0, 1.0);
+        let is_missed = flat.alpha > 0.0 && seen.iter().all(|sample| sample.seen <= 0.0);
+        if let Some(last) = seen.last_mut().filter(|_| is_missed) {
+            // The rays have met nothing that covers the pixel.
+            last.seen = 1.0;
         }
         let lights = Lights::new(flat, &seen);
-        let scale = if all > 0.0 { flat.alpha / all } else { 0.0 };
         let mut left = 1.0;
         let sample = |of: &SeenSample| {
             // What is behind opaque samples is not seen.
             (left > 0.0).then(|| {
-                let alpha = (scale * of.seen / left).min(1.0) as f32;
+                let alpha = (lights.covered(of, flat.alpha) / left).clamp(0.0, 1.0) as f32;
                 let radiance = lights.of(of).map(|light| (light / left) as f32);
                 left *= 1.0 - f64::from(alpha);
                 DeepSample { z: of.z.map(|z| z as f32), radiance, alpha }
@@ -253,6 +252,16 @@ impl Lights {
             }
         }
         lights
+    }
+
+    /// How much of the pixel, which is covered by `alpha`, a sample covers. Media cover what is seen of them, as far as that
+    /// is less than `alpha`, and surfaces the rest: a shadow catcher may cover less than is seen of it.
+    fn covered(&self, sample: &SeenSample, alpha: f64) -> f64 {
+        let [surfaces, media] = self.seen;
+        let of_media = if surfaces > 0.0 { media.min(alpha) } else { alpha };
+        let (of_kind, all) =
+            if sample.is_medium { (of_media, media) } else { (alpha - of_media, surfaces) };
+        if all > 0.0 { of_kind * sample.seen / all } else { 0.0 }
     }
 
     /// The light of a sample, W/(m² sr).
