@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::parts::{layers, merges, report, smoke};
-use crate::{run, skip};
+use crate::skip;
 
 const SKY: &str = "[[light]]\ntype = \"environment\"\nradiance = [0.5, 0.7, 1.0]\n";
 
@@ -69,10 +69,4 @@ fn shadow_catchers_merge() {
     for (mean, (one, two)) in passes.iter().zip(one.iter().zip(&two)) {
         assert!((mean - 0.5 * (one + two)).abs() < 1e-6, "{mean} of {one} and {two}");
     }
-    // Interrupted and resumed it has the same bytes.
-    let args = ["render", "s.toml", "-o", "resumed.exr", "--quiet"];
-    let (code, _, err) = run(folder, &[&args[..], &["--resume"]].concat());
-    assert_eq!((code, err.as_str()), (0, ""));
-    let resumed = layers(folder, "resumed.exr").get("A").unwrap().to_vec();
-    assert_eq!(whole, resumed);
 }
