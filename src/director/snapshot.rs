@@ -65,11 +65,7 @@ fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) 
     let (mut first, mut light, mut throughput) = (f64::INFINITY, Rgb::ZERO, Rgb::ONE);
     for bounce in 0..MAX_SNAPSHOT_BOUNCES {
         let from_camera = bounce == 0;
-        let hit = if from_camera {
-            camera_view::first_surface(scene, &ray, ctx)
-        } else {
-            direct_light::first_surface(scene, &ray, ctx)
-        };
+        let hit = camera_view::surface_along(scene, &ray, from_camera, ctx);
         let emission = match &hit {
             hit if from_camera => camera_view::emission(scene, &ray, hit.as_ref(), ctx),
             Some(hit) => direct_light::emitted(scene, &ray, hit),

@@ -16,6 +16,11 @@ const MEDIA_SAMPLES: usize = 16;
 /// Unit: count. Limit: on the size of a file; more surfaces than these hardly meet in a pixel.
 const SURFACE_SAMPLES: usize = 4;
 
+/// Length of a stretch over its distance, at least: there is something to divide by.
+///
+/// Unit: none. Limit: on the accuracy of distances, far below that of an f32.
+const SHORTEST: f64 = 1e-9;
+
 /// Bytes of a pixel, at most, with those of its file.
 ///
 /// Unit: bytes. Derivation: its samples, and what is encoded of them, twice while it is joined.
@@ -171,8 +176,7 @@ impl Growth {
     fn new(stretches: &[Stretch]) -> Self {
         let mut changes: Vec<[f64; 2]> = Vec::new();
         for Stretch { z: [begin, end], seen } in stretches {
-            // However short, it has a length to divide by.
-            let end = end.max(begin + 1e-9 * begin.max(1e-3));
+            let end = end.max(begin * (1.0 + SHORTEST) + f64::MIN_POSITIVE);
             let rate = seen / (end - begin);
             changes.extend([[*begin, rate], [end, -rate]]);
         }

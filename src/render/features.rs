@@ -16,7 +16,7 @@ use crate::medium::{Albedo, Media, Profile};
 use crate::scene::Scene;
 use crate::surface::SurfaceHit;
 use crate::transport::specular::MAX_PROBE_BOUNCES;
-use crate::transport::{EnclosingSolids, PathContext, camera_view, direct_light};
+use crate::transport::{EnclosingSolids, PathContext, camera_view};
 
 use super::opacity_depths::{opacity_depths, visible_depth};
 use super::pixel_sampling::{CameraRay, Workspace};
@@ -91,7 +91,7 @@ impl<'a> FeatureTracer<'a> {
             let span = Span::new(0.0, first.min(end));
             profiles.path.trace(&self.scene.media, ray, span, budget.step, 0.5);
             profiles.path.count(&mut ctx.work);
-            sample.depth = near + visible_depth(&profiles.path, first);
+            sample.depth = near + visible_depth(Some(&profiles.path), Some(first));
         }
         self.complete(sample, camera_ray, workspace)
     }
@@ -112,11 +112,7 @@ impl<'a> FeatureTracer<'a> {
         let mut depths = None;
         while let Some(mut next) = pending.pop() {
             let from_camera = next.bounces == 0;
-            let hit = if from_camera {
-                camera_view::first_surface(self.scene, &next.ray, ctx)
-            } else {
-                direct_light::first_surface(self.scene, &next.ray, ctx)
-            };
+            let hit = camera_view::surface_along(self.scene, &next.ray, from_camera, ctx);
             let marches = next.solids.is_none() && ctx.needs.media;
             if marches {
                 let span = Span::new(0.0, hit.as_ref().map_or(next.end, |hit| hit.t));

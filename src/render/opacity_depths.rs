@@ -15,10 +15,11 @@ const HALF: f64 = 0.5;
 /// Optical thickness below which the mean distance is told by its series, to the accuracy of an f32.
 const THIN: f64 = 1e-4;
 
-/// Distance in metres to the first surface at `hit`, infinite where there is none, or to where the media before it, along
-/// `profile`, have passed an opacity of one half.
-pub(super) fn visible_depth<S: Spectrum>(profile: &Profile<S>, hit: f64) -> f64 {
-    profile.distance_at(HALF).map_or(hit, |t| t.min(hit))
+/// Distance in metres to the first surface at `hit`, or to where the media before it, along `profile`, have passed an
+/// opacity of one half; infinite where neither is.
+pub(super) fn visible_depth<S: Spectrum>(profile: Option<&Profile<S>>, hit: Option<f64>) -> f64 {
+    let first = hit.unwrap_or(f64::INFINITY);
+    profile.and_then(|profile| profile.distance_at(HALF)).map_or(first, |t| t.min(first))
 }
 
 /// Where the opacity along `ray` lies: of the media along `profile`, which ends at the first surface, and of that at `hit`

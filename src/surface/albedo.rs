@@ -8,8 +8,6 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::ggx::Ggx;
-
 /// Cosines at which the albedo of a rough surface is kept.
 ///
 /// Unit: count. Derivation: between two of them the albedo of the smoothest coat bends by less than 1e-2.
@@ -30,12 +28,13 @@ pub(super) struct Albedos {
 }
 
 impl Albedos {
-    /// Those of what facets of `surface` reflect once, in the first channel.
-    pub(super) fn new(surface: &Ggx<'_>) -> Self {
+    /// Those of a surface whose facets reflect once: `weight` is that of the direction which they reflect, for the direction to
+    /// the viewer in the frame of the surface and two uniform numbers, or nothing where they lose the light.
+    pub(super) fn new(weight: impl Fn(DVec3, [f64; 2]) -> Option<f64>) -> Self {
         let root = |index: usize| index as f64 / (COSINES - 1) as f64;
         let table = std::array::from_fn(|index| match index {
             0 => 1.0,
-            _ => albedo(surface, root(index) * root(index)),
+            _ => albedo(&weight, root(index) * root(index)),
         });
         let mut albedos = Self { table, mean: 0.0 };
         let steps = 16 * COSINES;
@@ -66,18 +65,17 @@ impl Albedos {
     }
 }
 
-/// Share of light that `surface` reflects at this cosine, over a grid of visible facets.
-fn albedo(surface: &Ggx<'_>, cosine: f64) -> f64 {
+/// Share of light that is reflected at this cosine, over a grid of visible facets of this `weight`.
+fn albedo(weight: &impl Fn(DVec3, [f64; 2]) -> Option<f64>, cosine: f64) -> f64 {
     let wo = DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
     let middle = |index: u32| (f64::from(index) + 0.5) / f64::from(FACETS);
     let facets = (0..FACETS * FACETS).map(|i| [middle(i / FACETS), middle(i % FACETS)]);
-    let reflected = facets.filter_map(|u| surface.sample(wo, u)).map(|(_, weight, _)| weight.x);
-    reflected.sum::<f64>() / f64::from(FACETS * FACETS)
+    facets.filter_map(|u| weight(wo, u)).sum::<f64>() / f64::from(FACETS * FACETS)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::ggx::Fresnel;
+    use super::super::ggx::{Fresnel, Ggx};
     use super::*;
     use crate::math::Rgb;
 
@@ -85,7 +83,7 @@ mod tests {
     #[test]
     fn the_steepest_facets_lose_the_logarithm_of_two() {
         let steepest = Ggx { alpha: 1.0, fresnel: Fresnel::Metal(Rgb::ONE), multiple: None };
-        let albedo = Albedos::new(&steepest).at(1.0);
+        let albedo = Albedos::new(|wo, u| steepest.weight(wo, u)).at(1.0);
         assert!((albedo - (1.0 - 2.0_f64.ln())).abs() < 1e-3, "{albedo}");
     }
 }

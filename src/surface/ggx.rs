@@ -126,6 +126,11 @@ impl Ggx<'_> {
         Some((wi, weight, self.pdf_of(wo, half)))
     }
 
+    /// The weight of [`sample`](Self::sample) in the first channel.
+    pub(super) fn weight(&self, wo: DVec3, u: [f64; 2]) -> Option<f64> {
+        self.sample(wo, u).map(|(_, weight, _)| weight.x)
+    }
+
     /// The same of all that is reflected.
     fn sample_both(&self, wo: DVec3, [a, b]: [f64; 2]) -> Option<(DVec3, Rgb, f64)> {
         let share = self.share_of_once(wo);

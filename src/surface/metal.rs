@@ -21,7 +21,7 @@ impl Metal {
     /// A metal of this reflectance at normal incidence, whose slopes have the width `alpha` in (0, 1].
     pub fn new(reflectance: Texture, alpha: f64) -> Self {
         let white = Ggx { alpha, fresnel: Fresnel::Metal(Rgb::ONE), multiple: None };
-        Self { reflectance, alpha, albedos: Arc::new(Albedos::new(&white)) }
+        Self { reflectance, alpha, albedos: Arc::new(Albedos::new(|wo, u| white.weight(wo, u))) }
     }
 
     /// What it reflects at `hit`.

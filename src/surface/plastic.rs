@@ -28,7 +28,7 @@ impl Plastic {
     /// `alpha` in (0, 1].
     pub fn new(reflectance: Texture, ior: f64, alpha: f64) -> Self {
         let coat = Ggx { alpha, fresnel: Fresnel::Dielectric(ior), multiple: None };
-        Self { reflectance, coat, albedos: Arc::new(Albedos::new(&coat)) }
+        Self { reflectance, coat, albedos: Arc::new(Albedos::new(|wo, u| coat.weight(wo, u))) }
     }
 
     /// The coat.

@@ -21,6 +21,21 @@ pub fn first_surface<'s>(
     scene.surfaces.intersect_seen(ray, Span::new(0.0, scene.camera.end(ray)))
 }
 
+/// The closest surface along `ray` (unit direction): of those that the camera sees where it is `from_camera`, and one of its
+/// rays, else of all.
+pub fn surface_along<'s>(
+    scene: &'s Scene,
+    ray: &Ray<World>,
+    from_camera: bool,
+    ctx: &mut PathContext,
+) -> Option<SurfaceHit<'s>> {
+    if from_camera {
+        first_surface(scene, ray, ctx)
+    } else {
+        direct_light::first_surface(scene, ray, ctx)
+    }
+}
+
 /// Whether no surface that the camera sees stands within `distance` metres along `ray` (unit direction).
 pub fn is_clear(scene: &Scene, ray: &Ray<World>, distance: f64, ctx: &mut PathContext) -> bool {
     if !ctx.needs.surfaces {

@@ -1,6 +1,6 @@
 //! The camera path: media, mirrors and glass, and the first diffuse surface.
 
-use crate::film::{CaughtShadow, Components, Sample, Seen};
+use crate::film::{CaughtShadow, Components, Sample, Seen, VisibleSurface};
 use crate::math::{Spectrum, luminance};
 use crate::photon::PhotonDirection;
 use crate::render::features::visible_surface;
@@ -150,11 +150,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     ) -> PathResult<S> {
         let mut path = PathResult::NOTHING;
         for bounce in 0..MAX_CAMERA_BOUNCES {
-            let hit = if segment.from_camera {
-                camera_view::first_surface(self.scene, &segment.ray, ctx)
-            } else {
-                direct_light::first_surface(self.scene, &segment.ray, ctx)
-            };
+            let from_camera = segment.from_camera;
+            let hit = camera_view::surface_along(self.scene, &segment.ray, from_camera, ctx);
             let mut transmittance = S::ONE;
             if segment.solids.is_none() && self.needs.media {
                 let media = self.through_media(&segment, hit.as_ref(), camera_ray, ctx, profiles);
@@ -171,39 +168,28 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             }
             if bounce == 0 {
                 path.transmittance = luminance(transmittance.rgb());
-                let first = hit.as_ref().map_or(f64::INFINITY, |h| h.t);
-                let marches = segment.from_camera && self.needs.media;
-                path.depth = if marches { visible_depth(&profiles.path, first) } else { first };
+                let marched = (from_camera && self.needs.media).then_some(&profiles.path);
+                path.depth = visible_depth(marched, hit.as_ref().map(|hit| hit.t));
             }
             segment.throughput *= transmittance;
             if segment.sees_emitters {
-                let emitted = self.seen_emission(&segment, hit.as_ref(), ctx);
-                path.add_emission(&segment, emitted);
+                path.add_emission(&segment, self.seen_emission(&segment, hit.as_ref(), ctx));
             }
             let Some(hit) = hit else { break };
-            if segment.from_camera {
-                if camera_view::is_holdout(self.scene, &hit) {
-                    break;
-                }
-                if camera_view::catches_shadows(self.scene, &hit) {
-                    self.catch_shadow(&mut path, &segment, &hit, camera_ray, ctx);
-                    break;
-                }
-                path.is_covered = true;
+            if from_camera && !self.covers(&mut path, &segment, &hit, camera_ray, ctx) {
+                break;
             }
             let rough = hit.material.rough(&hit);
             if !hit.material.is_specular() {
                 let weight = camera_ray.indirect_weight;
                 path.add_reflected(&segment, self.reflected(&segment.ray, &hit, weight, ctx));
                 if rough.is_none() {
-                    if segment.from_camera && camera_ray.half.is_some() {
-                        let (ray, seen) = (&segment.ray, segment.throughput.rgb());
-                        path.seen.surface = Some(visible_surface(self.eye, ray, &hit, seen));
-                    }
+                    let tells = from_camera && camera_ray.half.is_some();
+                    path.seen.surface = tells.then(|| self.visible_surface(&segment, &hit));
                     break;
                 }
             }
-            path.seen.specular |= segment.from_camera;
+            path.seen.specular |= from_camera;
             let next = match rough {
                 Some(rough) => follow_rough(&segment, &hit, &rough, ctx),
                 None => follow_specular(&segment, &hit, pending, ctx),
@@ -212,6 +198,28 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             segment = next;
         }
         path
+    }
+
+    /// Whether the surface at `hit` behind `segment`, a ray of the camera, covers all behind it. Where it does not, `path` ends
+    /// there: nothing is seen of a holdout, and of a shadow catcher its shadows.
+    fn covers(
+        &self,
+        path: &mut PathResult<S>,
+        segment: &PendingRay<S>,
+        hit: &SurfaceHit<'_>,
+        camera_ray: &CameraRay<'_>,
+        ctx: &mut PathContext,
+    ) -> bool {
+        path.is_covered = camera_view::covers(self.scene, hit);
+        if camera_view::catches_shadows(self.scene, hit) {
+            self.catch_shadow(path, segment, hit, camera_ray, ctx);
+        }
+        path.is_covered
+    }
+
+    /// The diffuse surface at `hit` behind `segment`.
+    fn visible_surface(&self, segment: &PendingRay<S>, hit: &SurfaceHit<'_>) -> VisibleSurface {
+        visible_surface(self.eye, &segment.ray, hit, segment.throughput.rgb())
     }
 
     /// Ends `path` at the shadow catcher at `hit` behind `segment`, of which indirect light alone is radiance.
@@ -230,7 +238,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let indirect = self.indirect_on_surface(ray, hit, camera_ray.indirect_weight, ctx);
         path.add_reflected(segment, Estimate { radiance: indirect, indirect });
         if camera_ray.half.is_some() {
-            path.seen.surface = Some(visible_surface(self.eye, ray, hit, throughput.rgb()));
+            path.seen.surface = Some(self.visible_surface(segment, hit));
         }
     }
 

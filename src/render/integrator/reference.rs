@@ -60,11 +60,7 @@ impl PathTracer<'_> {
         let sight = path.sight;
         path.sight = Sight::All;
         let from_camera = sight == Sight::Camera;
-        let hit = if from_camera {
-            camera_view::first_surface(self.scene, &path.state.ray, ctx)
-        } else {
-            direct_light::first_surface(self.scene, &path.state.ray, ctx)
-        };
+        let hit = camera_view::surface_along(self.scene, &path.state.ray, from_camera, ctx);
         let seen = if from_camera { self.scene.camera.end(&path.state.ray) } else { f64::INFINITY };
         let end = hit.as_ref().map_or(seen, |h| h.t);
         if path.state.solids.is_none() {

@@ -13,7 +13,7 @@ use crate::scene::settings::{
 /// Reads the table `[film]`.
 pub(super) fn film(section: &Section<'_>) -> Result<FilmSettings> {
     section.only(&film_keys::FILM)?;
-    let passes: Aovs = section.read(&film_keys::PASSES, |v| {
+    let passes: Option<Aovs> = section.maybe(&film_keys::PASSES, |v| {
         v.string(&film_keys::PASSES.kind.right())?.parse().map_err(|e: String| v.error(e))
     })?;
     let deep = section.switch(&film_keys::DEEP)?;
@@ -27,7 +27,7 @@ pub(super) fn film(section: &Section<'_>) -> Result<FilmSettings> {
             &film_keys::VIEW,
             &[("agx", ViewTransform::Agx), ("srgb", ViewTransform::Srgb)],
         )?,
-        passes: passes.iter().chain(media).collect(),
+        passes: passes.unwrap_or_default().iter().chain(media).collect(),
         half: section.switch(&film_keys::HALF)?,
         deep,
     })

@@ -1,6 +1,6 @@
 //! Keys of `[film]`.
 
-use super::Without::Default;
+use super::Without::{Default, Other};
 use super::{Key, Kind, Table};
 use crate::scene::reader::Range;
 
@@ -35,7 +35,7 @@ pub(in crate::scene) const PASSES: Key = Key::new(
     "passes",
     Kind::Text("names with commas between them, such as \"depth,albedo\""),
     "",
-    Default("\"\""),
+    Other("none"),
     "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, media, direct, indirect, emission \
      and specular; the last five add up to the picture.",
 )
