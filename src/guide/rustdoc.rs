@@ -35,12 +35,12 @@ fn page(guide: &Path, name: &str) -> Result<String> {
             .split_once(')')
             .ok_or_else(|| Error::other(format!("{name}: a link without its end: {after:.40}")))?;
         made.push_str(before);
-        if let Some(path) = target.strip_prefix("../../") {
-            unlink(&mut made, path);
-        } else if target.ends_with(".png") {
+        if let Some(media) = picture(target) {
             let bytes = fs::read(guide.join(target))
                 .map_err(|error| Error::other(format!("{name} shows {target}: {error}")))?;
-            made.push_str(&format!("](data:image/png;base64,{})", STANDARD.encode(bytes)));
+            made.push_str(&format!("](data:{media};base64,{})", STANDARD.encode(bytes)));
+        } else if let Some(path) = target.strip_prefix("../../") {
+            unlink(&mut made, path);
         } else if let Some(module) = target.strip_suffix(".md") {
             let up = if name == INDEX { "" } else { "../" };
             made.push_str(&format!("]({up}{module}/index.html)"));
@@ -51,6 +51,12 @@ fn page(guide: &Path, name: &str) -> Result<String> {
     }
     made.push_str(rest);
     Ok(made)
+}
+
+/// The media type of a picture, by the end of its name.
+fn picture(target: &str) -> Option<&'static str> {
+    let types = [(".png", "image/png"), (".svg", "image/svg+xml")];
+    types.into_iter().find_map(|(end, media)| target.ends_with(end).then_some(media))
 }
 
 /// Turns the text of a link to a file of the repository, which `made` ends with, into plain text with

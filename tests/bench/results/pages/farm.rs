@@ -178,7 +178,7 @@ pub fn tables(rows: &[Row]) -> String {
     let rays = costs(rows).next().map_or(0, |of| of.rays);
     format!(
         "{told}Told are the figures of the mean of the passes over those of the whole, with intervals at 95 %. Relative MSE \
-         is told without the worst pixels, and of all. Seconds are those that threads ran, of the rays by saved photons, and of photons \
+         is against the wholes of the other seeds, without the worst pixels and of all. Seconds are those that threads ran, of the rays by saved photons, and of photons \
          and rays where each pass shoots; loading, pilot and reading come on top, once a pass.\n\n{equality}\n\
          ## What a frame has in serial\n\
          Seconds of one node, which is the machine below, for the size and photons of the scene's file and {rays} rays a pixel. A pass \

@@ -17,8 +17,8 @@ use crate::pages::farm::Costs;
 /// Rays of a pixel.
 const RAYS: u32 = 1024;
 
-/// Passes that are rendered of it: of 8 and of 16 rays a pixel.
-const COUNTS: [u32; 2] = [128, 64];
+/// Passes that are rendered of it: of 4 and of 8 rays a pixel.
+const COUNTS: [u32; 2] = [256, 128];
 
 /// Bands in which a pass is rendered again.
 const BANDS: u32 = 16;

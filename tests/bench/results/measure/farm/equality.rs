@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fogbow::render::{Rendered, SavedPhotons};
+use fogbow::render::{self, SavedPhotons};
 use fogbow::scene::{LoadOptions, PicturePass, Scene};
 use fogbow::study::Interval;
 use rayon::ThreadPool;
@@ -23,57 +23,50 @@ const RAYS: u32 = 8 * PASSES;
 
 const PHOTONS: u64 = 200_000;
 
-const SEEDS: u64 = 6;
+/// At least three: the error of each is taken against two halves of the others.
+const SEEDS: u64 = 4;
 
-/// What a picture of the truth has more of, rays and photons.
-const TRUTH: u32 = 4;
-
-/// Stages of a render after the pilot.
+/// Stages of a render after loading and pilot.
 const SHOT: [&str; 3] = ["photons", "photon map", "rays"];
-
-/// Those of a render by saved photons that reading leaves.
-const READ: [&str; 1] = ["rays"];
 
 /// The rows of both ways.
 pub fn measure(name: &str, quick: bool, pool: &ThreadPool, folder: &Path) -> Result<Vec<Row>> {
-    let (divisor, seeds) = if quick { (4, 2) } else { (1, SEEDS) };
+    let (divisor, seeds) = if quick { (4, 3) } else { (1, SEEDS) };
     let path = shipped(name);
     let size = scaled(&path, SIDE / divisor)?;
-    let load = |seed: u64, more: u32| -> Result<Picture<'_>> {
-        let options = LoadOptions::default().size(size).rays(RAYS / divisor * more);
-        let photons = PHOTONS / u64::from(divisor) * u64::from(more);
-        let mut scene = Scene::load(&path, &options.photons(photons))?;
-        scene.render.seed = seed;
-        Ok(Picture { scene, pool })
-    };
-    let truth = |seed: u64| -> Result<Pixels> {
-        let rendered = load(seed, TRUTH)?.part(None, None, None)?;
-        Ok(wide(&rendered.done.film.image()))
-    };
-    let truth = Halves::new([truth(1_000_001)?, truth(1_000_002)?])?;
-    let mut ways = [Ratios::default(), Ratios::default()];
+    let options = LoadOptions::default().size(size).rays(RAYS / divisor);
+    let scene = Scene::load(&path, &options.photons(PHOTONS / u64::from(divisor)))?;
+    let mut picture = Picture { scene, pool };
+    let photons = folder.join(format!("{name}.fog"));
+    let mut all = Vec::new();
     for seed in 1..=seeds {
-        let picture = load(seed, 1)?;
-        let photons = folder.join(format!("{name}.fog"));
-        picture.save(&photons)?;
-        let saved = SavedPhotons::open(&photons, &picture.scene)?;
-        for (ratios, saved, stages) in
-            ways.iter_mut().zip([Some(&saved), None]).zip([&READ[..], &SHOT]).map(flat)
-        {
-            // Half of the passes come before the whole, so that a machine that slows down hits both.
-            let pass = |number: u32| {
-                picture.part(Some(PicturePass { count: PASSES, number }), None, saved)
-            };
-            let mut passes = (1..=PASSES / 2).map(pass).collect::<Result<Vec<_>>>()?;
-            let whole = picture.part(None, None, saved)?;
-            for number in PASSES / 2 + 1..=PASSES {
-                passes.push(pass(number)?);
-            }
-            ratios.add(&passes, &whole, stages, &truth);
-        }
+        picture.scene.render.seed = seed;
+        println!("    seed {seed}");
+        all.push(Seed::new(&picture, &photons)?);
     }
-    let [saved, shot] = ways;
-    let row = |ratios: Ratios, photons: &str| -> Result<Row> {
+    let row = |photons: &str, way: fn(&Seed) -> &Rendered| -> Result<Row> {
+        let ratios = |value: &dyn Fn(usize) -> Result<f64>| -> Result<Interval> {
+            let values = (0..all.len()).map(value).collect::<Result<Vec<_>>>()?;
+            let interval = Interval::from_values(&values);
+            interval.ok_or_else(|| format!("{values:?} have no mean").into())
+        };
+        let error = |which: usize| {
+            let all = &all;
+            move |seed: usize| -> Result<f64> {
+                let truth = truth(all, seed)?;
+                let [own, whole] = [way(&all[seed]), &all[seed].whole]
+                    .map(|rendered| truth.errors_of(&rendered.pixels)[which]);
+                Ok(own / whole)
+            }
+        };
+        let over = |value: fn(&Rendered, &[&str]) -> f64, stages: &'static [&'static str]| {
+            let all = &all;
+            move |seed: usize| -> Result<f64> {
+                Ok(value(way(&all[seed]), stages) / value(&all[seed].whole, stages))
+            }
+        };
+        // Reading photons is not what the passes share.
+        let stages: &[&str] = if photons == "saved" { &SHOT[2..] } else { &SHOT };
         Ok(Row::Passes(Passes {
             scene: name.into(),
             photons: photons.into(),
@@ -81,55 +74,79 @@ pub fn measure(name: &str, quick: bool, pool: &ThreadPool, folder: &Path) -> Res
             rays: RAYS / divisor,
             passes: PASSES,
             seeds,
-            error: interval(&ratios.error)?,
-            error_of_all: interval(&ratios.error_of_all)?,
-            brightness: interval(&ratios.brightness)?,
-            steps: interval(&ratios.steps)?,
-            seconds: interval(&ratios.seconds)?,
+            error: ratios(&error(0))?,
+            error_of_all: ratios(&error(1))?,
+            brightness: ratios(&over(|of, _| of.pixels.iter().flatten().sum(), &[]))?,
+            steps: ratios(&over(|of, _| of.steps, &[]))?,
+            seconds: ratios(&over(Rendered::seconds, stages))?,
         }))
     };
-    Ok(vec![row(saved, "saved")?, row(shot, "shot anew")?])
+    Ok(vec![row("saved", |seed| &seed.saved)?, row("shot anew", |seed| &seed.shot)?])
 }
 
-fn flat<A, B, C>(((a, b), c): ((A, B), C)) -> (A, B, C) {
-    (a, b, c)
+/// Two halves of the wholes of all seeds but this one.
+fn truth(all: &[Seed], without: usize) -> Result<Halves> {
+    let others: Vec<&Pixels> = (all.iter().enumerate())
+        .filter(|(index, _)| *index != without)
+        .map(|(_, seed)| &seed.whole.pixels)
+        .collect();
+    let (a, b) = others.split_at(others.len() / 2);
+    Halves::new([a, b].map(|half| mean_of(half.iter().copied())))
 }
 
-fn interval(values: &[f64]) -> Result<Interval> {
-    Interval::from_values(values).ok_or_else(|| format!("{values:?} have no mean").into())
+/// A picture, whole or merged of passes, and what it took.
+struct Rendered {
+    pixels: Pixels,
+    /// Of marches.
+    steps: f64,
+    /// Processor seconds of each of [`SHOT`].
+    stages: [f64; SHOT.len()],
 }
 
-/// Of merged passes over the whole, a value a seed.
-#[derive(Default)]
-struct Ratios {
-    error: Vec<f64>,
-    error_of_all: Vec<f64>,
-    brightness: Vec<f64>,
-    steps: Vec<f64>,
-    seconds: Vec<f64>,
+impl Rendered {
+    /// Of the whole, or the mean of passes.
+    fn new(parts: &[Watched<render::Rendered>]) -> Self {
+        let pictures: Vec<Pixels> = parts.iter().map(|p| wide(&p.done.film.image())).collect();
+        Self {
+            pixels: mean_of(pictures.iter()),
+            steps: parts.iter().map(|part| part.done.work.march_steps as f64).sum(),
+            stages: SHOT.map(|stage| parts.iter().map(|part| part.stage(stage).ran).sum()),
+        }
+    }
+
+    /// Processor seconds of `stages`.
+    fn seconds(&self, stages: &[&str]) -> f64 {
+        let own = SHOT.iter().zip(self.stages).filter(|(stage, _)| stages.contains(stage));
+        own.map(|(_, seconds)| seconds).sum()
+    }
 }
 
-impl Ratios {
-    fn add(
-        &mut self,
-        passes: &[Watched<Rendered>],
-        whole: &Watched<Rendered>,
-        stages: &[&str],
-        truth: &Halves,
-    ) {
-        let pictures: Vec<Pixels> = passes.iter().map(|p| wide(&p.done.film.image())).collect();
-        let merged = mean_of(pictures.iter());
-        let picture = wide(&whole.done.film.image());
-        let [of_merged, of_whole] = [&merged, &picture].map(|picture| truth.errors_of(picture));
-        let sum = |picture: &Pixels| picture.iter().flatten().sum::<f64>();
-        let steps = |part: &Watched<Rendered>| part.done.work.march_steps as f64;
-        let seconds = |part: &Watched<Rendered>| -> f64 {
-            stages.iter().map(|stage| part.stage(stage).ran).sum()
-        };
-        self.error.push(of_merged[0] / of_whole[0]);
-        self.error_of_all.push(of_merged[1] / of_whole[1]);
-        self.brightness.push(sum(&merged) / sum(&picture));
-        self.steps.push(passes.iter().map(steps).sum::<f64>() / steps(whole));
-        self.seconds.push(passes.iter().map(seconds).sum::<f64>() / seconds(whole));
+/// The whole of a seed, and both merged pictures.
+struct Seed {
+    whole: Rendered,
+    saved: Rendered,
+    shot: Rendered,
+}
+
+impl Seed {
+    fn new(picture: &Picture<'_>, photons: &Path) -> Result<Self> {
+        let taken = picture.save(photons)?;
+        let saved = SavedPhotons::open(photons, &picture.scene)?;
+        let whole = || picture.part(None, None, None);
+        let [mut by_saved, mut by_shot, mut wholes] = [(); 3].map(|()| Vec::new());
+        for number in 1..=PASSES {
+            let pass = Some(PicturePass { count: PASSES, number });
+            by_saved.push(picture.part(pass, None, Some(&saved))?);
+            by_shot.push(picture.part(pass, None, None)?);
+            // In the middle, so that a machine that slows down hits all.
+            if number == PASSES / 2 {
+                wholes.push(whole()?);
+            }
+        }
+        let mut saved = Rendered::new(&by_saved);
+        // The whole fills cells of direct light by its rays, the saved photons have them.
+        saved.stages[SHOT.len() - 1] += taken.stage("direct light").ran;
+        saved.steps += taken.done.work.march_steps as f64;
+        Ok(Self { whole: Rendered::new(&wholes), saved, shot: Rendered::new(&by_shot) })
     }
 }

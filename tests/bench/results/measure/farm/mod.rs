@@ -1,8 +1,8 @@
 //! Passes and crops on a farm: whether passes are worth the whole, and what a frame has in serial.
 //!
-//! Eight passes are rendered and averaged for each of some seeds, by photons that were shot anew and by
-//! saved ones, and the whole twice in the same ways. Errors are taken against two pictures of other seeds and many rays
-//! at once: the product of the differences from both is in the mean the squared error alone. Seconds are
+//! For each of some seeds the whole is rendered, and eight passes are averaged, by photons that were shot anew and by
+//! saved ones. Errors are taken against two halves of the wholes of all other seeds at once: the product of the
+//! differences from both is in the mean the squared error alone, for their noise is independent. Seconds are
 //! those that threads ran, which other programs on the machine hardly touch.
 //!
 //! What stays in serial is measured by itself at the size of a picture for a farm: what the clock would
