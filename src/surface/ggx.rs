@@ -131,7 +131,7 @@ impl Ggx<'_> {
         self.sample(wo, u).map(|(_, weight, _)| weight.x)
     }
 
-    /// The same of all that is reflected.
+    /// As [`sample`](Self::sample), of all that is reflected.
     fn sample_both(&self, wo: DVec3, [a, b]: [f64; 2]) -> Option<(DVec3, Rgb, f64)> {
         let share = self.share_of_once(wo);
         let wi = if a < share {
