@@ -147,15 +147,11 @@ impl DeepPixel {
             quantiles.chain(between.filter(|z| *z > first && *z < last)).collect();
         knots.extend([first, last]);
         knots.sort_by(f64::total_cmp);
-        knots.dedup_by_key(|z| *z as f32);
         let sample = |z: &[f64]| SeenSample {
             z: [z[0], z[1]],
             seen: growth.until(z[1]) - growth.until(z[0]),
             is_medium: true,
         };
-        if knots.len() == 1 {
-            return vec![SeenSample { z: [first; 2], seen: growth.until(last), is_medium: true }];
-        }
         let samples: Vec<SeenSample> = knots.windows(2).map(sample).collect();
         if growth.until(last) > 0.0 {
             samples.into_iter().filter(|sample| sample.seen > 0.0).collect()

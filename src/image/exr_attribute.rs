@@ -35,8 +35,12 @@ pub(super) fn typed(text: &str) -> AttributeValue {
 
 /// The value of the attribute `name` that stands for `text` in a file.
 pub(super) fn named(name: &str, text: &str) -> AttributeValue {
-    let rate = if name == "framesPerSecond" { rational(text) } else { None };
-    rate.map_or_else(|| typed(text), AttributeValue::Rational)
+    let standard = match name {
+        "framesPerSecond" => rational(text).map(AttributeValue::Rational),
+        "worldToCamera" | "worldToNDC" => matrix(text).map(AttributeValue::Matrix4x4),
+        _ => None,
+    };
+    standard.unwrap_or_else(|| typed(text))
 }
 
 /// The text of a `value`; `None` where it is none that [`typed`] makes.

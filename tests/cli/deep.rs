@@ -63,6 +63,7 @@ fn deep_files_flatten_to_the_picture() {
             return skip::skip("oiiotool, to read deep files");
         };
         assert!(info.contains("deep") && info.contains("Z, ZBack"), "{info}");
+        assert!(info.contains("worldToNDC: 1.37"), "a matrix: {info}");
         oiiotool(folder, &[&deep, "--flatten", "-o", &flat]).unwrap();
         let [picture, flat] = [name, &flat].map(|name| read_layers(&folder.join(name)).unwrap());
         for channel in ["R", "G", "B", "A"] {
