@@ -28,9 +28,9 @@ center = [0.4, 1, 0]
 radius = 0.7
 [[surface]]
 shape = \"quad\"
-origin = [-2, -1, -2]
-u = [2.5, 0, 0]
-v = [0, 4, 0]
+center = [-0.75, 1, -2]
+u = [1.25, 0, 0]
+v = [0, 2, 0]
 [[light]]
 type = \"area\"
 center = [2, 5, 2]
