@@ -104,7 +104,7 @@ impl Ggx<'_> {
     fn mixed_pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         let share = self.share_of_once(wo);
         let once = self.pdf_of(wo, (wo + wi).normalize());
-        share * once + (1.0 - share) * warp::cosine_hemisphere_pdf(wi.z)
+        share * once + (1.0 - share) * warp::uniform_cone_pdf(1.0)
     }
 
     /// Density of [`scatter`](Self::scatter) over solid angle, 1/sr.
@@ -137,7 +137,8 @@ impl Ggx<'_> {
         let wi = if a < share {
             self.sample(wo, [a / share, b])?.0
         } else {
-            warp::cosine_hemisphere([(a - share) / (1.0 - share), b])
+            // What is reflected more than once leaves at grazing angles above all.
+            warp::uniform_cone([(a - share) / (1.0 - share), b], 1.0)
         };
         let pdf = self.mixed_pdf(wo, wi);
         (wi.z > 0.0).then(|| (wi, self.value(wo, wi) * (wi.z / pdf), pdf))

@@ -31,7 +31,7 @@ fn haze(camera: &str, squares: &[f64]) -> String {
         size = [8, 8]
         [[medium]]
         region = {{ sphere = {{ center = [0.0, 0.0, 0.0], radius = 40.0 }} }}
-        sigma_t = 0.5
+        sigma_t = 0.2
         albedo = 0.0
         [[light]]
         type = "environment"
@@ -59,7 +59,7 @@ fn what_is_nearer_or_farther_is_not_seen() {
             }
             let scene = scene(folder.path(), &haze(camera, squares), 256, 100);
             let film = render(&scene, &scene.render, &Silent).unwrap().film;
-            let through = (-0.5 * (depth.unwrap_or(5.0) - 2.0_f64)).exp();
+            let through = (-0.2 * (depth.unwrap_or(5.0) - 2.0_f64)).exp();
             let light = if depth.is_some() { 0.0 } else { through };
             let covered = if depth.is_some() { 1.0 } else { 1.0 - through };
             for (name, expected) in [("G", light), ("A", covered), ("transmittance", through)] {
