@@ -41,14 +41,14 @@ impl<S: Spectrum> CameraThickness<S> {
     ) -> S {
         let is_smooth = |least: f64, most: f64| most - least <= MAX_DIFFERENCE;
         let found = self.cells.interpolate(p, 0, is_smooth, ctx, |cell, own| {
-            thickness(scene, cell.center, footprint, own)
+            march(scene, cell.center, footprint, own)
         });
-        (-found.unwrap_or_else(|| thickness(scene, p, footprint, ctx))).exp()
+        (-found.unwrap_or_else(|| march(scene, p, footprint, ctx))).exp()
     }
 }
 
 /// Optical thickness of media from `p` to the camera, by a march that is counted.
-pub fn thickness<S: Spectrum>(
+pub fn march<S: Spectrum>(
     scene: &Scene,
     p: WorldPoint,
     footprint: &PixelFootprint,

@@ -122,12 +122,11 @@ impl<S: Spectrum> FinalGatherCache<S> {
         };
         let Some(thickness) = &self.thickness else {
             // What decides their number is work of cells, not of rays.
-            let mut of_cell = ctx.clone();
-            let here = GatherOrigins::at::<S>(scene, medium, p, width, footprint, &mut of_cell);
+            let here = GatherOrigins::at::<S>(scene, medium, p, width, footprint, &mut ctx.clone());
             let lookups = wanted(p, &here);
             let part = self.opacity(scene, p) / lookups.max(1.0);
             if ctx.rng.uniform() < part {
-                ctx.work = of_cell.work;
+                GatherOrigins::in_cell::<S>(scene, medium, p, width, footprint, None, ctx);
             }
             let count = (lookups.max(MIN_GATHERS) * part + ctx.rng.uniform()) as u32;
             if count == 0 {
@@ -136,6 +135,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
             let points = GatherPoints { indices: 0..count, scramble: ctx.rng.scramble() };
             return gather(&here, points, ctx);
         };
+        let thickness = Some(thickness);
         // Pass 0 of the cells is that of light which all passes share.
         self.cells.sample(p, 1 + pass.index, ctx, |cell, own| {
             let center = cell.center;

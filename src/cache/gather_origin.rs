@@ -8,7 +8,7 @@ use crate::math::{Cdf, Ray, Rgb, Spectrum, WorldPoint, warp};
 use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint, SobolPoint, camera_view};
 
-use super::camera_thickness::{CameraThickness, thickness};
+use super::camera_thickness::{CameraThickness, march};
 
 /// Places of a cell among which the start of a gather is chosen: the first number, or the second where the
 /// effective number of the first is less than half of it.
@@ -46,22 +46,21 @@ impl GatherOrigins {
         footprint: &PixelFootprint,
         ctx: &mut PathContext,
     ) -> Self {
-        let march = |ctx: &mut PathContext| (-thickness::<S>(scene, p, footprint, ctx)).exp();
-        let seen = visibility(scene, p, footprint, ctx, march);
+        let seen: S = visibility(scene, p, footprint, None, ctx);
         let across = width * scene.media.get(medium).sigma_t_at(p).max_element();
         let opacity = seen.max_element() * -(-across).exp_m1();
         Self { center: p, places: [p; CANDIDATES[1]], choice: None, opacity }
     }
 
     /// For light that the medium of this index scatters toward the camera from the cell of `width` metres
-    /// round `center`, by the `thickness` from places to the camera.
+    /// round `center`: by the `thickness` from places to the camera, or a march for each.
     pub fn in_cell<S: Spectrum>(
         scene: &Scene,
         medium: usize,
         center: WorldPoint,
         width: f64,
         footprint: &PixelFootprint,
-        thickness: &CameraThickness<S>,
+        thickness: Option<&CameraThickness<S>>,
         ctx: &mut PathContext,
     ) -> Self {
         let scramble = ctx.rng.scramble();
@@ -79,10 +78,7 @@ impl GatherOrigins {
                 if sigma_t == Rgb::ZERO {
                     continue;
                 }
-                let through =
-                    |ctx: &mut PathContext| thickness.transmittance(scene, *p, footprint, ctx);
-                let seen_part = visibility(scene, *p, footprint, ctx, through);
-                let light = S::from_rgb(sigma_t) * seen_part;
+                let light = S::from_rgb(sigma_t) * visibility(scene, *p, footprint, thickness, ctx);
                 seen += light.max_element();
                 ctx.work.grid_lookups += u64::from(!of.albedo.is_constant());
                 *weight = (light * S::from_rgb(of.albedo.at(*p))).element_sum();
@@ -119,14 +115,19 @@ fn visibility<S: Spectrum>(
     scene: &Scene,
     p: WorldPoint,
     footprint: &PixelFootprint,
+    thickness: Option<&CameraThickness<S>>,
     ctx: &mut PathContext,
-    of_media: impl FnOnce(&mut PathContext) -> S,
 ) -> S {
     let (ray, distance) = (Ray::new(p, scene.camera.toward(p)), footprint.distance(p));
     // What is nearer than the camera begins to see hides nothing.
     let near = scene.camera.near(&Ray::new(p, -ray.direction));
-    let is_clear = camera_view::is_clear(scene, &ray, distance - near, ctx);
-    if is_clear { of_media(ctx) } else { S::ZERO }
+    if !camera_view::is_clear(scene, &ray, distance - near, ctx) {
+        return S::ZERO;
+    }
+    match thickness {
+        Some(thickness) => thickness.transmittance(scene, p, footprint, ctx),
+        None => (-march::<S>(scene, p, footprint, ctx)).exp(),
+    }
 }
 
 #[cfg(test)]
@@ -173,7 +174,7 @@ mod tests {
         let thickness = CameraThickness::<Rgb>::new(cells, 0);
         let of_cell = |cell: u64| {
             let mut ctx = PathContext::new(Stream::new(1, Stage::Test, cell, 0), Needs::EVERYTHING);
-            GatherOrigins::in_cell(scene, 0, center, 1.0, &footprint, &thickness, &mut ctx)
+            GatherOrigins::in_cell(scene, 0, center, 1.0, &footprint, Some(&thickness), &mut ctx)
         };
         (0..CELLS).map(of_cell).collect()
     }
