@@ -184,13 +184,12 @@ pub fn tables(rows: &[Row]) -> String {
          Seconds of one node, which is the machine below, for the size and photons of the scene's file and {rays} rays a pixel. A pass \
          finds once where in its cells final gathers start; crops fill the cells on a cut between them twice.\n\n{serial}\n\
          ## How far many nodes help\n\
-         ![Speed-up against nodes]( ../../../volumes/farm.svg)\n\n\
+         ![Speed-up against nodes](../../../volumes/farm.svg)\n\n\
          Speed-up over the whole on one node, by the closed form T(n) = serial + parallel / n + merge(n) (Amdahl 1967), and in brackets by a \
          simulation in which nodes differ by 10 % in speed, each task waits {START_UP} s for its start and each crop takes what its rows do. \
          There is a part a node: passes have 8 rays or more, crops a row or more. Crops that are reconstructed get rays \
          around them, too.\n\n{nodes}"
     )
-    .replace("( ../", "(../")
 }
 
 /// A ratio with its interval.

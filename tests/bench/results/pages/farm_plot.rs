@@ -84,8 +84,8 @@ fn chart(panel: &Area<'_>, costs: &Costs) -> Result<()> {
         } else {
             chart.draw_series(LineSeries::new(line, style))?;
         }
-        let dots =
-            SIMULATED.map(|nodes| (f64::from(nodes), simulated(costs, kind, nodes).max(1.0)));
+        let dots = SIMULATED.map(|nodes| (f64::from(nodes), simulated(costs, kind, nodes)));
+        let dots = dots.into_iter().filter(|(_, times)| *times >= 1.0);
         chart.draw_series(dots.map(|at| Circle::new(at, 3, color.filled())))?;
     }
     Ok(())
