@@ -127,7 +127,8 @@ fn merged_channels(passes: &[Pass], weights: &[f64], interrupt: &Interrupt) -> R
     Ok(merge.finish())
 }
 
-/// Writes the picture `merged`, those of its layers that are in `half` as half floats. Returns whether there is a PNG: only where the parts say how it is viewed.
+/// Writes the picture `merged`, those of its layers that are in `half` as half floats. Returns whether there is a PNG: only
+/// where the parts say how it is viewed.
 fn write(
     output: &Output,
     merged: &Layers,

@@ -52,8 +52,8 @@ impl Output {
         Ok(output)
     }
 
-    /// Writes the EXR with `attributes`, its colours as `half` floats where that is set, and the PNG by `view`, and then gives both their names, the EXR last:
-    /// once that is there, the picture is.
+    /// Writes the EXR with `attributes`, its colours as `half` floats where that is set, and the PNG by `view`, and then
+    /// gives both their names, the EXR last: once that is there, the picture is.
     ///
     /// # Errors
     /// Where either cannot be written; then neither is.

@@ -287,8 +287,8 @@ impl PictureJob<'_> {
         })
     }
 
-    /// Writes the picture, and the deep one where there is one, with settings and work counters in its header, and removes files that a complete
-    /// one makes obsolete.
+    /// Writes the picture, and the deep one where there is one, with settings and work counters in their headers, and
+    /// removes files that a complete one makes obsolete.
     fn write(
         &self,
         scene: &Scene,

@@ -8,11 +8,11 @@ use super::pixel_sampling::Workspace;
 use super::rendered::Rendered;
 use super::stage_settings::finest_step;
 use crate::film::{DeepPixel, FlatPixel};
-use crate::image::{DeepImage, DeepSample, FAR, Film, Window};
-use crate::math::{Ray, Rgb, Span, Spectrum, Stage, Stream, World, luminance};
+use crate::image::{DeepImage, DeepSample, FAR, Film, NOISY_LAYERS, Window};
+use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
 use crate::medium::Profile;
-use crate::scene::Scene;
 use crate::scene::plan::Needs;
+use crate::scene::{Aov, Scene};
 use crate::transport::{PathContext, SobolPoint, camera_view};
 
 /// Rays of a pixel.
@@ -104,12 +104,12 @@ impl DeepTracer<'_> {
     ) {
         let Workspace { ctx, profiles } = workspace;
         let of_pixel = 1.0 / f64::from(RAYS);
-        let [near, end] = [self.scene.camera.near(ray), self.scene.camera.end(ray)];
+        let near = self.scene.camera.near(ray);
         let hit = camera_view::first_surface(self.scene, ray, ctx);
         let mut transmittance = 1.0;
         if ctx.needs.media {
             let profile = &mut profiles.path;
-            let span = Span::new(0.0, hit.as_ref().map_or(end, |hit| hit.t));
+            let span = camera_view::span_before(self.scene, ray, hit.as_ref());
             profile.trace(&self.scene.media, ray, span, self.step, 0.5);
             transmittance = luminance(profile.transmittance().rgb());
             add_stretches(profile, [near, of_pixel * (1.0 - transmittance)], pixel);
@@ -162,9 +162,9 @@ impl<'a> FlatPicture<'a> {
     fn new(film: &'a Film) -> Self {
         let layer = |name: &str| film.layer(name).unwrap_or_default();
         let radiance = ["R", "G", "B"].map(layer);
-        let noisy = ["noisy.R", "noisy.G", "noisy.B"].map(layer);
+        let noisy = NOISY_LAYERS.map(layer);
         let raw = if noisy[0].is_empty() { radiance } else { noisy };
-        let media = ["media.R", "media.G", "media.B"].map(layer);
+        let media = Aov::Media.layers().map(|name| layer(&name));
         Self { radiance, alpha: layer("A"), raw, media }
     }
 

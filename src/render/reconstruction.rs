@@ -12,7 +12,7 @@ use super::rendered::Ended;
 use super::stage_settings::finest_step;
 use crate::film::{Antialiased, ComponentFilm, PixelComponents, Reconstruction, VisibilityRay};
 use crate::image::Film;
-use crate::math::{Ray, Span, Spectrum, Stage, Stream, World, WorldPoint, luminance};
+use crate::math::{Ray, Spectrum, Stage, Stream, World, WorldPoint, luminance};
 use crate::scene::{RenderSettings, Scene};
 use crate::transport::{PathContext, SobolPoint, camera_position, camera_view};
 use crate::work::Work;
@@ -121,11 +121,10 @@ impl<'a> Visibility<'a> {
     fn along<S: Spectrum>(&self, ray: &Ray<World>, workspace: &mut Workspace<S>) -> VisibilityRay {
         let Workspace { ctx, profiles } = workspace;
         ctx.work.visibility_rays += 1;
-        let end = self.scene.camera.end(ray);
         let hit = camera_view::first_surface(self.scene, ray, ctx);
         let mut transmittance = S::ONE;
         if self.region.needs.media {
-            let span = Span::new(0.0, hit.as_ref().map_or(end, |hit| hit.t));
+            let span = camera_view::span_before(self.scene, ray, hit.as_ref());
             profiles.path.trace(&self.scene.media, ray, span, self.step, 0.5);
             profiles.path.count(&mut ctx.work);
             transmittance = profiles.path.transmittance();

@@ -4,10 +4,10 @@
 use rayon::prelude::*;
 
 use crate::cache::DirectLightCache;
-use crate::math::{Rgb, Span, Spectrum, Stage, Stream};
+use crate::math::{Rgb, Spectrum, Stage, Stream};
 use crate::medium::Profile;
 use crate::scene::Scene;
-use crate::transport::PathContext;
+use crate::transport::{PathContext, camera_view};
 use crate::work::Work;
 
 use super::pass_settings::PassSettings;
@@ -39,10 +39,7 @@ pub(super) fn fill<S: Spectrum>(
         let mut profile = Profile::<S>::default();
         for x in 0..width {
             let ray = scene.camera.ray(f64::from(x) + 0.5, f64::from(y) + 0.5, [0.5; 2]);
-            let seen = Span::new(0.0, scene.camera.end(&ray));
-            let hit = scene.surfaces.intersect_seen(&ray, seen);
-            let seen = Span::new(0.0, hit.map_or(seen.end, |hit| hit.t));
-            profile.trace(&scene.media, &ray, seen, 0.0, 0.5);
+            profile.trace(&scene.media, &ray, camera_view::clear_span(scene, &ray), 0.0, 0.5);
             profile.count(&mut ctx.work);
             for stratum in 0..PLACES {
                 // Denser toward the end, where cells are deep in the medium and rays sample few of them.

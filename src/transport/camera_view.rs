@@ -18,7 +18,18 @@ pub fn first_surface<'s>(
         return None;
     }
     ctx.work.intersections += 1;
-    scene.surfaces.intersect_seen(ray, Span::new(0.0, scene.camera.end(ray)))
+    scene.surfaces.intersect_seen(ray, span_before(scene, ray, None))
+}
+
+/// The part of `ray`, one of the camera's, in front of the surface that it sees at `hit`, or as far as the camera sees.
+pub fn span_before(scene: &Scene, ray: &Ray<World>, hit: Option<&SurfaceHit<'_>>) -> Span {
+    Span::new(0.0, hit.map_or_else(|| scene.camera.end(ray), |hit| hit.t))
+}
+
+/// As [`span_before`] the first surface that `ray` sees, which is not counted.
+pub fn clear_span(scene: &Scene, ray: &Ray<World>) -> Span {
+    let hit = scene.surfaces.intersect_seen(ray, span_before(scene, ray, None));
+    span_before(scene, ray, hit.as_ref())
 }
 
 /// The closest surface along `ray` (unit direction): of those that the camera sees where it is `from_camera`, and one of its

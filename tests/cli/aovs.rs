@@ -1,13 +1,11 @@
 //! `--passes` and `--half`, and headers, from outside.
 
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 use fogbow::image::{FAR, Layers, read_header};
 
 use crate::parts::{layers, merges, report, smoke};
-use crate::{run, skip};
+use crate::{is_there, printed, run};
 
 const ALL: &str = "depth,albedo,normal,position,media,direct,indirect,emission,specular";
 
@@ -49,21 +47,6 @@ fn difference(layers: &Layers, beauty: [&str; 3]) -> f32 {
         }
     }
     worst / brightest
-}
-
-fn is_there(program: &str) -> bool {
-    let there = Command::new(program).arg("--help").output().is_ok();
-    if !there {
-        skip::skip(program);
-    }
-    there
-}
-
-/// What a program prints that succeeds in `folder`.
-fn printed(folder: &Path, program: &str, args: &[&str]) -> String {
-    let output = Command::new(program).current_dir(folder).args(args).output().unwrap();
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
 #[test]

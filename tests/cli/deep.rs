@@ -1,12 +1,10 @@
 //! `fogbow render --deep`: the deep file beside the picture, as oiiotool of OpenImageIO reads it.
 
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 
 use fogbow::image::read_layers;
 
-use crate::{run, skip};
+use crate::{is_there, printed, run};
 
 /// A ball of smoke half in front of a ball of clay, before a wall that ends within the picture.
 const SCENE: &str = "\
@@ -39,14 +37,6 @@ v = [0, 0, 1]
 radiance = [20, 16, 12]
 ";
 
-/// What oiiotool prints to stdout; `None` where it is not installed.
-fn oiiotool(folder: &Path, args: &[&str]) -> Option<String> {
-    let output = Command::new("oiiotool").current_dir(folder).args(args).output().ok()?;
-    let [out, err] = [output.stdout, output.stderr].map(|s| String::from_utf8(s).unwrap());
-    assert!(output.status.success(), "{args:?}: {out}{err}");
-    Some(out)
-}
-
 #[test]
 fn deep_files_flatten_to_the_picture() {
     let folder = tempfile::tempdir().unwrap();
@@ -54,17 +44,18 @@ fn deep_files_flatten_to_the_picture() {
     fs::write(folder.join("s.toml"), SCENE).unwrap();
     for (name, more) in [("a.exr", &[][..]), ("b.exr", &["--crop", "5,3,20x17"])] {
         let args = [&["render", "s.toml", "--deep", "-o", name], more].concat();
-        let (code, printed, err) = run(folder, &args);
+        let (code, told, err) = run(folder, &args);
         assert_eq!(code, 0, "{err}");
         let deep = name.replace(".exr", ".deep.exr");
-        assert!(printed.lines().any(|line| line == deep), "{printed}");
+        assert!(told.lines().any(|line| line == deep), "{told}");
         let flat = name.replace(".exr", ".flat.exr");
-        let Some(info) = oiiotool(folder, &["--info", "-v", &deep]) else {
-            return skip::skip("oiiotool, to read deep files");
-        };
+        if !is_there("oiiotool") {
+            return;
+        }
+        let info = printed(folder, "oiiotool", &["--info", "-v", &deep]);
         assert!(info.contains("deep") && info.contains("Z, ZBack"), "{info}");
         assert!(info.contains("worldToNDC: 1.37"), "a matrix: {info}");
-        oiiotool(folder, &[&deep, "--flatten", "-o", &flat]).unwrap();
+        printed(folder, "oiiotool", &[&deep, "--flatten", "-o", &flat]);
         let [picture, flat] = [name, &flat].map(|name| read_layers(&folder.join(name)).unwrap());
         for channel in ["R", "G", "B", "A"] {
             let [right, found] = [&picture, &flat].map(|file| &file.channels[channel]);

@@ -31,3 +31,20 @@ fn run(folder: &Path, args: &[&str]) -> (i32, String, String) {
     assert!(!err.contains("panicked"), "{args:?}: {err}");
     (output.status.code().unwrap(), out, err)
 }
+
+/// Whether `program` can be run; says so where it cannot.
+fn is_there(program: &str) -> bool {
+    let there = std::process::Command::new(program).arg("--help").output().is_ok();
+    if !there {
+        skip::skip(program);
+    }
+    there
+}
+
+/// What a program prints that succeeds in `folder`.
+fn printed(folder: &Path, program: &str, args: &[&str]) -> String {
+    let output =
+        std::process::Command::new(program).current_dir(folder).args(args).output().unwrap();
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}

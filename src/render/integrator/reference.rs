@@ -30,7 +30,7 @@ impl PathTracer<'_> {
     /// An estimate of the light that arrives along `ray`, one of the camera's, at its origin.
     pub fn radiance<S: Spectrum>(&self, ray: Ray<World>, ctx: &mut PathContext) -> Sample {
         let hit = camera_view::first_surface(self.scene, &ray, ctx);
-        let end = hit.map_or(self.scene.camera.end(&ray), |hit| hit.t);
+        let end = camera_view::span_before(self.scene, &ray, hit.as_ref()).end;
         let transmittance = luminance(self.transmittance::<S>(&ray, end, ctx).rgb());
         let state = PathState::<S>::new(ray);
         let sight = Sight::Camera;
@@ -169,7 +169,8 @@ impl PathTracer<'_> {
         true
     }
 
-    /// Samples lights at a surface, and a new direction; where it `catches` shadows it is kept apart from other light. Whether the path goes on.
+    /// Samples lights at a surface, and a new direction; whether the path goes on. Direct light of a surface that `catches`
+    /// shadows is kept apart from other light.
     fn scatter_at_surface<S: Spectrum>(
         &self,
         path: &mut ReferencePath<S>,

@@ -2,7 +2,7 @@
 
 use crate::director::PixelBudget;
 use crate::film::sample_pass;
-use crate::math::{Rgb, Span, Spectrum, Stage, Stream, luminance};
+use crate::math::{Rgb, Spectrum, Stage, Stream, luminance};
 use crate::photon::PhotonDirection;
 use crate::render::integrator::Integrator;
 use crate::render::pass_settings::PassSettings;
@@ -11,7 +11,7 @@ use crate::render::pixel_sampling::{
 };
 use crate::scene::Scene;
 use crate::strategy::{self, BLOCK, PictureSize, RayLuminance};
-use crate::transport::{PathContext, SobolPoint};
+use crate::transport::{PathContext, SobolPoint, camera_view};
 use crate::work::Work;
 
 /// Rays of a pixel of the pilot, each with the Sobol points of the picture's: a block of which stratification
@@ -112,9 +112,7 @@ impl<'a> PilotPixels<'a> {
         let scene = self.scene;
         let [x, y] = self.corner(place).map(|side| (side + 0.5) * self.settings.film_pixels);
         let ray = scene.camera.ray(x, y, [0.5; 2]);
-        let seen = Span::new(0.0, scene.camera.end(&ray));
-        let hit = scene.surfaces.intersect_seen(&ray, seen);
-        let seen = Span::new(0.0, hit.map_or(seen.end, |hit| hit.t));
+        let seen = camera_view::clear_span(scene, &ray);
         scene.media.optical_thickness(&ray, seen) != Rgb::ZERO
     }
 
