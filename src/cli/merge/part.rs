@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::super::header::PREFIX;
 use super::super::partial::{COMPLETE, PREVIEW};
 use crate::error::{Error, Result};
-use crate::image::{Layers, LayersHeader, View, Window, read_header, read_layers};
+use crate::image::{Layers, LayersHeader, View, Window, cryptomatte, read_header, read_layers};
 use crate::scene::PicturePass;
 
 /// The attribute that lists the passes of a merged picture.
@@ -74,6 +74,12 @@ impl Part {
     pub(super) fn attributes(&self) -> impl Iterator<Item = (&str, &str)> {
         let attributes = self.header.attributes.iter();
         attributes.filter_map(|(name, value)| Some((name.strip_prefix(PREFIX)?, value.as_str())))
+    }
+
+    /// The names of its attributes that tell of objects.
+    pub(super) fn of_objects(&self) -> impl Iterator<Item = &str> {
+        let names = self.header.attributes.keys().map(String::as_str);
+        names.filter(|name| name.starts_with(cryptomatte::ATTRIBUTES))
     }
 
     /// The attribute of fogbow of that name.
