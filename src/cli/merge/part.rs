@@ -97,6 +97,11 @@ impl Part {
         &self.header.half
     }
 
+    /// Bytes of its layers in memory.
+    pub(super) fn bytes(&self) -> u64 {
+        self.window.pixels() * (self.layers.len() * size_of::<f32>()) as u64
+    }
+
     /// The whole number of an attribute; 0 where it is not there.
     ///
     /// # Errors
