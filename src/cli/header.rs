@@ -3,6 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::partial::COMPLETE;
+use crate::image::cryptomatte;
 use crate::render::Rendered;
 use crate::scene::{Director, Planning, Scene};
 
@@ -169,7 +170,21 @@ pub(super) fn attributes(
     let counter = |(name, value): (&String, &Value)| (format!("{PREFIX}{WORK}{name}"), text(value));
     let unfinished = (!rendered.is_complete()).then(|| (COMPLETE.into(), "false".into()));
     let all = settings.iter().map(setting).chain(work.iter().map(counter)).chain(unfinished);
-    all.chain([(ALPHA.into(), PREMULTIPLIED.into())]).chain(camera(scene)).collect()
+    let all = all.chain([(ALPHA.into(), PREMULTIPLIED.into())]).chain(camera(scene));
+    all.chain(objects(scene, rendered)).collect()
+}
+
+/// Those of `attributes` that a deep picture has, which tells of no objects.
+pub(super) fn without_objects(attributes: &[(String, String)]) -> Vec<(String, String)> {
+    let is_kept = |(name, _): &&(String, String)| !name.starts_with(cryptomatte::ATTRIBUTES);
+    attributes.iter().filter(is_kept).cloned().collect()
+}
+
+/// The attributes that tell of the objects of a picture, where it has layers of them.
+fn objects(scene: &Scene, rendered: &Rendered) -> impl Iterator<Item = (String, String)> {
+    let is_there = rendered.film.passes().any(|(name, _)| cryptomatte::is_layer(name));
+    let attributes = is_there.then(|| cryptomatte::attributes(scene.objects.names()));
+    attributes.into_iter().flatten()
 }
 
 /// The matrices of the camera, by the names that OpenEXR gives them.

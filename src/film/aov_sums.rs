@@ -1,12 +1,12 @@
 //! Sums over the rays of a pixel, from which its passes follow.
 //!
-//! How many numbers there are follows from the passes: a block of those of opacity, and one of light, each where a pass needs
-//! it. Further layers of light that rays tell apart are further numbers behind them.
+//! How many numbers there are follows from the passes: the coverages of objects, a block of those of opacity, and one of light,
+//! each where a pass needs it. Further layers of light that rays tell apart are further numbers behind them.
 
 use glam::DVec3;
 
 use super::sample::{OpacityDepths, Sample};
-use crate::image::{FAR, Features};
+use crate::image::{FAR, Features, cryptomatte};
 use crate::math::Rgb;
 use crate::scene::{Aov, Aovs};
 
@@ -44,7 +44,7 @@ impl AovSums {
     pub fn len(self) -> usize {
         let depths = if self.0.has_depths() { DEPTHS } else { 0 };
         let light = if self.0.has_light() { LIGHT } else { 0 };
-        depths + light
+        self.objects() + depths + light
     }
 
     /// Whether a pixel has none.
@@ -54,14 +54,19 @@ impl AovSums {
 
     /// The names of the layers, in the order of [`values`](Self::values).
     pub fn layers(self) -> Vec<String> {
-        self.0.iter().flat_map(Aov::layers).collect()
+        self.0.layers()
     }
 
-    /// Adds a ray to the `sums` of its pixel. One that is not [sound](Sample::is_sound) is ignored.
-    pub fn add(self, sums: &mut [f64], sample: &Sample) {
+    /// Adds a ray to the `sums` of its pixel, which sees `objects` with these coverages, by their
+    /// [identifiers](cryptomatte::identifier). One that is not [sound](Sample::is_sound) is ignored.
+    pub fn add(self, sums: &mut [f64], sample: &Sample, objects: &[(u32, f64)]) {
         if !sample.is_sound() {
             return;
         }
+        let (list, sums) = sums.split_at_mut(self.objects());
+        objects.iter().for_each(|(identifier, coverage)| {
+            cryptomatte::add(list, *identifier, *coverage);
+        });
         let (depths, light) = self.split(sums.len());
         if let Some(seen) = sample.depths.filter(OpacityDepths::is_finite)
             && depths > 0
@@ -78,6 +83,11 @@ impl AovSums {
         }
     }
 
+    /// How many numbers are those of objects.
+    fn objects(self) -> usize {
+        if self.0.has(Aov::Cryptomatte) { cryptomatte::NUMBERS } else { 0 }
+    }
+
     /// How many of `numbers` are those of opacity, and how many those of light.
     fn split(self, numbers: usize) -> (usize, usize) {
         let depths = if self.0.has_depths() { DEPTHS.min(numbers) } else { 0 };
@@ -86,7 +96,8 @@ impl AovSums {
 
     /// The values of the layers of `pixel`.
     pub fn values(self, pixel: &AovPixel<'_>) -> impl Iterator<Item = f64> {
-        let (depths, light) = pixel.sums.split_at(self.split(pixel.sums.len()).0);
+        let (list, sums) = pixel.sums.split_at(self.objects());
+        let (depths, light) = sums.split_at(self.split(sums.len()).0);
         let opacity = depths.first().copied().unwrap_or(0.0);
         let seen = opacity > 0.0;
         let mean = move |sum: f64, nothing: f64| if seen { sum / opacity } else { nothing };
@@ -94,7 +105,9 @@ impl AovSums {
         let position = [4, 5, 6].map(|at| mean(depths.get(at).copied().unwrap_or(0.0), 0.0));
         let parts = if light.is_empty() { [Rgb::ZERO; 5] } else { parts(light, pixel) };
         let features = pixel.features;
-        self.0.iter().flat_map(move |aov| match aov {
+        let objects =
+            (!list.is_empty()).then(|| cryptomatte::ranks(list, pixel.rays.max(1) as f64));
+        let of_three = self.0.of_three().flat_map(move |aov| match aov {
             Aov::Depth => depth,
             Aov::Position => position,
             Aov::Albedo => features.albedo.map(f64::from),
@@ -104,7 +117,9 @@ impl AovSums {
             Aov::Indirect => parts[2].to_array(),
             Aov::Emission => parts[3].to_array(),
             Aov::Specular => parts[4].to_array(),
-        })
+            Aov::Cryptomatte => [0.0; 3],
+        });
+        of_three.chain(objects.into_iter().flatten().map(f64::from))
     }
 }
 
@@ -155,8 +170,8 @@ mod tests {
                     visible_emission: emission,
                     ..Sample::default()
                 };
-                layout.add(&mut sums, &sample);
-                layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample });
+                layout.add(&mut sums, &sample, &[]);
+                layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[]);
                 samples.add(sample);
             }
             let shown = (samples.mean() + more).max(Rgb::ZERO);
@@ -183,10 +198,31 @@ mod tests {
         let nothing: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
         assert_eq!(nothing, [FAR, FAR, FAR, 0.0, 0.0, 0.0]);
         for sample in [ray(1.0, 2.0, 3.0), ray(0.5, 5.0, 6.0), Sample::default()] {
-            layout.add(&mut sums, &sample);
+            layout.add(&mut sums, &sample, &[]);
         }
         let seen: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
         assert_eq!(seen, [1.0, 3.0, 9.0, 4.0, 0.0, 0.0]);
         assert_eq!(layout.layers()[..3], ["depth.first", "depth.mean", "depth.last"]);
+    }
+
+    #[test]
+    fn objects_are_told_beside_others() {
+        let layout = AovSums("emission,cryptomatte".parse().unwrap());
+        let mut sums = vec![0.0; layout.len()];
+        let mut samples = Accumulator::default();
+        let sample = Sample { radiance: Rgb::ONE, visible_emission: Rgb::ONE, ..Sample::default() };
+        let [a, b] = ["a", "b"].map(cryptomatte::identifier);
+        for objects in [&[(a, 0.25), (b, 0.5)][..], &[(b, 0.5)], &[]] {
+            layout.add(&mut sums, &sample, objects);
+            layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[(a, 1.0)]);
+            samples.add(sample);
+        }
+        let values: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ONE)).collect();
+        let expected = [1.0 / 3.0, 0.25 / 3.0].map(|value| f64::from(value as f32));
+        assert_eq!(values[..3], [1.0; 3]);
+        assert_eq!((values[3] as f32).to_bits(), b);
+        assert_eq!((values[5] as f32).to_bits(), a);
+        assert_eq!([values[4], values[6]], expected);
+        assert_eq!((values.len(), layout.layers().len()), (15, 15));
     }
 }

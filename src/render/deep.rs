@@ -102,7 +102,7 @@ impl DeepTracer<'_> {
         pixel: &mut DeepPixel,
         workspace: &mut Workspace<S>,
     ) {
-        let Workspace { ctx, profiles } = workspace;
+        let Workspace { ctx, profiles, .. } = workspace;
         let of_pixel = 1.0 / f64::from(RAYS);
         let near = self.scene.camera.near(ray);
         let hit = camera_view::first_surface(self.scene, ray, ctx);

@@ -119,7 +119,7 @@ impl<'a> Visibility<'a> {
 
     /// What a ray sees.
     fn along<S: Spectrum>(&self, ray: &Ray<World>, workspace: &mut Workspace<S>) -> VisibilityRay {
-        let Workspace { ctx, profiles } = workspace;
+        let Workspace { ctx, profiles, .. } = workspace;
         ctx.work.visibility_rays += 1;
         let hit = camera_view::first_surface(self.scene, ray, ctx);
         let mut transmittance = S::ONE;

@@ -3,6 +3,8 @@
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
+use crate::image::cryptomatte;
+
 /// A pass, of one layer or several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Aov {
@@ -24,6 +26,8 @@ pub enum Aov {
     Emission,
     /// All other light: what mirrors and glass show.
     Specular,
+    /// Which objects are seen, and how much of each.
+    Cryptomatte,
 }
 
 impl Aov {
@@ -38,6 +42,7 @@ impl Aov {
         ("indirect", Self::Indirect),
         ("emission", Self::Emission),
         ("specular", Self::Specular),
+        ("cryptomatte", Self::Cryptomatte),
     ];
 
     /// Those that add up to the picture, in the order in which they are stored.
@@ -58,7 +63,7 @@ impl Aov {
         Self::ALL.iter().find(|(_, aov)| *aov == self).map_or("", |(name, _)| name)
     }
 
-    /// The names of its layers.
+    /// The names of its layers, where it has three.
     pub fn layers(self) -> [String; 3] {
         self.channels().map(|channel| format!("{}.{channel}", self.name()))
     }
@@ -86,6 +91,17 @@ impl Aovs {
     /// All of them, in one order.
     pub fn iter(self) -> impl Iterator<Item = Aov> {
         Aov::ALL.iter().map(|(_, aov)| *aov).filter(move |aov| self.has(*aov))
+    }
+
+    /// Those of them that have three layers: all but Cryptomatte, whose layers follow theirs.
+    pub fn of_three(self) -> impl Iterator<Item = Aov> {
+        self.iter().filter(|aov| *aov != Aov::Cryptomatte)
+    }
+
+    /// The names of all their layers, in the order in which they are stored.
+    pub fn layers(self) -> Vec<String> {
+        let objects = self.has(Aov::Cryptomatte).then(cryptomatte::layers);
+        self.of_three().flat_map(Aov::layers).chain(objects.into_iter().flatten()).collect()
     }
 
     /// Those of them that are light.
@@ -168,5 +184,8 @@ mod tests {
         assert_eq!(Aov::Depth.layers(), ["depth.first", "depth.mean", "depth.last"]);
         assert_eq!(Aov::Normal.layers(), ["normal.X", "normal.Y", "normal.Z"]);
         assert_eq!(Aov::Media.layers(), ["media.R", "media.G", "media.B"]);
+        let layers = "cryptomatte,albedo".parse::<Aovs>().unwrap().layers();
+        assert_eq!(layers[2..4], ["albedo.B", "CryptoObject00.R"]);
+        assert_eq!(layers.len(), 15);
     }
 }

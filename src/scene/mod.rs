@@ -13,6 +13,7 @@ pub mod file;
 mod hash;
 mod keys;
 mod load;
+mod objects;
 mod open;
 mod options;
 mod outline;
@@ -41,6 +42,7 @@ pub use directing::{
 };
 pub use draft::Draft;
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
+pub use objects::{ObjectName, Objects};
 pub use open::{OpenScene, read_shot};
 pub use options::LoadOptions;
 pub use picture_pass::PicturePass;
@@ -63,6 +65,8 @@ pub struct Scene {
     pub surfaces: Arc<Surfaces>,
     /// Lights, those of the file first, then emissive surfaces.
     pub lights: Arc<Lights>,
+    /// Names of media and surfaces, where the picture tells of objects.
+    pub objects: Objects,
     /// Size and looks of the picture.
     pub film: FilmSettings,
     /// How it is computed.

@@ -7,6 +7,7 @@ mod aovs;
 mod bad_files;
 mod calls;
 mod compositing;
+mod cryptomatte;
 mod deep;
 mod error;
 mod help;

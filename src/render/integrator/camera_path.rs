@@ -100,7 +100,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Estimates the radiance that arrives along a camera ray at its origin: the path to the first
     /// diffuse surface, and the rays that forward peaks deflect on its way.
     pub fn radiance(&self, camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>) -> Sample {
-        let Workspace { ctx, profiles } = workspace;
+        let Workspace { ctx, profiles, .. } = workspace;
         let mut pending = PendingRays::new();
         let start = PendingRay {
             ray: camera_ray.ray,

@@ -7,6 +7,7 @@ use super::transfer::{self, TransferSection};
 use crate::error::Result;
 use crate::math::Rgb;
 use crate::scene::keys::{Key, medium as keys, transfer as transfer_keys};
+use crate::scene::objects::ObjectName;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 
 /// One `[[medium]]`.
@@ -16,6 +17,8 @@ pub struct MediumSection {
     pub at: Place,
     /// `name`, or `medium[i]`.
     pub name: String,
+    /// What it is called in pictures.
+    pub object: ObjectName,
     /// `file` or `region`.
     pub density: DensitySection,
     /// `sigma_t`: extinction coefficient for density 1, in 1/m.
@@ -162,10 +165,13 @@ pub(super) fn read(section: &Section<'_>) -> Result<MediumSection> {
     section.only(&keys::MEDIUM)?;
     section.at_most_one(&[&keys::FILE, &keys::REGION_KEY])?;
     let at = section.place();
+    let (name, density) = (section.maybe_text(&keys::NAME)?, density(section)?);
+    let file = section.maybe_text(&keys::FILE)?;
     Ok(MediumSection {
-        name: section.maybe_text(&keys::NAME)?.unwrap_or_else(|| at.key.clone()),
+        name: name.clone().unwrap_or_else(|| at.key.clone()),
+        object: ObjectName::new(name, file.as_deref(), "medium"),
         at,
-        density: density(section)?,
+        density,
         sigma_t: section.splat(&keys::SIGMA_T)?,
         albedo: section.read(&keys::ALBEDO, |v| albedo(section, v))?,
         phase: section.read(&keys::PHASE_KEY, phase)?,

@@ -6,6 +6,7 @@ use super::{ColorSection, color_or_texture, placement};
 use crate::error::Result;
 use crate::math::Rgb;
 use crate::scene::keys::surface as keys;
+use crate::scene::objects::ObjectName;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 use crate::surface::CameraView;
 
@@ -14,6 +15,8 @@ use crate::surface::CameraView;
 pub struct SurfaceSection {
     /// Where the table stands.
     pub at: Place,
+    /// `name`, or what it is called in pictures without one.
+    pub object: ObjectName,
     /// `shape` with its keys.
     pub shape: ShapeSection,
     /// `material`; without one a mesh has its own, everything else is diffuse, 0.5.
@@ -138,9 +141,19 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
         v.color(Range::NOT_NEGATIVE)
     })?;
     let material = section.maybe(&keys::MATERIAL, material)?;
+    let shape = shape(section, kind)?;
+    let name = section.maybe_text(&keys::NAME)?;
+    let (file, kind) = match kind {
+        Kind::Mesh => (section.maybe_text(&keys::MESH_FILE)?, "mesh"),
+        Kind::Sphere => (None, "sphere"),
+        Kind::Quad => (None, "quad"),
+        Kind::Box => (None, "box"),
+        Kind::Plane => (None, "plane"),
+    };
     Ok(SurfaceSection {
         at: section.place(),
-        shape: shape(section, kind)?,
+        object: ObjectName::new(name, file.as_deref(), kind),
+        shape,
         view: view(section, material.as_ref(), emission)?,
         material,
         emission,

@@ -18,8 +18,13 @@ pub(in crate::scene) const UNIT_ALBEDO: Range = Range::new(
 /// Largest occurrence of a grid's name.
 pub(in crate::scene) const MAX_INDEX: u64 = 65_535;
 
-pub(in crate::scene) const NAME: Key =
-    Key::new("name", Kind::Text("a name"), "", Other("medium[i]"), "What messages call it.");
+pub(in crate::scene) const NAME: Key = Key::new(
+    "name",
+    Kind::Text("a name"),
+    "",
+    Other("medium[i]"),
+    "What messages and the pass cryptomatte call it; without one that calls it by its file.",
+);
 pub(in crate::scene) const FILE: Key = Key::new(
     "file",
     Kind::File("a VDB file"),

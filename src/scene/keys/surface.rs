@@ -30,6 +30,13 @@ pub(in crate::scene) const ROTATE: Key = Key::new(
 pub(in crate::scene) const SCALE: Key =
     Key::new("scale", Kind::Splat(Range::NOT_ZERO), "", Default("1.0"), "Placement: scaled first.");
 
+pub(in crate::scene) const NAME: Key = Key::new(
+    "name",
+    Kind::Text("a name"),
+    "",
+    Other("that of its file or its shape"),
+    "What the pass cryptomatte calls it; surfaces of the same name are one object.",
+);
 pub(in crate::scene) const SHAPE: Key = Key::new(
     "shape",
     Kind::Word(|| vec!["sphere", "quad", "box", "plane", "mesh"]),
@@ -115,6 +122,7 @@ pub(in crate::scene) const SPHERE: Table = Table {
     what: "a sphere",
     keys: &[
         &SHAPE,
+        &NAME,
         &CENTER,
         &RADIUS,
         &MATERIAL,
@@ -131,6 +139,7 @@ pub(in crate::scene) const QUAD: Table = Table {
     what: "a quad",
     keys: &[
         &SHAPE,
+        &NAME,
         &CENTER,
         &U,
         &V,
@@ -148,6 +157,7 @@ pub(in crate::scene) const BOX: Table = Table {
     what: "a box",
     keys: &[
         &SHAPE,
+        &NAME,
         &BOX_MIN,
         &BOX_MAX,
         &MATERIAL,
@@ -164,6 +174,7 @@ pub(in crate::scene) const PLANE: Table = Table {
     what: "a plane",
     keys: &[
         &SHAPE,
+        &NAME,
         &POINT,
         &NORMAL,
         &MATERIAL,
@@ -180,6 +191,7 @@ pub(in crate::scene) const MESH: Table = Table {
     what: "a mesh",
     keys: &[
         &SHAPE,
+        &NAME,
         &MESH_FILE,
         &MATERIAL,
         &EMISSION,

@@ -18,12 +18,13 @@ use super::bare::{self, BareScene};
 use super::camera::Camera;
 use super::file::{self, AlbedoSection, DensitySection, LightKind, RegionSection, SceneFile};
 use super::hash::Sources;
+use super::objects::{ObjectName, Objects};
 use super::outline;
 use super::reader::{Document, ShotText};
 use super::sanity;
 use super::settings::Planning;
 use super::usd::{Files, is_usd};
-use super::{LoadOptions, RenderSettings, Scene, Unseen};
+use super::{Aov, LoadOptions, RenderSettings, Scene, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
 use crate::math::{Rgb, WorldPoint};
@@ -42,6 +43,8 @@ pub(super) struct StaticScene {
     camera: Camera,
     surfaces: Arc<Surfaces>,
     lights: Arc<Lights>,
+    /// The names of the surfaces.
+    names: Vec<ObjectName>,
     sources: Sources,
     warnings: Vec<String>,
     notes: Vec<String>,
@@ -159,15 +162,17 @@ impl StaticScene {
             .ok_or_else(|| file.camera.at.error("its axes cannot be found; give another `up`"))?
             .clipped(file.camera.clip);
         let mut lights = Vec::new();
-        let mut surfaces = Vec::new();
+        let (mut surfaces, mut names) = (Vec::new(), Vec::new());
         for section in &file.lights {
             let (light, surface) = lights::build(section, lights.len() as u32, &mut context)?;
             lights.push(light);
+            names.extend(surface.as_ref().map(|_| ObjectName::Chosen("light".into())));
             surfaces.extend(surface);
         }
         for section in &file.surfaces {
             let built = surfaces::build(section, lights.len() as u32, &mut context)?;
             surfaces.push(built.surface);
+            names.push(section.object.clone());
             lights.extend(built.light);
         }
         let is_hidden = |index: &usize| !file.lights[*index].visible;
@@ -178,6 +183,7 @@ impl StaticScene {
             camera,
             surfaces: Arc::new(Surfaces::new(surfaces)),
             lights: Arc::new(Lights { lights, hidden }),
+            names,
             hash: context.sources.hash(&hashed)?,
             sources: context.sources,
             warnings: context.warnings,
@@ -203,8 +209,16 @@ pub(super) fn build(
     grids: &mut Grids,
     options: &LoadOptions,
 ) -> Result<(Scene, Sources)> {
-    let StaticScene { camera, surfaces, lights, sources, warnings, notes, hash: static_hash } =
-        static_scene;
+    let StaticScene {
+        camera,
+        surfaces,
+        lights,
+        names,
+        sources,
+        warnings,
+        notes,
+        hash: static_hash,
+    } = static_scene;
     grids.begin(&file.media);
     let leaves_out = options.planning == Planning::Needed;
     let frustum =
@@ -242,9 +256,21 @@ pub(super) fn build(
     notes.append(&mut context.notes);
     let mut warnings = text.warnings();
     warnings.append(&mut context.warnings);
+    let objects = if file.film.passes.has(Aov::Cryptomatte) {
+        let of_surfaces = names.iter().zip(surfaces.surfaces());
+        Objects::new(
+            file.media.iter().map(|medium| &medium.object),
+            of_surfaces.map(|(name, surface)| {
+                (name, surface.shape().mesh().map_or(&[][..], |mesh| mesh.parts()))
+            }),
+        )
+    } else {
+        Objects::default()
+    };
     let scene = Scene {
         camera,
         media,
+        objects,
         surfaces,
         lights,
         film: file.film,
