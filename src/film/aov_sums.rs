@@ -1,14 +1,15 @@
 //! Sums over the rays of a pixel, from which its passes follow.
 //!
-//! How many numbers there are follows from the passes: a block of those of opacity, and one of light, each where a pass needs
-//! it. Further layers of light that rays tell apart are further numbers behind them.
+//! How many numbers there are follows from the passes: a block of those of opacity, one of light by component, and one of light
+//! by group, each where a pass needs it.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use super::sample::{OpacityDepths, Sample};
 use crate::image::{FAR, Features};
-use crate::math::Rgb;
-use crate::scene::{Aov, Aovs};
+use crate::math::{MAX_GROUPS, Rgb};
+use crate::scene::{Aov, Aovs, GroupNames};
 
 /// Opacity, the three depths and the three coordinates of the position, these six weighed by opacity.
 ///
@@ -22,7 +23,12 @@ const LIGHT: usize = 12;
 
 /// The numbers of a pixel that its passes follow from.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct AovSums(pub Aovs);
+pub struct AovSums {
+    /// The passes.
+    pub passes: Aovs,
+    /// The groups of emitters that the scene has.
+    pub groups: GroupNames,
+}
 
 /// A pixel whose passes are asked for.
 #[derive(Debug, Clone, Copy)]
@@ -41,52 +47,62 @@ pub struct AovPixel<'a> {
 
 impl AovSums {
     /// How many numbers a pixel has.
-    pub fn len(self) -> usize {
-        let depths = if self.0.has_depths() { DEPTHS } else { 0 };
-        let light = if self.0.has_light() { LIGHT } else { 0 };
-        depths + light
+    pub fn len(&self) -> usize {
+        self.blocks().into_iter().sum()
+    }
+
+    /// How many of the numbers are those of opacity, of light by component, and of light by group.
+    fn blocks(&self) -> [usize; 3] {
+        let has_groups = self.passes.has(Aov::Groups);
+        [
+            if self.passes.has_depths() { DEPTHS } else { 0 },
+            if self.passes.has_light() { LIGHT } else { 0 },
+            if has_groups { 3 * self.groups.len() } else { 0 },
+        ]
     }
 
     /// Whether a pixel has none.
-    pub fn is_empty(self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// The names of the layers, in the order of [`values`](Self::values).
-    pub fn layers(self) -> Vec<String> {
-        self.0.iter().flat_map(Aov::layers).collect()
+    pub fn layers(&self) -> Vec<String> {
+        let of_pass = |aov: Aov| match aov {
+            Aov::Groups => self.groups.iter().flat_map(|group| aov.layers(group)).collect(),
+            _ => aov.layers("").to_vec(),
+        };
+        self.passes.iter().flat_map(of_pass).collect()
     }
 
     /// Adds a ray to the `sums` of its pixel. One that is not [sound](Sample::is_sound) is ignored.
-    pub fn add(self, sums: &mut [f64], sample: &Sample) {
-        if !sample.is_sound() {
+    pub fn add(&self, sums: &mut [f64], sample: &Sample) {
+        if !sample.is_sound() || sums.len() < self.len() {
             return;
         }
-        let (depths, light) = self.split(sums.len());
-        if let Some(seen) = sample.depths.filter(OpacityDepths::is_finite)
-            && depths > 0
-        {
+        let [depths, light, _] = self.blocks();
+        let (depths, rest) = sums.split_at_mut(depths);
+        let (light, groups) = rest.split_at_mut(light);
+        if let Some(seen) = sample.depths.filter(OpacityDepths::is_finite) {
             let OpacityDepths { opacity, first, mean, last, position } = seen;
             let numbers = [1.0, first, mean, last, position.x, position.y, position.z];
-            sums.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += opacity * number);
+            depths.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += opacity * number);
         }
-        if light > 0 {
-            let parts = sample.components;
-            let parts = [parts.media, parts.direct, parts.indirect, sample.visible_emission];
-            let numbers = parts.into_iter().flat_map(|rgb| rgb.to_array());
-            sums[depths..].iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
-        }
-    }
-
-    /// How many of `numbers` are those of opacity, and how many those of light.
-    fn split(self, numbers: usize) -> (usize, usize) {
-        let depths = if self.0.has_depths() { DEPTHS.min(numbers) } else { 0 };
-        (depths, numbers - depths)
+        let parts = sample.components;
+        let parts = [parts.media, parts.direct, parts.indirect, sample.visible_emission];
+        let numbers = parts.into_iter().flat_map(|rgb| rgb.to_array());
+        light.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
+        let parts = sample.groups.unwrap_or_default();
+        let numbers = parts.as_flattened().iter().copied().map(f64::from);
+        groups.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
     }
 
     /// The values of the layers of `pixel`.
-    pub fn values(self, pixel: &AovPixel<'_>) -> impl Iterator<Item = f64> {
-        let (depths, light) = pixel.sums.split_at(self.split(pixel.sums.len()).0);
+    pub fn values(&self, pixel: &AovPixel<'_>) -> impl Iterator<Item = f64> {
+        let missing = pixel.sums.len() < self.len();
+        let [depths, light, _] = if missing { [0; 3] } else { self.blocks() };
+        let (depths, rest) = pixel.sums.split_at(depths);
+        let (light, groups) = rest.split_at(light);
         let opacity = depths.first().copied().unwrap_or(0.0);
         let seen = opacity > 0.0;
         let mean = move |sum: f64, nothing: f64| if seen { sum / opacity } else { nothing };
@@ -94,17 +110,25 @@ impl AovSums {
         let position = [4, 5, 6].map(|at| mean(depths.get(at).copied().unwrap_or(0.0), 0.0));
         let parts = if light.is_empty() { [Rgb::ZERO; 5] } else { parts(light, pixel) };
         let features = pixel.features;
-        self.0.iter().flat_map(move |aov| match aov {
-            Aov::Depth => depth,
-            Aov::Position => position,
-            Aov::Albedo => features.albedo.map(f64::from),
-            Aov::Normal => features.normal.map(f64::from),
-            Aov::Media => parts[0].to_array(),
-            Aov::Direct => parts[1].to_array(),
-            Aov::Indirect => parts[2].to_array(),
-            Aov::Emission => parts[3].to_array(),
-            Aov::Specular => parts[4].to_array(),
-        })
+        let mut values: SmallVec<[f64; 64]> = SmallVec::new();
+        for aov in self.passes.iter() {
+            values.extend(match aov {
+                Aov::Depth => depth,
+                Aov::Position => position,
+                Aov::Albedo => features.albedo.map(f64::from),
+                Aov::Normal => features.normal.map(f64::from),
+                Aov::Media => parts[0].to_array(),
+                Aov::Direct => parts[1].to_array(),
+                Aov::Indirect => parts[2].to_array(),
+                Aov::Emission => parts[3].to_array(),
+                Aov::Specular => parts[4].to_array(),
+                Aov::Groups => {
+                    values.extend(group_parts(groups, pixel).flat_map(|part| part.to_array()));
+                    continue;
+                }
+            });
+        }
+        values.into_iter()
     }
 }
 
@@ -127,6 +151,21 @@ fn parts(sums: &[f64], pixel: &AovPixel<'_>) -> [Rgb; 5] {
     [media + share(media), direct, indirect + share(indirect), emission, specular + others]
 }
 
+/// The light of each group in a pixel, W/(m² sr), from these sums: together it is what the picture shows. What that shows of
+/// light gathered for other rays, and what rounding leaves, is shared as the rest of the light is.
+fn group_parts(sums: &[f64], pixel: &AovPixel<'_>) -> impl Iterator<Item = Rgb> {
+    let rays = pixel.rays.max(1) as f64;
+    let groups: SmallVec<[Rgb; MAX_GROUPS]> =
+        sums.chunks_exact(3).map(|sum| DVec3::from_slice(sum) / rays).collect();
+    let size: Rgb = groups.iter().map(|group| group.abs()).sum();
+    let left = pixel.shown - groups.iter().sum::<Rgb>();
+    let is_lit = size.cmpgt(Rgb::ZERO);
+    groups.into_iter().enumerate().map(move |(index, group)| {
+        let dark = if index == 0 { left } else { Rgb::ZERO };
+        group + Rgb::select(is_lit, left * group.abs() / size, dark)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,7 +182,7 @@ mod tests {
         fn light_adds_up_to_the_picture(
             rays in prop::collection::vec(prop::array::uniform9(0.0_f64..10.0), 1..20), more in -1.0_f64..1.0,
         ) {
-            let layout = AovSums(Aov::LIGHT.into_iter().collect());
+            let layout = AovSums { passes: Aov::LIGHT.into_iter().collect(), ..AovSums::default() };
             let mut sums = vec![0.0; layout.len()];
             let mut samples = Accumulator::default();
             for [a, b, c, d, e, f, g, h, i] in rays {
@@ -172,7 +211,7 @@ mod tests {
 
     #[test]
     fn depths_are_means_by_opacity() {
-        let layout = AovSums("depth,position".parse().unwrap());
+        let layout = AovSums { passes: "depth,position".parse().unwrap(), ..AovSums::default() };
         let mut sums = vec![0.0; layout.len()];
         let ray = |opacity, mean, x| {
             let depths =

@@ -57,7 +57,7 @@ impl<'a> FeatureTracer<'a> {
     /// A tracer for `scene`, of what `contents` need.
     pub(super) fn new(scene: &'a Scene, contents: FilmContents) -> Self {
         let FilmContents { features, aovs, .. } = contents;
-        let depths = aovs.0.has_depths();
+        let depths = aovs.passes.has_depths();
         Self { scene, features, depths, albedo: common_albedo(&scene.media) }
     }
 

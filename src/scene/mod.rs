@@ -10,6 +10,7 @@ pub mod camera;
 mod directing;
 mod draft;
 pub mod file;
+mod groups;
 mod hash;
 mod keys;
 mod load;
@@ -40,6 +41,7 @@ pub use directing::{
     Directed, Directing, Director, Importance, MAX_COARSENING, Operator, RESOLUTIONS,
 };
 pub use draft::Draft;
+pub use groups::{GroupName, GroupNames, Groups};
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
 pub use open::{OpenScene, read_shot};
 pub use options::LoadOptions;
@@ -63,6 +65,8 @@ pub struct Scene {
     pub surfaces: Arc<Surfaces>,
     /// Lights, those of the file first, then emissive surfaces.
     pub lights: Arc<Lights>,
+    /// Groups of lights, and of media that glow.
+    pub groups: Groups,
     /// Size and looks of the picture.
     pub film: FilmSettings,
     /// How it is computed.

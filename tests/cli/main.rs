@@ -9,6 +9,7 @@ mod calls;
 mod compositing;
 mod deep;
 mod error;
+mod groups;
 mod help;
 mod merge;
 mod messages;
