@@ -170,6 +170,7 @@ fn group_parts(sums: &[f64], pixel: &AovPixel<'_>) -> impl Iterator<Item = Rgb> 
 mod tests {
     use super::*;
     use crate::film::{Accumulator, Components};
+    use crate::scene::Scene;
     use proptest::prelude::*;
 
     fn pixel<'a>(sums: &'a [f64], samples: &Accumulator, shown: Rgb) -> AovPixel<'a> {
@@ -207,6 +208,38 @@ mod tests {
             // Nothing but what is told apart is left for mirrors.
             prop_assert_eq!(&values[13..], &[0.0, 0.0]);
         }
+    }
+
+    /// Of groups that are 1, 2 and 3 parts of the light, with what is shown of other rays and what rounding leaves.
+    #[test]
+    fn groups_are_shared_by_their_light() {
+        let lamp = |name: &str| {
+            format!(
+                "[[light]]\ntype = 'point'\nposition = [0, 1, 0]\nintensity = 1\ngroup = '{name}'\n"
+            )
+        };
+        let camera = "[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 0]\n".to_owned();
+        let scene = Scene::of_text(&(camera + &["a", "b", "c"].map(lamp).concat()));
+        let layout = AovSums { passes: "groups".parse().unwrap(), groups: scene.groups.names };
+        let names = layout.layers();
+        assert_eq!((names.len(), names[3].as_str(), layout.len()), (9, "group.b.R", 9));
+        let (mut sums, mut samples) = (vec![0.0; layout.len()], Accumulator::default());
+        let mut groups = [[0.0; 3]; MAX_GROUPS];
+        for (group, part) in groups.iter_mut().zip([1.0, 2.0, 3.0]) {
+            *group = [part, 0.0, 0.1 * part];
+        }
+        for light in [6.0, 6.0 + 1e-9] {
+            let radiance = Rgb::new(light, 0.0, 0.1 * light);
+            let sample = Sample { radiance, groups: Some(groups), ..Sample::default() };
+            layout.add(&mut sums, &sample);
+            layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample });
+            samples.add(sample);
+        }
+        let shown = Rgb::new(12.0, 0.5, 0.0);
+        let values: Vec<f64> = layout.values(&pixel(&sums, &samples, shown)).collect();
+        let right = [2.0, 0.5, 0.0, 4.0, 0.0, 0.0, 6.0, 0.0, 0.0];
+        let off = values.iter().zip(right).map(|(value, right)| (value - right).abs());
+        assert!(values.len() == 9 && off.fold(0.0, f64::max) < 1e-6, "{values:?}");
     }
 
     #[test]
