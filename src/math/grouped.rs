@@ -6,19 +6,8 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub};
 
 use glam::BVec3;
 
-use super::{MOST_NUMBERS, Rgb, Spectrum};
-
-/// Groups of emitters that light is told apart by, at most.
-///
-/// Unit: count. Limit: on the memory of caches and the time of rays.
-pub const MAX_GROUPS: usize = 8;
-
-/// A group of emitters, by its index among those of the scene, below [`MAX_GROUPS`].
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
-pub struct Group(pub u8);
-
-/// The parts of a colour that each group has.
-pub type GroupParts = [[f32; 3]; MAX_GROUPS];
+use super::grouped_f32::{GroupedF32, SingleGroup};
+use super::{Group, GroupParts, MAX_GROUPS, MOST_NUMBERS, Rgb, Spectrum};
 
 /// A colour and, where it is light, the parts of it that each group of emitters has; a coefficient has none. All decisions look
 /// at the whole, which is what [`Rgb`] would be, bit by bit. Sums and products keep the parts such that they add up to it, to
@@ -132,56 +121,6 @@ impl Sum for GroupedRgb {
     fn sum<I: Iterator<Item = Self>>(values: I) -> Self {
         values.fold(Self::ZERO, Add::add)
     }
-}
-
-/// [`GroupedRgb`] in f32: the whole, then each part, of which all are 0 in a coefficient.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct GroupedF32([f32; MOST_NUMBERS]);
-
-impl GroupedF32 {
-    fn each(self, f: impl Fn(f32) -> f32) -> Self {
-        Self(self.0.map(f))
-    }
-}
-
-impl Add for GroupedF32 {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self(array::from_fn(|index| self.0[index] + other.0[index]))
-    }
-}
-
-impl AddAssign for GroupedF32 {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl Sum for GroupedF32 {
-    fn sum<I: Iterator<Item = Self>>(values: I) -> Self {
-        values.fold(Self::default(), Add::add)
-    }
-}
-
-impl Mul<f32> for GroupedF32 {
-    type Output = Self;
-    fn mul(self, factor: f32) -> Self {
-        self.each(|number| number * factor)
-    }
-}
-
-impl Div<f32> for GroupedF32 {
-    type Output = Self;
-    fn div(self, divisor: f32) -> Self {
-        self.each(|number| number / divisor)
-    }
-}
-
-/// Light of one group in f32.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SingleGroup {
-    light: [f32; 3],
-    group: Group,
 }
 
 impl Spectrum for GroupedRgb {
