@@ -205,17 +205,20 @@ irradiance = 2
 }
 
 #[test]
-fn crops_have_groups_as_pictures_have() {
+fn crops_and_means_have_groups_as_pictures_have() {
     let folder = folder(&scene(ALL));
     let folder = folder.path();
     let passes = ["--passes", "groups", "--strategy", "beams"];
-    report(folder, &[&["-o", "whole.exr"], &passes[..]].concat());
+    report(folder, &[&["-o", "whole.exr"][..], &passes].concat());
     for (name, crop) in [("a.exr", "0,0,24x9"), ("b.exr", "0,9,24x11")] {
-        report(folder, &[&["-o", name, "--crop", crop], &passes[..]].concat());
+        report(folder, &[&["-o", name, "--crop", crop][..], &passes].concat());
     }
     merges(folder, &["a.exr", "b.exr"], "merged.exr");
     let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| layers(folder, name));
     assert!(whole.channels.iter().all(|(name, values)| merged.get(name) == Some(values)));
+    report(folder, &[&["-o", "c.exr", "--seed", "6"][..], &passes[..]].concat());
+    merges(folder, &["whole.exr", "c.exr"], "mean.exr");
+    assert!(difference(&layers(folder, "mean.exr"), &GROUPS, ["R", "G", "B"]) < 1e-6);
 }
 
 /// The mean over the picture of three channels, by `name`.
