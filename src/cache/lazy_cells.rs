@@ -1,5 +1,6 @@
 //! Sparse cells that are filled where they are first sampled.
 
+use std::iter;
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
@@ -44,7 +45,7 @@ pub struct LazyCells<S = Rgb> {
     seed: u64,
     /// Index of the medium, so that caches of different media draw different random numbers.
     medium: usize,
-    /// Bits of one f32 a channel with the pass in its lowest bits, cell by cell.
+    /// Bits of one f32 a number of the spectrum with the pass in its lowest bits, cell by cell.
     values: Vec<AtomicU32>,
     channels: PhantomData<S>,
 }
@@ -63,7 +64,7 @@ pub(super) struct EmptyCell {
 impl<S: Spectrum> LazyCells<S> {
     /// Empty cells for the medium of this index.
     pub(super) fn new(cells: SparseCells, seed: u64, medium: usize) -> Self {
-        let numbers = cells.bricks() * VOLUME * S::CHANNELS;
+        let numbers = cells.bricks() * VOLUME * S::NUMBERS;
         let empty = |_| AtomicU32::new(EMPTY);
         let values = (0..numbers).into_par_iter().map(empty).collect();
         Self { cells, seed, medium, values, channels: PhantomData }
@@ -81,27 +82,27 @@ impl<S: Spectrum> LazyCells<S> {
 
     /// Number of cells.
     pub const fn count(&self) -> usize {
-        self.values.len() / S::CHANNELS
+        self.values.len() / S::NUMBERS
     }
 
-    fn channels_of(&self, cell: usize) -> &[AtomicU32] {
-        &self.values[cell * S::CHANNELS..][..S::CHANNELS]
+    fn numbers_of(&self, cell: usize) -> &[AtomicU32] {
+        &self.values[cell * S::NUMBERS..][..S::NUMBERS]
     }
 
     /// The stored bits of a cell, for a checkpoint; `None` where it is empty.
-    pub fn stored(&self, cell: usize) -> Option<[u32; 3]> {
-        let channels = self.channels_of(cell);
-        let first = channels[0].load(Ordering::Acquire);
-        let channel = |c: usize| channels.get(c).map_or(first, |v| v.load(Ordering::Relaxed));
-        (first & PASS_MASK != EMPTY).then(|| [first, channel(1), channel(2)])
+    pub fn stored(&self, cell: usize) -> Option<impl Iterator<Item = u32>> {
+        let (first, others) = self.numbers_of(cell).split_first()?;
+        let first = first.load(Ordering::Acquire);
+        let others = others.iter().map(|number| number.load(Ordering::Relaxed));
+        (first & PASS_MASK != EMPTY).then(|| iter::once(first).chain(others))
     }
 
     /// Sets a cell to what [`stored`](Self::stored) gave for the same cells; no work is counted for it
     /// again.
-    pub fn restore(&self, cell: usize, value: [u32; 3]) {
-        // The first channel last: its pass says that the others are there.
-        for (channel, bits) in self.channels_of(cell).iter().zip(value).rev() {
-            channel.store(bits, Ordering::Release);
+    pub fn restore(&self, cell: usize, bits: &[u32]) {
+        // The first number last: its pass says that the others are there.
+        for (number, bits) in self.numbers_of(cell).iter().zip(bits).rev() {
+            number.store(*bits, Ordering::Release);
         }
     }
 
@@ -176,10 +177,10 @@ impl<S: Spectrum> LazyCells<S> {
     ) -> Option<S> {
         let brick = self.cells.find_brick(cell >> BRICK)?;
         let index = brick * VOLUME + cell_index(cell & ((1 << BRICK) - 1));
-        let channels = self.channels_of(index);
-        if channels[0].load(Ordering::Acquire) & PASS_MASK == pass {
-            let value = |c: usize| f32::from_bits(channels[c].load(Ordering::Relaxed) & !PASS_MASK);
-            return Some(S::to_f64(S::from_channels(value)));
+        let numbers = self.numbers_of(index);
+        if numbers[0].load(Ordering::Acquire) & PASS_MASK == pass {
+            let value = |n: usize| f32::from_bits(numbers[n].load(Ordering::Relaxed) & !PASS_MASK);
+            return Some(S::to_f64(S::from_numbers_f32(value)));
         }
         Some(S::to_f64(self.fill(cell, index, pass, ctx, fill)))
     }
@@ -203,24 +204,25 @@ impl<S: Spectrum> LazyCells<S> {
         let finite = S::to_f64(light).is_finite();
         own.work.dropped_samples += u64::from(!finite);
         let light = if finite { light } else { S::F32::default() };
-        let bits = |c: usize| S::channel_f32(light, c).to_bits() & !PASS_MASK;
-        let channels = self.channels_of(index);
-        for (c, stored) in channels.iter().enumerate().skip(1) {
-            stored.store(bits(c) | pass, Ordering::Relaxed);
+        let bits = |n: usize| S::number_f32(light, n).to_bits() & !PASS_MASK;
+        let numbers = self.numbers_of(index);
+        for (n, stored) in numbers.iter().enumerate().skip(1) {
+            stored.store(bits(n) | pass, Ordering::Relaxed);
         }
-        if channels[0].swap(bits(0) | pass, Ordering::AcqRel) & PASS_MASK != pass {
+        if numbers[0].swap(bits(0) | pass, Ordering::AcqRel) & PASS_MASK != pass {
             ctx.amortized.work += own.work;
         }
         // Cells of other caches that were filled on the way stay so, whoever fills this one.
         ctx.amortized.work += own.amortized.work;
         ctx.amortized.cells += start.elapsed();
-        S::from_channels(|c| f32::from_bits(bits(c)))
+        S::from_numbers_f32(|n| f32::from_bits(bits(n)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::{Group, GroupedRgb};
     use crate::medium::Density;
     use crate::scene::plan::Needs;
     use crate::shape::{Cuboid, Region};
@@ -287,7 +289,7 @@ mod tests {
         fn check<S: Spectrum>() {
             let ([from, to], mut ctx) = ([empty::<S>(), empty::<S>()], ctx());
             let center = |x: i32| from.cells.to_world(DVec3::new(f64::from(x) + 0.5, 2.5, 1.5));
-            let of = |x: i32| S::from_rgb(Rgb::new(0.3, 0.2, 0.7) * f64::from(x));
+            let of = |x: i32| S::of_group(Rgb::new(0.3, 0.2, 0.7) * f64::from(x), Group(x as u8));
             let mut sample = |cells: &LazyCells<S>, x: i32, known: bool| {
                 cells.sample(center(x), 0.7, 2, &mut ctx, |_, _| {
                     assert!(!known);
@@ -295,14 +297,18 @@ mod tests {
                 })
             };
             let values: Vec<S> = (0..5).map(|x| sample(&from, x, false)).collect();
-            let known = (0..from.count()).filter_map(|cell| Some((cell, from.stored(cell)?)));
-            assert_eq!(known.clone().count(), 5);
-            known.for_each(|(cell, value)| to.restore(cell, value));
+            let stored = |cell: usize| Some((cell, from.stored(cell)?.collect::<Vec<_>>()));
+            let known: Vec<_> = (0..from.count()).filter_map(stored).collect();
+            assert_eq!(known.len(), 5);
+            known.iter().for_each(|(cell, bits)| to.restore(*cell, bits));
             for (x, value) in (0..).zip(values) {
-                assert_eq!(sample(&to, x, true), value);
+                let found = sample(&to, x, true);
+                let numbers = |light: S| (0..S::NUMBERS).map(move |n| light.number(n));
+                assert!(numbers(found).eq(numbers(value)));
             }
         }
         check::<Rgb>();
         check::<f64>();
+        check::<GroupedRgb>();
     }
 }

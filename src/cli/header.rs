@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::partial::COMPLETE;
 use crate::image::cryptomatte;
 use crate::render::Rendered;
-use crate::scene::{Director, Planning, Scene};
+use crate::scene::{Aov, Director, Planning, Scene};
 
 /// What names of attributes of fogbow begin with.
 pub(super) const PREFIX: &str = "fogbow:";
@@ -91,7 +91,8 @@ pub(super) fn settings(
     if !film.passes.is_empty() {
         settings.insert("film_passes".into(), json!(film.passes.to_string()));
     }
-    if film.passes.has_light() && rendered.is_some() {
+    let has_light = film.passes.has_light() || film.passes.has(Aov::Groups);
+    if has_light && rendered.is_some() {
         let is_clean = |r: &Rendered| r.film.denoiser().is_some() || r.film.is_reconstructed();
         let noisy = rendered.is_some_and(is_clean);
         let of = if noisy { "noisy.R, noisy.G and noisy.B" } else { "R, G and B" };

@@ -1,14 +1,15 @@
 //! Sums over the rays of a pixel, from which its passes follow.
 //!
-//! How many numbers there are follows from the passes: the coverages of objects, a block of those of opacity, and one of light,
-//! each where a pass needs it. Further layers of light that rays tell apart are further numbers behind them.
+//! How many numbers there are follows from the passes: the coverages of objects, a block of those of opacity, one of light by
+//! component, and one of light by group, each where a pass needs it.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use super::sample::{OpacityDepths, Sample};
 use crate::image::{FAR, Features, cryptomatte};
-use crate::math::Rgb;
-use crate::scene::{Aov, Aovs};
+use crate::math::{MAX_GROUPS, Rgb};
+use crate::scene::{Aov, Aovs, GroupNames};
 
 /// Opacity, the three depths and the three coordinates of the position, these six weighed by opacity.
 ///
@@ -22,7 +23,12 @@ const LIGHT: usize = 12;
 
 /// The numbers of a pixel that its passes follow from.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct AovSums(pub Aovs);
+pub struct AovSums {
+    /// The passes.
+    pub passes: Aovs,
+    /// The groups of emitters that the scene has.
+    pub groups: GroupNames,
+}
 
 /// A pixel whose passes are asked for.
 #[derive(Debug, Clone, Copy)]
@@ -41,63 +47,71 @@ pub struct AovPixel<'a> {
 
 impl AovSums {
     /// How many numbers a pixel has.
-    pub fn len(self) -> usize {
-        let depths = if self.0.has_depths() { DEPTHS } else { 0 };
-        let light = if self.0.has_light() { LIGHT } else { 0 };
-        self.objects() + depths + light
+    pub fn len(&self) -> usize {
+        self.blocks().into_iter().sum()
+    }
+
+    /// How many of the numbers are those of objects, of opacity, of light by component, and of light by group.
+    fn blocks(&self) -> [usize; 4] {
+        let Self { passes, groups } = self;
+        let of = |is_asked: bool, numbers: usize| if is_asked { numbers } else { 0 };
+        [
+            of(passes.has(Aov::Cryptomatte), cryptomatte::NUMBERS),
+            of(passes.has_depths(), DEPTHS),
+            of(passes.has_light(), LIGHT),
+            of(passes.has(Aov::Groups), 3 * groups.len()),
+        ]
     }
 
     /// Whether a pixel has none.
-    pub fn is_empty(self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// The names of the layers, in the order of [`values`](Self::values).
-    pub fn layers(self) -> Vec<String> {
-        self.0.layers()
+    pub fn layers(&self) -> Vec<String> {
+        let of_pass = |aov: Aov| match aov {
+            Aov::Cryptomatte => cryptomatte::layers().to_vec(),
+            Aov::Groups => self.groups.iter().flat_map(|group| aov.layers(group)).collect(),
+            _ => aov.layers("").to_vec(),
+        };
+        self.passes.iter().flat_map(of_pass).collect()
     }
 
     /// Adds a ray to the `sums` of its pixel, which sees `objects` with these coverages, by their
     /// [identifiers](cryptomatte::identifier). One that is not [sound](Sample::is_sound) is ignored.
-    pub fn add(self, sums: &mut [f64], sample: &Sample, objects: &[(u32, f64)]) {
-        if !sample.is_sound() {
+    pub fn add(&self, sums: &mut [f64], sample: &Sample, objects: &[(u32, f64)]) {
+        if !sample.is_sound() || sums.len() < self.len() {
             return;
         }
-        let (list, sums) = sums.split_at_mut(self.objects());
+        let [list, depths, light, _] = self.blocks();
+        let (list, rest) = sums.split_at_mut(list);
+        let (depths, rest) = rest.split_at_mut(depths);
+        let (light, groups) = rest.split_at_mut(light);
         objects.iter().for_each(|(identifier, coverage)| {
             cryptomatte::add(list, *identifier, *coverage);
         });
-        let (depths, light) = self.split(sums.len());
-        if let Some(seen) = sample.depths.filter(OpacityDepths::is_finite)
-            && depths > 0
-        {
+        if let Some(seen) = sample.depths.filter(OpacityDepths::is_finite) {
             let OpacityDepths { opacity, first, mean, last, position } = seen;
             let numbers = [1.0, first, mean, last, position.x, position.y, position.z];
-            sums.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += opacity * number);
+            depths.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += opacity * number);
         }
-        if light > 0 {
-            let parts = sample.components;
-            let parts = [parts.media, parts.direct, parts.indirect, sample.visible_emission];
-            let numbers = parts.into_iter().flat_map(|rgb| rgb.to_array());
-            sums[depths..].iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
-        }
-    }
-
-    /// How many numbers are those of objects.
-    fn objects(self) -> usize {
-        if self.0.has(Aov::Cryptomatte) { cryptomatte::NUMBERS } else { 0 }
-    }
-
-    /// How many of `numbers` are those of opacity, and how many those of light.
-    fn split(self, numbers: usize) -> (usize, usize) {
-        let depths = if self.0.has_depths() { DEPTHS.min(numbers) } else { 0 };
-        (depths, numbers - depths)
+        let parts = sample.components;
+        let parts = [parts.media, parts.direct, parts.indirect, sample.visible_emission];
+        let numbers = parts.into_iter().flat_map(|rgb| rgb.to_array());
+        light.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
+        let parts = sample.groups.unwrap_or_default();
+        let numbers = parts.as_flattened().iter().copied().map(f64::from);
+        groups.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
     }
 
     /// The values of the layers of `pixel`.
-    pub fn values(self, pixel: &AovPixel<'_>) -> impl Iterator<Item = f64> {
-        let (list, sums) = pixel.sums.split_at(self.objects());
-        let (depths, light) = sums.split_at(self.split(sums.len()).0);
+    pub fn values(&self, pixel: &AovPixel<'_>) -> impl Iterator<Item = f64> {
+        let missing = pixel.sums.len() < self.len();
+        let [list, depths, light, _] = if missing { [0; 4] } else { self.blocks() };
+        let (list, rest) = pixel.sums.split_at(list);
+        let (depths, rest) = rest.split_at(depths);
+        let (light, groups) = rest.split_at(light);
         let opacity = depths.first().copied().unwrap_or(0.0);
         let seen = opacity > 0.0;
         let mean = move |sum: f64, nothing: f64| if seen { sum / opacity } else { nothing };
@@ -105,21 +119,30 @@ impl AovSums {
         let position = [4, 5, 6].map(|at| mean(depths.get(at).copied().unwrap_or(0.0), 0.0));
         let parts = if light.is_empty() { [Rgb::ZERO; 5] } else { parts(light, pixel) };
         let features = pixel.features;
-        let objects =
-            (!list.is_empty()).then(|| cryptomatte::ranks(list, pixel.rays.max(1) as f64));
-        let of_three = self.0.of_three().flat_map(move |aov| match aov {
-            Aov::Depth => depth,
-            Aov::Position => position,
-            Aov::Albedo => features.albedo.map(f64::from),
-            Aov::Normal => features.normal.map(f64::from),
-            Aov::Media => parts[0].to_array(),
-            Aov::Direct => parts[1].to_array(),
-            Aov::Indirect => parts[2].to_array(),
-            Aov::Emission => parts[3].to_array(),
-            Aov::Specular => parts[4].to_array(),
-            Aov::Cryptomatte => [0.0; 3],
-        });
-        of_three.chain(objects.into_iter().flatten().map(f64::from))
+        let mut values: SmallVec<[f64; 64]> = SmallVec::new();
+        for aov in self.passes.iter() {
+            values.extend(match aov {
+                Aov::Depth => depth,
+                Aov::Position => position,
+                Aov::Albedo => features.albedo.map(f64::from),
+                Aov::Normal => features.normal.map(f64::from),
+                Aov::Media => parts[0].to_array(),
+                Aov::Direct => parts[1].to_array(),
+                Aov::Indirect => parts[2].to_array(),
+                Aov::Emission => parts[3].to_array(),
+                Aov::Specular => parts[4].to_array(),
+                Aov::Cryptomatte => {
+                    let ranks = cryptomatte::ranks(list, pixel.rays.max(1) as f64);
+                    values.extend(ranks.into_iter().map(f64::from));
+                    continue;
+                }
+                Aov::Groups => {
+                    values.extend(group_parts(groups, pixel).flat_map(|part| part.to_array()));
+                    continue;
+                }
+            });
+        }
+        values.into_iter()
     }
 }
 
@@ -142,10 +165,26 @@ fn parts(sums: &[f64], pixel: &AovPixel<'_>) -> [Rgb; 5] {
     [media + share(media), direct, indirect + share(indirect), emission, specular + others]
 }
 
+/// The light of each group in a pixel, W/(m² sr), from these sums: together it is what the picture shows. What that shows of
+/// light gathered for other rays, and what rounding leaves, is shared as the rest of the light is.
+fn group_parts(sums: &[f64], pixel: &AovPixel<'_>) -> impl Iterator<Item = Rgb> {
+    let rays = pixel.rays.max(1) as f64;
+    let groups: SmallVec<[Rgb; MAX_GROUPS]> =
+        sums.chunks_exact(3).map(|sum| DVec3::from_slice(sum) / rays).collect();
+    let size: Rgb = groups.iter().map(|group| group.abs()).sum();
+    let left = pixel.shown - groups.iter().sum::<Rgb>();
+    let is_lit = size.cmpgt(Rgb::ZERO);
+    groups.into_iter().enumerate().map(move |(index, group)| {
+        let dark = if index == 0 { left } else { Rgb::ZERO };
+        group + Rgb::select(is_lit, left * group.abs() / size, dark)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::film::{Accumulator, Components};
+    use crate::scene::Scene;
     use proptest::prelude::*;
 
     fn pixel<'a>(sums: &'a [f64], samples: &Accumulator, shown: Rgb) -> AovPixel<'a> {
@@ -158,7 +197,7 @@ mod tests {
         fn light_adds_up_to_the_picture(
             rays in prop::collection::vec(prop::array::uniform9(0.0_f64..10.0), 1..20), more in -1.0_f64..1.0,
         ) {
-            let layout = AovSums(Aov::LIGHT.into_iter().collect());
+            let layout = AovSums { passes: Aov::LIGHT.into_iter().collect(), ..AovSums::default() };
             let mut sums = vec![0.0; layout.len()];
             let mut samples = Accumulator::default();
             for [a, b, c, d, e, f, g, h, i] in rays {
@@ -185,9 +224,41 @@ mod tests {
         }
     }
 
+    /// Of groups that are 1, 2 and 3 parts of the light, with what is shown of other rays and what rounding leaves.
+    #[test]
+    fn groups_are_shared_by_their_light() {
+        let lamp = |name: &str| {
+            format!(
+                "[[light]]\ntype = 'point'\nposition = [0, 1, 0]\nintensity = 1\ngroup = '{name}'\n"
+            )
+        };
+        let camera = "[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 0]\n".to_owned();
+        let scene = Scene::of_text(&(camera + &["a", "b", "c"].map(lamp).concat()));
+        let layout = AovSums { passes: "groups".parse().unwrap(), groups: scene.groups.names };
+        let names = layout.layers();
+        assert_eq!((names.len(), names[3].as_str(), layout.len()), (9, "group.b.R", 9));
+        let (mut sums, mut samples) = (vec![0.0; layout.len()], Accumulator::default());
+        let mut groups = [[0.0; 3]; MAX_GROUPS];
+        for (group, part) in groups.iter_mut().zip([1.0, 2.0, 3.0]) {
+            *group = [part, 0.0, 0.1 * part];
+        }
+        for light in [6.0, 6.0 + 1e-9] {
+            let radiance = Rgb::new(light, 0.0, 0.1 * light);
+            let sample = Sample { radiance, groups: Some(groups), ..Sample::default() };
+            layout.add(&mut sums, &sample, &[]);
+            layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[]);
+            samples.add(sample);
+        }
+        let shown = Rgb::new(12.0, 0.5, 0.0);
+        let values: Vec<f64> = layout.values(&pixel(&sums, &samples, shown)).collect();
+        let right = [2.0, 0.5, 0.0, 4.0, 0.0, 0.0, 6.0, 0.0, 0.0];
+        let off = values.iter().zip(right).map(|(value, right)| (value - right).abs());
+        assert!(values.len() == 9 && off.fold(0.0, f64::max) < 1e-6, "{values:?}");
+    }
+
     #[test]
     fn depths_are_means_by_opacity() {
-        let layout = AovSums("depth,position".parse().unwrap());
+        let layout = AovSums { passes: "depth,position".parse().unwrap(), ..AovSums::default() };
         let mut sums = vec![0.0; layout.len()];
         let ray = |opacity, mean, x| {
             let depths =
@@ -207,7 +278,8 @@ mod tests {
 
     #[test]
     fn objects_are_told_beside_others() {
-        let layout = AovSums("emission,cryptomatte".parse().unwrap());
+        let passes = "emission,cryptomatte".parse().unwrap();
+        let layout = AovSums { passes, ..AovSums::default() };
         let mut sums = vec![0.0; layout.len()];
         let mut samples = Accumulator::default();
         let sample = Sample { radiance: Rgb::ONE, visible_emission: Rgb::ONE, ..Sample::default() };

@@ -22,6 +22,7 @@ use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
 use super::stage_settings::{
     film_contents, finest_step, pass_settings, sampled_pass_settings, specialised,
+    specialised_for_film,
 };
 use crate::cache::LazyCells;
 use crate::director::PixelBudget;
@@ -79,7 +80,7 @@ impl StageSeconds {
 /// # Errors
 /// As [`render`](super::render()).
 pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Costs> {
-    specialised!(Needs::new(scene, settings), estimate(scene, settings, program))
+    specialised_for_film!(Needs::new(scene, settings), estimate(scene, settings, program))
 }
 
 fn estimate<S: Spectrum, H: PhotonDirection>(
@@ -87,7 +88,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     settings: &RenderSettings,
     program: u64,
 ) -> Result<Costs> {
-    let assignment = strategies::<S, H>(scene, &pass_settings(scene, settings))?;
+    let assignment = chosen_strategies(scene, settings)?;
     let start = Instant::now();
     let (photons, mut work) = sample_photons::<S, H>(scene, settings, &assignment)?;
     let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
@@ -184,15 +185,22 @@ impl RaySample {
 /// # Errors
 /// As [`costs`].
 pub fn memory_needed(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Memory> {
-    let photons = specialised!(Needs::new(scene, settings), photon_memory(scene, settings))?;
+    let needs = Needs::new(scene, settings);
+    let photons = specialised_for_film!(needs, photon_memory(scene, settings))?;
     Ok(memory_with(scene, settings, photons, program))
+}
+
+/// The strategies of the picture, which do not tell groups of emitters apart.
+fn chosen_strategies(scene: &Scene, settings: &RenderSettings) -> Result<Assignment> {
+    let pass = pass_settings(scene, settings);
+    specialised!(Needs::new(scene, settings), strategies(scene, &pass))
 }
 
 fn photon_memory<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
 ) -> Result<PhotonMemory> {
-    let assignment = strategies::<S, H>(scene, &pass_settings(scene, settings))?;
+    let assignment = chosen_strategies(scene, settings)?;
     let (photons, work) = sample_photons::<S, H>(scene, settings, &assignment)?;
     Ok(photon_pass_memory(&work, settings, &photons, assignment.pilot_bytes))
 }

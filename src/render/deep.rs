@@ -118,7 +118,7 @@ impl DeepTracer<'_> {
         match &hit {
             Some(hit) if camera_view::is_holdout(self.scene, hit) => {}
             Some(hit) => pixel.add_surface(near + hit.t, seen),
-            None if camera_view::emission(self.scene, ray, None, ctx) != Rgb::ZERO => {
+            None if camera_view::emission::<Rgb>(self.scene, ray, None, ctx) != Rgb::ZERO => {
                 // It covers nothing.
                 pixel.add_surface(FAR, 0.0);
             }
@@ -164,7 +164,7 @@ impl<'a> FlatPicture<'a> {
         let radiance = ["R", "G", "B"].map(layer);
         let noisy = NOISY_LAYERS.map(layer);
         let raw = if noisy[0].is_empty() { radiance } else { noisy };
-        let media = Aov::Media.layers().map(|name| layer(&name));
+        let media = Aov::Media.layers("").map(|name| layer(&name));
         Self { radiance, alpha: layer("A"), raw, media }
     }
 

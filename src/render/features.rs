@@ -62,7 +62,7 @@ impl<'a> FeatureTracer<'a> {
     /// A tracer for `scene`, of what `contents` need.
     pub(super) fn new(scene: &'a Scene, contents: FilmContents) -> Self {
         let FilmContents { features, aovs, .. } = contents;
-        let (depths, objects) = (aovs.0.has_depths(), aovs.0.has(Aov::Cryptomatte));
+        let (depths, objects) = (aovs.passes.has_depths(), aovs.passes.has(Aov::Cryptomatte));
         let marches = features || depths || scene.media.len() > 1;
         Self { scene, features, depths, objects, marches, albedo: common_albedo(&scene.media) }
     }

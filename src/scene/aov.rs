@@ -3,8 +3,6 @@
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
-use crate::image::cryptomatte;
-
 /// A pass, of one layer or several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Aov {
@@ -28,6 +26,8 @@ pub enum Aov {
     Specular,
     /// Which objects are seen, and how much of each.
     Cryptomatte,
+    /// Light of each group of emitters, which is of all kinds above.
+    Groups,
 }
 
 impl Aov {
@@ -43,6 +43,7 @@ impl Aov {
         ("emission", Self::Emission),
         ("specular", Self::Specular),
         ("cryptomatte", Self::Cryptomatte),
+        ("groups", Self::Groups),
     ];
 
     /// Those that add up to the picture, in the order in which they are stored.
@@ -63,9 +64,10 @@ impl Aov {
         Self::ALL.iter().find(|(_, aov)| *aov == self).map_or("", |(name, _)| name)
     }
 
-    /// The names of its layers, where it has three.
-    pub fn layers(self) -> [String; 3] {
-        self.channels().map(|channel| format!("{}.{channel}", self.name()))
+    /// The names of its layers, of the pass of groups those of the group `group`; Cryptomatte has layers of its own.
+    pub fn layers(self, group: &str) -> [String; 3] {
+        let name = if self == Self::Groups { format!("group.{group}") } else { self.name().into() };
+        self.channels().map(|channel| format!("{name}.{channel}"))
     }
 
     const fn bit(self) -> u16 {
@@ -91,17 +93,6 @@ impl Aovs {
     /// All of them, in one order.
     pub fn iter(self) -> impl Iterator<Item = Aov> {
         Aov::ALL.iter().map(|(_, aov)| *aov).filter(move |aov| self.has(*aov))
-    }
-
-    /// Those of them that have three layers: all but Cryptomatte, whose layers follow theirs.
-    pub fn of_three(self) -> impl Iterator<Item = Aov> {
-        self.iter().filter(|aov| *aov != Aov::Cryptomatte)
-    }
-
-    /// The names of all their layers, in the order in which they are stored.
-    pub fn layers(self) -> Vec<String> {
-        let objects = self.has(Aov::Cryptomatte).then(cryptomatte::layers);
-        self.of_three().flat_map(Aov::layers).chain(objects.into_iter().flatten()).collect()
     }
 
     /// Those of them that are light.
@@ -181,11 +172,9 @@ mod tests {
 
     #[test]
     fn layers_have_usual_names() {
-        assert_eq!(Aov::Depth.layers(), ["depth.first", "depth.mean", "depth.last"]);
-        assert_eq!(Aov::Normal.layers(), ["normal.X", "normal.Y", "normal.Z"]);
-        assert_eq!(Aov::Media.layers(), ["media.R", "media.G", "media.B"]);
-        let layers = "cryptomatte,albedo".parse::<Aovs>().unwrap().layers();
-        assert_eq!(layers[2..4], ["albedo.B", "CryptoObject00.R"]);
-        assert_eq!(layers.len(), 15);
+        assert_eq!(Aov::Depth.layers(""), ["depth.first", "depth.mean", "depth.last"]);
+        assert_eq!(Aov::Normal.layers(""), ["normal.X", "normal.Y", "normal.Z"]);
+        assert_eq!(Aov::Media.layers(""), ["media.R", "media.G", "media.B"]);
+        assert_eq!(Aov::Groups.layers("key"), ["group.key.R", "group.key.G", "group.key.B"]);
     }
 }

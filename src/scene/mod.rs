@@ -10,6 +10,7 @@ pub mod camera;
 mod directing;
 mod draft;
 pub mod file;
+mod groups;
 mod hash;
 mod keys;
 mod load;
@@ -41,6 +42,7 @@ pub use directing::{
     Directed, Directing, Director, Importance, MAX_COARSENING, Operator, RESOLUTIONS,
 };
 pub use draft::Draft;
+pub use groups::{GroupName, GroupNames, Groups};
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
 pub use objects::{ObjectName, Objects};
 pub use open::{OpenScene, read_shot};
@@ -67,6 +69,8 @@ pub struct Scene {
     pub lights: Arc<Lights>,
     /// Names of media and surfaces, where the picture tells of objects.
     pub objects: Objects,
+    /// Groups of lights, and of media that glow.
+    pub groups: Groups,
     /// Size and looks of the picture.
     pub film: FilmSettings,
     /// How it is computed.

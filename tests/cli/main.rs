@@ -10,6 +10,7 @@ mod compositing;
 mod cryptomatte;
 mod deep;
 mod error;
+mod groups;
 mod help;
 mod merge;
 mod messages;

@@ -61,9 +61,8 @@ impl Rule {
         match pass {
             "depth" => Some(Self::Seen { nothing: FAR }),
             "position" => Some(Self::Seen { nothing: 0.0 }),
-            "albedo" | "normal" | "media" | "direct" | "indirect" | "emission" | "specular" => {
-                Some(Self::Mean)
-            }
+            "albedo" | "normal" => Some(Self::Mean),
+            "media" | "direct" | "indirect" | "emission" | "specular" | "group" => Some(Self::Mean),
             _ => None,
         }
     }

@@ -2,10 +2,11 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::placement;
 use super::transfer::{self, TransferSection};
+use super::{group, placement};
 use crate::error::Result;
 use crate::math::Rgb;
+use crate::scene::groups::GroupName;
 use crate::scene::keys::{Key, medium as keys, transfer as transfer_keys};
 use crate::scene::objects::ObjectName;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
@@ -29,6 +30,8 @@ pub struct MediumSection {
     pub phase: PhaseSection,
     /// `emission`.
     pub emission: Option<EmissionSection>,
+    /// `group`: the group of its emission.
+    pub group: Option<GroupName>,
     /// `translate`, `rotate`, `scale`.
     pub placement: DAffine3,
 }
@@ -176,6 +179,7 @@ pub(super) fn read(section: &Section<'_>) -> Result<MediumSection> {
         albedo: section.read(&keys::ALBEDO, |v| albedo(section, v))?,
         phase: section.read(&keys::PHASE_KEY, phase)?,
         emission: section.maybe(&keys::EMISSION, |v| emission(section, v))?,
+        group: group(section)?,
         placement: placement(section)?,
     })
 }

@@ -2,9 +2,10 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::{ColorSection, color_or_texture, placement};
+use super::{ColorSection, color_or_texture, group, placement};
 use crate::error::Result;
 use crate::math::Rgb;
+use crate::scene::groups::GroupName;
 use crate::scene::keys::surface as keys;
 use crate::scene::objects::ObjectName;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
@@ -23,6 +24,8 @@ pub struct SurfaceSection {
     pub material: Option<MaterialSection>,
     /// `emission`: radiance in W/(m² sr).
     pub emission: Option<Rgb>,
+    /// `group`: the group of its emission.
+    pub group: Option<GroupName>,
     /// `visible`, `holdout`, `shadow_catcher`: how the camera sees it.
     pub view: CameraView,
     /// `translate`, `rotate`, `scale`.
@@ -157,6 +160,7 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
         view: view(section, material.as_ref(), emission)?,
         material,
         emission,
+        group: group(section)?,
         placement: placement(section)?,
     })
 }

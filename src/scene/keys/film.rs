@@ -37,7 +37,8 @@ pub(in crate::scene) const PASSES: Key = Key::new(
     "",
     Other("none"),
     "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, media, direct, indirect, emission, \
-     specular and cryptomatte; the five from media to specular add up to the picture.",
+     specular, cryptomatte and groups. The five from media to specular add up to the picture, and so do groups: the light of each \
+     group of emitters.",
 )
 .flag("passes");
 pub(in crate::scene) const HALF: Key = Key::new(

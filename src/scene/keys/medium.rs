@@ -1,6 +1,7 @@
 //! Keys of `[[medium]]`.
 
 use super::Without::{Default, Needed, Other};
+pub(in crate::scene) use super::surface::GROUP;
 use super::surface::{BOX_MAX, BOX_MIN, ROTATE, SCALE, TRANSLATE};
 use super::transfer::{CLAMP, FROM, GAMMA, RAMP};
 use super::{Key, Kind, Table};
@@ -108,6 +109,7 @@ pub(in crate::scene) const MEDIUM: Table = Table {
         &ALBEDO,
         &PHASE_KEY,
         &EMISSION,
+        &GROUP,
         &GRID,
         &INDEX,
         &LEVEL_SET,

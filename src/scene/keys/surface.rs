@@ -2,6 +2,7 @@
 
 use super::Without::{Default, Needed, Other};
 use super::{Key, Kind, Table};
+use crate::scene::groups::GroupName;
 use crate::scene::reader::Range;
 
 const REFRACTION: Range =
@@ -103,6 +104,13 @@ pub(in crate::scene) const VISIBLE: Key = Key::new(
     Default("true"),
     "Whether rays from the camera see it; where they don't, light, shadows and mirrors still meet it.",
 );
+pub(in crate::scene) const GROUP: Key = Key::new(
+    "group",
+    Kind::Text(GroupName::RIGHT),
+    "",
+    Other("the group rest"),
+    "The group that its light belongs to, for the pass groups; a scene has at most 8, with the group rest.",
+);
 pub(in crate::scene) const HOLDOUT: Key = Key::new(
     "holdout",
     Kind::Switch,
@@ -127,6 +135,7 @@ pub(in crate::scene) const SPHERE: Table = Table {
         &RADIUS,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,
@@ -145,6 +154,7 @@ pub(in crate::scene) const QUAD: Table = Table {
         &V,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,
@@ -162,6 +172,7 @@ pub(in crate::scene) const BOX: Table = Table {
         &BOX_MAX,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,
@@ -179,6 +190,7 @@ pub(in crate::scene) const PLANE: Table = Table {
         &NORMAL,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,
@@ -195,6 +207,7 @@ pub(in crate::scene) const MESH: Table = Table {
         &MESH_FILE,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,

@@ -3,6 +3,7 @@
 mod context;
 mod files;
 mod grids;
+mod groups;
 mod lights;
 mod media;
 mod shots;
@@ -243,7 +244,8 @@ pub(super) fn build(
     if let Some(warning) = endless_fog(file) {
         context.warnings.push(warning);
     }
-    let media = Media::new(media);
+    let (groups, of_media) = groups::build(file)?;
+    let media = Media::new(media).in_groups(of_media);
     context.warnings.extend(of_grids);
     context.warnings.extend(sanity::notes(&media, &camera));
     context.notes.extend(notes_of_grids);
@@ -273,6 +275,7 @@ pub(super) fn build(
         objects,
         surfaces,
         lights,
+        groups,
         film: file.film,
         render: RenderSettings { planning: options.planning, ..file.render },
         path: path.to_path_buf(),
