@@ -18,7 +18,7 @@ use super::features::FeatureTracer;
 use super::memory::{Memory, map_pixels, memory_with};
 use super::photon_pass::{PhotonPass, strategies};
 use super::photon_rate::PhotonRate;
-use super::pixel_sampling::{CameraRay, Workspace};
+use super::pixel_sampling::{CameraRay, FilmPlace, Workspace};
 use super::progress::Stages;
 use super::stage_settings::{
     film_contents, finest_step, pass_settings, sampled_pass_settings, specialised,
@@ -164,10 +164,13 @@ impl RaySample {
             stage: Stage::Director,
             rays: settings.rays,
             pass: None,
+            times: 1,
             needs,
             contents: FilmContents::default(),
         };
-        let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
+        let camera = |FilmPlace { x, y, lens, .. }| {
+            scene.camera.ray(x * width / size[0], y * height / size[1], lens)
+        };
         let radiance = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
             let sample = integrator.radiance(camera_ray, workspace);
             tracer.complete(sample, camera_ray, workspace)

@@ -101,6 +101,7 @@ pub(super) fn render_region(
             let [first, shot] = [start, end - start].map(|rays| rays as u32);
             SamplePass { index: 0, rays: settings.rays, first, shot }
         }),
+        times: scene.moments().len() as u32,
         needs: Needs::new(scene, settings),
         contents: film_contents(scene, settings),
     }

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::motion::{self, MotionStep, VelocitySection};
 use super::placement;
 use super::transfer::{self, TransferSection};
 use crate::error::Result;
@@ -28,6 +29,10 @@ pub struct MediumSection {
     pub emission: Option<EmissionSection>,
     /// `translate`, `rotate`, `scale`.
     pub placement: DAffine3,
+    /// `motion`.
+    pub motion: Option<MotionStep>,
+    /// `velocity`, `velocity_unit`, `velocity_scale`.
+    pub velocity: VelocitySection,
 }
 
 /// Where a medium is, and how dense.
@@ -171,6 +176,8 @@ pub(super) fn read(section: &Section<'_>) -> Result<MediumSection> {
         phase: section.read(&keys::PHASE_KEY, phase)?,
         emission: section.maybe(&keys::EMISSION, |v| emission(section, v))?,
         placement: placement(section)?,
+        motion: motion::step(section)?,
+        velocity: motion::velocity(section)?,
     })
 }
 

@@ -2,9 +2,11 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::motion::{self, MotionStep};
 use super::{ColorSection, color_or_texture, placement};
 use crate::error::Result;
 use crate::math::Rgb;
+use crate::scene::keys::motion::NEXT_FILE;
 use crate::scene::keys::surface as keys;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 use crate::surface::CameraView;
@@ -24,6 +26,10 @@ pub struct SurfaceSection {
     pub view: CameraView,
     /// `translate`, `rotate`, `scale`.
     pub placement: DAffine3,
+    /// `motion`.
+    pub motion: Option<MotionStep>,
+    /// `next_file`: of a mesh, the file one frame later.
+    pub next_file: Option<FileReference>,
 }
 
 /// The shape of a surface before placement, in metres.
@@ -145,6 +151,8 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
         material,
         emission,
         placement: placement(section)?,
+        motion: motion::step(section)?,
+        next_file: section.maybe_file(&NEXT_FILE)?,
     })
 }
 

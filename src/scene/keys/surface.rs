@@ -1,6 +1,7 @@
 //! Keys of `[[surface]]`.
 
 use super::Without::{Default, Needed, Other};
+use super::motion::{MOVES, NEXT_FILE};
 use super::{Key, Kind, Table};
 use crate::scene::reader::Range;
 
@@ -125,6 +126,7 @@ pub(in crate::scene) const SPHERE: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 pub(in crate::scene) const QUAD: Table = Table {
@@ -142,6 +144,7 @@ pub(in crate::scene) const QUAD: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 pub(in crate::scene) const BOX: Table = Table {
@@ -158,6 +161,7 @@ pub(in crate::scene) const BOX: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 pub(in crate::scene) const PLANE: Table = Table {
@@ -174,6 +178,7 @@ pub(in crate::scene) const PLANE: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 pub(in crate::scene) const MESH: Table = Table {
@@ -181,6 +186,7 @@ pub(in crate::scene) const MESH: Table = Table {
     keys: &[
         &SHAPE,
         &MESH_FILE,
+        &NEXT_FILE,
         &MATERIAL,
         &EMISSION,
         &VISIBLE,
@@ -189,6 +195,7 @@ pub(in crate::scene) const MESH: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 

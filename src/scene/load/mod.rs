@@ -5,6 +5,7 @@ mod files;
 mod grids;
 mod lights;
 mod media;
+mod motion;
 mod shots;
 mod surfaces;
 
@@ -16,7 +17,9 @@ use std::sync::Arc;
 
 use super::bare::{self, BareScene};
 use super::camera::Camera;
-use super::file::{self, AlbedoSection, DensitySection, LightKind, RegionSection, SceneFile};
+use super::file::{
+    self, AlbedoSection, CameraSection, DensitySection, LightKind, RegionSection, SceneFile,
+};
 use super::hash::Sources;
 use super::outline;
 use super::reader::{Document, ShotText};
@@ -26,14 +29,15 @@ use super::usd::{Files, is_usd};
 use super::{LoadOptions, RenderSettings, Scene, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
-use crate::math::{Rgb, WorldPoint};
-use crate::medium::{Media, Medium};
+use crate::math::Rgb;
+use crate::medium::Media;
 use crate::sequence::Pattern;
 use crate::shape::MeshData;
 use crate::surface::Surfaces;
 
 use context::{Context, Culling};
 pub(super) use files::Grids;
+use motion::Moving;
 pub(super) use shots::{ShotSource, WithShot};
 
 /// The parts of a scene that all frames of a sequence share: camera, surfaces and lights.
@@ -151,13 +155,23 @@ impl Text {
 }
 
 impl StaticScene {
-    /// Camera, lights and surfaces of `file`, whose text is `text`.
+    /// Camera, lights and surfaces of `file`, whose text is `text`, in the middle of the time that the shutter is open.
     pub(super) fn build(text: &Text, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
+        let frames = file.motion.middle();
+        let mut built = Self::build_at(frames, text, file)?;
+        let (camera, size) = (built.camera, file.film.size);
+        let is_moving = motion::is_static_scene_moving(file);
+        let moved = if is_moving { format!("{frames}\n") } else { String::new() };
+        let tables = outline::static_tables(text.as_str());
+        let hashed = format!("{camera:?} {size:?}\n{moved}{tables}{}", options.hashed_static());
+        built.hash = built.sources.hash(&hashed)?;
+        Ok(built)
+    }
+
+    /// The same so many `frames` after the time of the scene, without hash.
+    fn build_at(frames: f64, text: &Text, file: &SceneFile) -> Result<Self> {
         let mut context = Context { meshes: text.meshes(), ..Context::default() };
-        let size = file.film.size;
-        let camera = Camera::new(&file.camera.pose, &file.camera.projection, size)
-            .ok_or_else(|| file.camera.at.error("its axes cannot be found; give another `up`"))?
-            .clipped(file.camera.clip);
+        let camera = camera_at(frames, file)?;
         let mut lights = Vec::new();
         let mut surfaces = Vec::new();
         for section in &file.lights {
@@ -166,19 +180,17 @@ impl StaticScene {
             surfaces.extend(surface);
         }
         for section in &file.surfaces {
-            let built = surfaces::build(section, lights.len() as u32, &mut context)?;
+            let built = surfaces::build(section, frames, lights.len() as u32, &mut context)?;
             surfaces.push(built.surface);
             lights.extend(built.light);
         }
         let is_hidden = |index: &usize| !file.lights[*index].visible;
         let hidden = (0..file.lights.len()).filter(is_hidden).collect();
-        let tables = outline::static_tables(text.as_str());
-        let hashed = format!("{camera:?} {size:?}\n{tables}{}", options.hashed_static());
         Ok(Self {
             camera,
             surfaces: Arc::new(Surfaces::new(surfaces)),
             lights: Arc::new(Lights { lights, hidden }),
-            hash: context.sources.hash(&hashed)?,
+            hash: String::new(),
             sources: context.sources,
             warnings: context.warnings,
             notes: context.notes,
@@ -193,6 +205,16 @@ impl StaticScene {
     }
 }
 
+/// The camera of `file` so many `frames` after the time of the scene.
+fn camera_at(frames: f64, file: &SceneFile) -> Result<Camera> {
+    let CameraSection { at, pose, projection, clip, next } = &file.camera;
+    let moved = next.as_ref().filter(|_| frames != 0.0);
+    let pose = moved.map_or(Some(*pose), |next| pose.toward(next, frames));
+    let camera = pose.and_then(|pose| Camera::new(&pose, projection, file.film.size));
+    let camera = camera.ok_or_else(|| at.error("its axes cannot be found; give another `up`"))?;
+    Ok(camera.clipped(*clip))
+}
+
 /// The scene of `file`, whose text is `text`, with its media read; `grids` may hold some already, and keep all. Also its
 /// files with hashes of their content.
 pub(super) fn build(
@@ -203,33 +225,27 @@ pub(super) fn build(
     grids: &mut Grids,
     options: &LoadOptions,
 ) -> Result<(Scene, Sources)> {
-    let StaticScene { camera, surfaces, lights, sources, warnings, notes, hash: static_hash } =
-        static_scene;
+    let mut still = static_scene;
+    let (warnings, notes) = (take(&mut still.warnings), take(&mut still.notes));
     grids.begin(&file.media);
     let leaves_out = options.planning == Planning::Needed;
-    let frustum =
-        camera.frustum(file.film.size).filter(|_| only_camera_rays_need_voxels(file, &surfaces));
+    let frustum = still.camera.frustum(file.film.size).filter(|_| {
+        // What moves may come into sight.
+        file.motion.shutter == 0.0 && only_camera_rays_need_voxels(file, &still.surfaces)
+    });
     let culling = frustum.map(|frustum| Culling { frustum, leaves_out });
-    let meshes = text.meshes();
+    let (meshes, sources) = (text.meshes(), take(&mut still.sources));
     let held = take(grids);
     let mut context = Context { grids: held, meshes, sources, warnings, notes, culling, unseen: 0 };
-    let media: Result<Vec<_>> = file
-        .media
-        .iter()
-        .map(|section| {
-            let medium = media::build(section, &mut context)?;
-            let coordinate = largest_coordinate(&medium, &camera);
-            Ok(medium.resolved(coordinate))
-        })
-        .collect();
+    let media = media_and_times(text, file, &still, &mut context);
     let (of_grids, notes_of_grids) =
         (take(&mut context.grids.warnings), take(&mut context.grids.notes));
     *grids = take(&mut context.grids);
-    let media = media?;
+    let (media, times) = media?;
+    let StaticScene { camera, surfaces, lights, hash: static_hash, .. } = still;
     if let Some(warning) = endless_fog(file) {
         context.warnings.push(warning);
     }
-    let media = Media::new(media);
     context.warnings.extend(of_grids);
     context.warnings.extend(sanity::notes(&media, &camera));
     context.notes.extend(notes_of_grids);
@@ -242,7 +258,7 @@ pub(super) fn build(
     notes.append(&mut context.notes);
     let mut warnings = text.warnings();
     warnings.append(&mut context.warnings);
-    let scene = Scene {
+    let mut scene = Scene {
         camera,
         media,
         surfaces,
@@ -257,18 +273,67 @@ pub(super) fn build(
         warnings,
         notes,
         made,
+        times: Vec::new(),
     };
+    scene.times = times.into_iter().map(|(still, media)| at_time(&scene, still, media)).collect();
     Ok((scene, context.sources))
 }
 
-/// The largest number by which places in `medium` are reckoned, in metres: a coordinate, or a distance from the camera.
-fn largest_coordinate(medium: &Medium, camera: &Camera) -> f64 {
-    let corners = medium.density.bounds().map(|bounds| bounds.corners());
-    let of_corner = |corner: WorldPoint| {
-        let distance = camera.place().map_or(0.0, |place| (corner - place).length());
-        distance.max(corner.xyz.abs().max_element())
+/// `scene` with the camera, surfaces and lights of `still` and these `media`.
+fn at_time(scene: &Scene, still: StaticScene, media: Media) -> Scene {
+    let StaticScene { camera, surfaces, lights, .. } = still;
+    Scene {
+        camera,
+        media,
+        surfaces,
+        lights,
+        path: scene.path.clone(),
+        hash: scene.hash.clone(),
+        static_hash: scene.static_hash.clone(),
+        light_hash: scene.light_hash.clone(),
+        warnings: Vec::new(),
+        notes: Vec::new(),
+        made: scene.made.clone(),
+        times: Vec::new(),
+        ..*scene
+    }
+}
+
+/// The media of `file` in the middle of the time that the shutter is open, and where anything moves meanwhile, all of the scene at
+/// each of its times. `still` is the rest of it in the middle.
+fn media_and_times(
+    text: &Text,
+    file: &SceneFile,
+    still: &StaticScene,
+    context: &mut Context,
+) -> Result<(Media, Vec<(StaticScene, Media)>)> {
+    let motion = &file.motion;
+    let drifts = motion::drifts(file, context)?;
+    let media_at = |frames, camera: &Camera, context: &mut Context| {
+        motion::media(frames, file, &drifts, camera, context)
     };
-    corners.into_iter().flatten().map(of_corner).fold(0.0, f64::max)
+    let media = media_at(motion.middle(), &still.camera, context)?;
+    if motion.shutter == 0.0 {
+        return Ok((media, Vec::new()));
+    }
+    let surfaces = still.surfaces.surfaces().iter();
+    let moving = Moving {
+        file,
+        cameras: [camera_at(motion.open, file)?, camera_at(motion.open + motion.shutter, file)?],
+        drifts: &drifts,
+        media: media.iter().map(|medium| medium.density.bounds()).collect(),
+        surfaces: surfaces.map(|surface| surface.shape().bounds()).collect(),
+    };
+    let count = moving.count(context);
+    let is_static = !motion::is_static_scene_moving(file);
+    let at = |frames| {
+        let still =
+            if is_static { still.clone() } else { StaticScene::build_at(frames, text, file)? };
+        let media = media_at(frames, &still.camera, context)?;
+        Ok((still, media))
+    };
+    let times: Result<Vec<_>> = motion.middles(count).map(at).collect();
+    Ok((media, times?))
 }
 
 /// Whether camera rays alone need voxels of the media: these scatter no light, and none crosses them to a
