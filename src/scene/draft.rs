@@ -115,7 +115,8 @@ impl Draft {
         let mut words = path.split('.');
         let name = words.next().unwrap_or_default();
         if !self.tables.iter().any(|table| table.name == name)
-            && let Some(name) = ["film", "render", "director"].into_iter().find(|n| *n == name)
+            && let Some(name) =
+                ["motion", "film", "render", "director"].into_iter().find(|n| *n == name)
         {
             self.begin(name, false, "");
         }
