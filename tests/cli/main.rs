@@ -12,6 +12,7 @@ mod error;
 mod help;
 mod merge;
 mod messages;
+mod motion;
 mod parts;
 mod passes;
 mod saved_photons;

@@ -152,7 +152,10 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
         emission,
         placement: placement(section)?,
         motion: motion::step(section)?,
-        next_file: section.maybe_file(&NEXT_FILE)?,
+        next_file: match section.get(&NEXT_FILE) {
+            Some(value) => value.next_file(&NEXT_FILE.kind.right())?,
+            None => None,
+        },
     })
 }
 

@@ -58,7 +58,7 @@ pub(in crate::scene) const NEXT_FILE: Key = Key::new(
     Kind::File("a mesh (.obj, .ply, .gltf, .glb)"),
     "",
     Other("its vertices stand still"),
-    "The mesh one frame later, with the same triangles; vertices move straight to their places there.",
+    "The mesh one frame later, with the same triangles; vertices move straight to their places there. `####` is the number of the next frame.",
 );
 
 /// What `motion` holds: a placement a frame.
