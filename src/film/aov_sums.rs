@@ -15,6 +15,11 @@ use crate::scene::{Aov, Aovs};
 /// Unit: count. Definition: of the block.
 const DEPTHS: usize = 7;
 
+/// Motion, weighed by opacity, behind the depths.
+///
+/// Unit: count. Definition: of the block.
+const MOTION: usize = 3;
+
 /// Light of media, direct and indirect light of surfaces, and emission.
 ///
 /// Unit: count. Definition: of the block.
@@ -42,9 +47,14 @@ pub struct AovPixel<'a> {
 impl AovSums {
     /// How many numbers a pixel has.
     pub fn len(self) -> usize {
-        let depths = if self.0.has_depths() { DEPTHS } else { 0 };
         let light = if self.0.has_light() { LIGHT } else { 0 };
-        depths + light
+        self.depths() + light
+    }
+
+    /// How many numbers are those of opacity.
+    fn depths(self) -> usize {
+        let motion = if self.0.has(Aov::Motion) { MOTION } else { 0 };
+        if self.0.has_depths() { DEPTHS + motion } else { 0 }
     }
 
     /// Whether a pixel has none.
@@ -66,9 +76,13 @@ impl AovSums {
         if let Some(seen) = sample.depths.filter(OpacityDepths::is_finite)
             && depths > 0
         {
-            let OpacityDepths { opacity, first, mean, last, position } = seen;
-            let numbers = [1.0, first, mean, last, position.x, position.y, position.z];
-            sums.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += opacity * number);
+            let OpacityDepths { opacity, first, mean, last, position, motion } = seen;
+            let places = [position, motion].into_iter().flat_map(|v| v.to_array());
+            let numbers = [1.0, first, mean, last].into_iter().chain(places);
+            sums[..depths]
+                .iter_mut()
+                .zip(numbers)
+                .for_each(|(sum, number)| *sum += opacity * number);
         }
         if light > 0 {
             let parts = sample.components;
@@ -80,7 +94,7 @@ impl AovSums {
 
     /// How many of `numbers` are those of opacity, and how many those of light.
     fn split(self, numbers: usize) -> (usize, usize) {
-        let depths = if self.0.has_depths() { DEPTHS.min(numbers) } else { 0 };
+        let depths = self.depths().min(numbers);
         (depths, numbers - depths)
     }
 
@@ -91,12 +105,16 @@ impl AovSums {
         let seen = opacity > 0.0;
         let mean = move |sum: f64, nothing: f64| if seen { sum / opacity } else { nothing };
         let depth = [1, 2, 3].map(|at| mean(depths.get(at).copied().unwrap_or(0.0), FAR));
-        let position = [4, 5, 6].map(|at| mean(depths.get(at).copied().unwrap_or(0.0), 0.0));
+        let place = |first: usize| {
+            [0, 1, 2].map(|axis| mean(depths.get(first + axis).copied().unwrap_or(0.0), 0.0))
+        };
+        let (position, motion) = (place(4), place(DEPTHS));
         let parts = if light.is_empty() { [Rgb::ZERO; 5] } else { parts(light, pixel) };
         let features = pixel.features;
         self.0.iter().flat_map(move |aov| match aov {
             Aov::Depth => depth,
             Aov::Position => position,
+            Aov::Motion => motion,
             Aov::Albedo => features.albedo.map(f64::from),
             Aov::Normal => features.normal.map(f64::from),
             Aov::Media => parts[0].to_array(),
@@ -172,21 +190,27 @@ mod tests {
 
     #[test]
     fn depths_are_means_by_opacity() {
-        let layout = AovSums("depth,position".parse().unwrap());
+        let layout = AovSums("depth,position,motion".parse().unwrap());
         let mut sums = vec![0.0; layout.len()];
         let ray = |opacity, mean, x| {
-            let depths =
-                OpacityDepths { opacity, first: 1.0, mean, last: 9.0, position: DVec3::X * x };
+            let depths = OpacityDepths {
+                opacity,
+                first: 1.0,
+                mean,
+                last: 9.0,
+                position: DVec3::X * x,
+                motion: DVec3::Y * x,
+            };
             Sample { depths: Some(depths), ..Sample::default() }
         };
         let samples = Accumulator::default();
         let nothing: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
-        assert_eq!(nothing, [FAR, FAR, FAR, 0.0, 0.0, 0.0]);
+        assert_eq!(nothing, [FAR, FAR, FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         for sample in [ray(1.0, 2.0, 3.0), ray(0.5, 5.0, 6.0), Sample::default()] {
             layout.add(&mut sums, &sample);
         }
         let seen: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
-        assert_eq!(seen, [1.0, 3.0, 9.0, 4.0, 0.0, 0.0]);
+        assert_eq!(seen, [1.0, 3.0, 9.0, 4.0, 0.0, 0.0, 0.0, 4.0, 0.0]);
         assert_eq!(layout.layers()[..3], ["depth.first", "depth.mean", "depth.last"]);
     }
 }

@@ -117,7 +117,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let memory = memory_with(
         scene,
         settings,
-        photon_pass_memory(&work, settings, &photons, assignment.pilot_bytes),
+        photon_pass_memory(&work, (scene, settings), &photons, assignment.pilot_bytes),
         program,
     );
     let strategy = photons.choice.summary();
@@ -197,7 +197,7 @@ fn photon_memory<S: Spectrum, H: PhotonDirection>(
 ) -> Result<PhotonMemory> {
     let assignment = strategies::<S, H>(scene, &pass_settings(scene, settings))?;
     let (photons, work) = sample_photons::<S, H>(scene, settings, &assignment)?;
-    Ok(photon_pass_memory(&work, settings, &photons, assignment.pilot_bytes))
+    Ok(photon_pass_memory(&work, (scene, settings), &photons, assignment.pilot_bytes))
 }
 
 /// Photon maps of a few of the paths, and the work that all paths of the picture or its pass are.
@@ -247,11 +247,11 @@ fn directed_share(
     Ok(DirectedShare { seconds: stages.seconds() * ratio, share })
 }
 
-/// Memory of the photons that `work` counts, with the caches of `photons`. Each half of a picture that is reconstructed
-/// has its own, but for those of direct light.
+/// Memory of the photons that `work` counts, with the caches of `photons`. Each time of the scene has its own, and
+/// each half of a picture that is reconstructed, but for those of direct light.
 fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
     work: &Work,
-    settings: &RenderSettings,
+    (scene, settings): (&Scene, &RenderSettings),
     photons: &PhotonPass<S, H>,
     pilot_bytes: u64,
 ) -> PhotonMemory {
@@ -261,5 +261,7 @@ fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
         fluence *= 2;
         lazy += gathers as u64;
     }
+    let times = scene.moments().len() as u64;
+    [fluence, lazy] = [fluence, lazy].map(|bytes| bytes * times);
     photon::memory::<S, H>(work, [fluence, lazy], pilot_bytes)
 }

@@ -10,6 +10,7 @@ pub mod camera;
 mod directing;
 mod draft;
 pub mod file;
+mod frame_motion;
 mod hash;
 mod keys;
 mod load;
@@ -40,6 +41,7 @@ pub use directing::{
     Directed, Directing, Director, Importance, MAX_COARSENING, Operator, RESOLUTIONS,
 };
 pub use draft::Draft;
+pub use frame_motion::FrameMotion;
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
 pub use open::{OpenScene, read_shot};
 pub use options::LoadOptions;
@@ -85,6 +87,8 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// The scene that was made, where a VDB file was given alone.
     pub made: Option<Arc<BareScene>>,
+    /// Where all of it is one frame later, where motion vectors are asked for.
+    pub motion: Option<FrameMotion>,
     /// The same in the middles of equal parts of the time that the shutter is open, in their order; none where nothing moves.
     /// The scene itself is that in the middle of all.
     pub times: Vec<Self>,

@@ -36,7 +36,7 @@ pub(in crate::scene) const PASSES: Key = Key::new(
     Kind::Text("names with commas between them, such as \"depth,albedo\""),
     "",
     Other("none"),
-    "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, media, direct, indirect, emission \
+    "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, motion, media, direct, indirect, emission \
      and specular; the last five add up to the picture.",
 )
 .flag("passes");

@@ -3,6 +3,7 @@
 mod context;
 mod files;
 mod grids;
+mod kind;
 mod lights;
 mod media;
 mod motion;
@@ -10,33 +11,31 @@ mod shots;
 mod surfaces;
 
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::mem::take;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::bare::{self, BareScene};
 use super::camera::Camera;
-use super::file::{
-    self, AlbedoSection, CameraSection, DensitySection, LightKind, RegionSection, SceneFile,
-};
+use super::file::{self, AlbedoSection, CameraSection, SceneFile};
+use super::frame_motion::FrameMotion;
 use super::hash::Sources;
 use super::outline;
 use super::reader::{Document, ShotText};
 use super::sanity;
 use super::settings::Planning;
 use super::usd::{Files, is_usd};
-use super::{LoadOptions, RenderSettings, Scene, Unseen};
+use super::{Aov, LoadOptions, RenderSettings, Scene, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
 use crate::math::Rgb;
 use crate::medium::Media;
-use crate::sequence::Pattern;
 use crate::shape::MeshData;
 use crate::surface::Surfaces;
 
 use context::{Context, Culling};
 pub(super) use files::Grids;
+pub(super) use kind::{bare_sequence, is_vdb};
 use motion::Moving;
 pub(super) use shots::{ShotSource, WithShot};
 
@@ -241,9 +240,9 @@ pub(super) fn build(
     let (of_grids, notes_of_grids) =
         (take(&mut context.grids.warnings), take(&mut context.grids.notes));
     *grids = take(&mut context.grids);
-    let (media, times) = media?;
+    let (media, motion, times) = media?;
     let StaticScene { camera, surfaces, lights, hash: static_hash, .. } = still;
-    if let Some(warning) = endless_fog(file) {
+    if let Some(warning) = lights::endless_fog(file) {
         context.warnings.push(warning);
     }
     context.warnings.extend(of_grids);
@@ -273,14 +272,19 @@ pub(super) fn build(
         warnings,
         notes,
         made,
+        motion,
         times: Vec::new(),
     };
-    scene.times = times.into_iter().map(|(still, media)| at_time(&scene, still, media)).collect();
+    scene.times = times.into_iter().map(|(still, moved)| at_time(&scene, still, moved)).collect();
     Ok((scene, context.sources))
 }
 
-/// `scene` with the camera, surfaces and lights of `still` and these `media`.
-fn at_time(scene: &Scene, still: StaticScene, media: Media) -> Scene {
+/// `scene` with the camera, surfaces and lights of `still` and these media, and where they are one frame later.
+fn at_time(
+    scene: &Scene,
+    still: StaticScene,
+    (media, motion): (Media, Option<FrameMotion>),
+) -> Scene {
     let StaticScene { camera, surfaces, lights, .. } = still;
     Scene {
         camera,
@@ -294,27 +298,42 @@ fn at_time(scene: &Scene, still: StaticScene, media: Media) -> Scene {
         warnings: Vec::new(),
         notes: Vec::new(),
         made: scene.made.clone(),
+        motion,
         times: Vec::new(),
         ..*scene
     }
 }
 
-/// The media of `file` in the middle of the time that the shutter is open, and where anything moves meanwhile, all of the scene at
-/// each of its times. `still` is the rest of it in the middle.
+/// Media, and where all of the scene is one frame later where that is asked for.
+type Moved = (Media, Option<FrameMotion>);
+
+/// The media of `file` in the middle of the time that the shutter is open, where all is one frame later, and where anything moves
+/// meanwhile, all of the scene at each of its times. `still` is the rest of it in the middle.
 fn media_and_times(
     text: &Text,
     file: &SceneFile,
     still: &StaticScene,
     context: &mut Context,
-) -> Result<(Media, Vec<(StaticScene, Media)>)> {
+) -> Result<(Media, Option<FrameMotion>, Vec<(StaticScene, Moved)>)> {
     let motion = &file.motion;
     let drifts = motion::drifts(file, context)?;
-    let media_at = |frames, camera: &Camera, context: &mut Context| {
-        motion::media(frames, file, &drifts, camera, context)
+    let is_static = !motion::is_static_scene_moving(file);
+    let static_at = |frames| {
+        if is_static { Ok(still.clone()) } else { StaticScene::build_at(frames, text, file) }
     };
-    let media = media_at(motion.middle(), &still.camera, context)?;
+    let moved_at = |frames, still: &StaticScene, context: &mut Context| -> Result<Moved> {
+        let media = motion::media(frames, file, &drifts, &still.camera, context)?;
+        if !file.film.passes.has(Aov::Motion) {
+            return Ok((media, None));
+        }
+        let StaticScene { camera, surfaces, .. } = static_at(frames + 1.0)?;
+        let here = (&still.camera, &*still.surfaces);
+        let motion = motion::frame_motion(frames, file, &drifts, here, (camera, surfaces));
+        Ok((media, Some(motion)))
+    };
+    let (media, vectors) = moved_at(motion.middle(), still, context)?;
     if motion.shutter == 0.0 {
-        return Ok((media, Vec::new()));
+        return Ok((media, vectors, Vec::new()));
     }
     let surfaces = still.surfaces.surfaces().iter();
     let moving = Moving {
@@ -325,65 +344,17 @@ fn media_and_times(
         surfaces: surfaces.map(|surface| surface.shape().bounds()).collect(),
     };
     let count = moving.count(context);
-    let is_static = !motion::is_static_scene_moving(file);
     let at = |frames| {
-        let still =
-            if is_static { still.clone() } else { StaticScene::build_at(frames, text, file)? };
-        let media = media_at(frames, &still.camera, context)?;
-        Ok((still, media))
+        let still = static_at(frames)?;
+        let moved = moved_at(frames, &still, context)?;
+        Ok((still, moved))
     };
     let times: Result<Vec<_>> = motion.middles(count).map(at).collect();
-    Ok((media, times?))
+    Ok((media, vectors, times?))
 }
 
 /// Whether camera rays alone need voxels of the media: these scatter no light, and none crosses them to a
 /// surface.
 fn only_camera_rays_need_voxels(file: &SceneFile, surfaces: &Surfaces) -> bool {
     surfaces.is_empty() && file.media.iter().all(|m| m.albedo == AlbedoSection::Constant(Rgb::ZERO))
-}
-
-/// The pattern of a sequence of bare VDB files that `path` is, if it is one.
-pub(super) fn bare_sequence(path: &Path) -> Option<Pattern> {
-    Pattern::from_path(path).filter(|_| ends_in_vdb(path) && !path.exists())
-}
-
-fn ends_in_vdb(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vdb"))
-}
-
-/// Whether the file begins like a VDB.
-pub(super) fn is_vdb(path: &Path) -> Result<bool> {
-    let mut magic = [0; 4];
-    let mut file = scene_file(path, crate::file::open(path))?;
-    Ok(ends_in_vdb(path) || file.read_exact(&mut magic).is_ok_and(|()| &magic == b" BDV"))
-}
-
-/// `opened`, its error also saying what would be right.
-fn scene_file<T>(path: &Path, opened: Result<T>) -> Result<T> {
-    opened.map_err(|e| match e {
-        Error::File { problem, .. } => {
-            Error::file(path, format!("{problem}; give a scene (.toml), a VDB or a USD file"))
-        }
-        other => other,
-    })
-}
-
-/// A warning where light from infinitely far is to cross endless fog: none arrives.
-fn endless_fog(file: &SceneFile) -> Option<String> {
-    let fog = file.media.iter().find(|m| {
-        m.density == DensitySection::Region(RegionSection::Everywhere)
-            && m.sigma_t.max_element() > 0.0
-    })?;
-    let light = file.lights.iter().find(|l| is_infinite(&l.kind))?;
-    Some(format!(
-        "{} comes from infinitely far and cannot cross {}, which has no end; give the medium a \
-         region with an end",
-        light.at, fog.name
-    ))
-}
-
-/// Whether light of this kind comes from infinitely far.
-fn is_infinite(kind: &LightKind) -> bool {
-    use LightKind::{Environment, Gradient, Sun};
-    matches!(kind, Sun { .. } | Environment { .. } | Gradient { .. })
 }

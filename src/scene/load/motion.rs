@@ -1,16 +1,22 @@
 //! The scene at other times of the shutter.
 
-use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::context::{Context, at};
 use super::{grids, media};
 use crate::error::Result;
 use crate::math::{Aabb, World};
 use crate::medium::{Albedo, Density, Emission, Media, Medium, Ramped};
+use crate::scene::Aov;
 use crate::scene::camera::{Camera, CameraMatrices};
 use crate::scene::file::{
-    DensitySection, MediumSection, MotionSection, SceneFile, VelocitySection, VelocityUnit,
+    DensitySection, MediumSection, MotionSection, MotionStep, SceneFile, VelocitySection,
+    VelocityUnit,
 };
+use crate::scene::frame_motion::{FrameMotion, MediumStep};
+use crate::surface::Surfaces;
 use crate::vdb::{Drift, Grid, Voxel};
 
 /// Times of a shutter in which something moves, at least and at most, where their number is not given.
@@ -19,13 +25,13 @@ use crate::vdb::{Drift, Grid, Voxel};
 const TIMES: [u32; 2] = [2, 32];
 
 /// How each medium of `file` is carried by velocities while the shutter is open.
-pub(super) fn drifts(file: &SceneFile, context: &mut Context) -> Result<Vec<Option<Drift>>> {
+pub(super) fn drifts(file: &SceneFile, context: &mut Context) -> Result<Vec<Option<Arc<Drift>>>> {
     let of = |section: &MediumSection| {
-        if file.motion.shutter == 0.0 {
+        if file.motion.shutter == 0.0 && !file.film.passes.has(Aov::Motion) {
             return Ok(None);
         }
         let medium = media::build(section, context)?;
-        drift(section, &medium, &file.motion, context)
+        Ok(drift(section, &medium, &file.motion, context)?.map(Arc::new))
     };
     file.media.iter().map(of).collect()
 }
@@ -34,12 +40,12 @@ pub(super) fn drifts(file: &SceneFile, context: &mut Context) -> Result<Vec<Opti
 pub(super) fn media(
     frames: f64,
     file: &SceneFile,
-    drifts: &[Option<Drift>],
+    drifts: &[Option<Arc<Drift>>],
     camera: &Camera,
     context: &mut Context,
 ) -> Result<Media> {
-    let of = |(section, drift): (&MediumSection, &Option<Drift>)| {
-        let medium = medium(section, drift.as_ref(), frames, context)?;
+    let of = |(section, drift): (&MediumSection, &Option<Arc<Drift>>)| {
+        let medium = medium(section, drift.as_deref(), frames, context)?;
         Ok(media::resolved(medium, camera))
     };
     file.media.iter().zip(drifts).map(of).collect::<Result<_>>().map(Media::new)
@@ -144,6 +150,32 @@ fn carried(medium: Medium, drift: &Drift, frames: f64) -> Result<Medium, String>
     })
 }
 
+/// Where all of `file` is one frame after the time `frames`, where motion vectors are asked for: from `here` to what is `later`, each
+/// a camera with its surfaces.
+pub(super) fn frame_motion(
+    frames: f64,
+    file: &SceneFile,
+    drifts: &[Option<Arc<Drift>>],
+    here: (&Camera, &Surfaces),
+    later: (Camera, Arc<Surfaces>),
+) -> FrameMotion {
+    let placed = |motion: Option<&MotionStep>, still: &DAffine3| {
+        motion.map_or(DAffine3::IDENTITY, |motion| {
+            let [from, to] = [frames, frames + 1.0].map(|t| motion.placed(still, t));
+            to * from.inverse()
+        })
+    };
+    let media = file.media.iter().zip(drifts).map(|(section, drift)| match drift {
+        Some(drift) => MediumStep::Carried(Arc::clone(drift)),
+        None => MediumStep::Placed(placed(section.motion.as_ref(), &section.placement)),
+    });
+    // Those of lights come first, and stand still.
+    let of_lights = here.1.surfaces().len() - file.surfaces.len();
+    let surfaces = file.surfaces.iter().map(|s| placed(s.motion.as_ref(), &s.placement));
+    let surfaces = std::iter::repeat_n(DAffine3::IDENTITY, of_lights).chain(surfaces).collect();
+    FrameMotion::new([*here.0, later.0], file.film.size, later.1, surfaces, media.collect())
+}
+
 /// What moves while the shutter is open.
 pub(super) struct Moving<'a> {
     /// The scene's file.
@@ -151,7 +183,7 @@ pub(super) struct Moving<'a> {
     /// The cameras when the shutter opens and closes.
     pub(super) cameras: [Camera; 2],
     /// How media are carried.
-    pub(super) drifts: &'a [Option<Drift>],
+    pub(super) drifts: &'a [Option<Arc<Drift>>],
     /// What media and surfaces fill in the middle, in the order of the file.
     pub(super) media: Vec<Option<Aabb<World>>>,
     /// The same of surfaces.
@@ -204,7 +236,7 @@ impl Moving<'_> {
         let media = self.file.media.iter().zip(self.drifts).zip(&self.media);
         for ((section, drift), bounds) in media {
             let Some(bounds) = bounds else { continue };
-            let speed = drift.as_ref().map_or(0.0, Drift::fastest);
+            let speed = drift.as_ref().map_or(0.0, |drift| drift.fastest());
             for axis in DVec3::AXES {
                 see(bounds, &|p, t| p + axis * (speed * t));
             }
@@ -258,15 +290,7 @@ struct Film {
 impl Film {
     /// How far what is first at `from` and then at `to` moves on the film, in pixels; 0 where it is not before the camera.
     fn distance(&self, from: DVec3, to: DVec3) -> f64 {
-        let places = self.place(&self.open, from).zip(self.place(&self.close, to));
+        let places = self.open.place(from, self.size).zip(self.close.place(to, self.size));
         places.map_or(0.0, |(a, b)| a.distance(b))
-    }
-
-    fn place(&self, matrices: &CameraMatrices, p: DVec3) -> Option<DVec2> {
-        let p = p.extend(1.0);
-        let column = |i: usize| p.dot(DVec4::from(matrices.picture.map(|row| row[i])));
-        let [u, v, w] = [0, 1, 3].map(column);
-        let size = DVec2::from(self.size.map(f64::from));
-        (w > 0.0).then(|| DVec2::new(u, v) / w * size)
     }
 }
