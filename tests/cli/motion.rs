@@ -191,3 +191,42 @@ fn meshes_move_to_their_next_frames() {
     let green = |name: &str| layers(folder, name).get("G").unwrap().to_vec();
     assert_eq!(green("f_1.exr"), green("one.exr"));
 }
+
+/// Vectors are those of what is seen, sharp or blurred: of smoke in wind, of a ball that falls, and of a camera that follows.
+#[test]
+fn motion_vectors_are_those_of_what_is_seen() {
+    let folder = folder();
+    let folder = folder.path();
+    let ball = "[[surface]]\nshape = \"sphere\"\ncenter = [1.6, 0.8, 0]\nradius = 0.4\nmotion = { translate = [0, -0.3, 0] }\n";
+    let follows = "target = [0, 0, 0]\nnext = { position = [0.5, 0, 6], target = [0.5, 0, 0] }";
+    // Pixels that a metre takes in a metre's distance.
+    let scale = 24.0 / (2.0 * 20.0_f64.to_radians().tan());
+    for (camera, pan) in [("target = [0, 0, 0]", 0.0), (follows, 0.5)] {
+        for shutter in ["0.0", "0.5"] {
+            let text = SCENE
+                .replace("target = [0, 0, 0]", camera)
+                .replace("shutter = 0.5", &format!("shutter = {shutter}"));
+            fs::write(folder.join("s.toml"), format!("{text}{ball}")).unwrap();
+            report(folder, &["-o", "out.exr", "--passes", "motion,position,depth", "--rays", "32"]);
+            let all = layers(folder, "out.exr");
+            let at = |name: &str, x: usize, y: usize| match all.get(name) {
+                Some(layer) => f64::from(layer[y * 24 + x]),
+                // A layer of one value everywhere stands in the header.
+                None => 0.0,
+            };
+            // Smoke in the middle goes a metre to the right.
+            let depth = 6.0 - at("position.Z", 12, 8);
+            let [x, y] = ["motion.X", "motion.Y"].map(|name| at(name, 12, 8));
+            let expected = (1.0 - pan) * scale / depth;
+            assert!((x / expected - 1.0).abs() < 0.02, "{shutter} {pan}: {x} for {expected}");
+            assert!(y.abs() < 0.02, "{y}");
+            // The ball falls.
+            let depth = 6.0 - at("position.Z", 19, 4);
+            let [x, y] = ["motion.X", "motion.Y"].map(|name| at(name, 19, 4));
+            let [right, up] = [-pan, -0.3].map(|metres| metres * scale / depth);
+            assert!((x - right).abs() < 0.1 && (y - up).abs() < 0.1, "{x} {y}: {right} {up}");
+            // The sky stands still.
+            assert_eq!([at("motion.X", 0, 15), at("motion.Y", 0, 15)], [0.0; 2]);
+        }
+    }
+}

@@ -163,6 +163,13 @@ fn agree(
     }
 }
 
+/// Writes the files of tests/check/motion.sh.
+#[test]
+#[ignore = "tests/check/motion.sh runs it"]
+fn the_files_beside_cycles() {
+    files(Path::new(&std::env::var("FOGBOW_FOLDER").unwrap()));
+}
+
 /// A wind moves smoke past a lamp: 64 pictures of it at other places.
 #[test]
 fn wind_blurs_as_moved_smoke_does() {
