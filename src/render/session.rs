@@ -18,7 +18,7 @@ use super::rounds::Extent;
 use super::stage_settings::{finest_step, pass_settings, render_region, specialised};
 use super::variance_pilot::budgets_by_variance;
 use crate::director::{PhotonDemand, PixelBudget};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::ComponentFilm;
 use crate::math::{Spectrum, Stage};
 use crate::photon::{AimedPhotons, PhotonDirection};
@@ -181,6 +181,10 @@ fn read_photons<S: Spectrum, H: PhotonDirection>(
     control: &Control<'_>,
 ) -> Result<(Vec<PhotonPass<S, H>>, Work)> {
     let Directed { scene, settings, maps, .. } = *job;
+    if !scene.times.is_empty() {
+        let problem = "is blurred by motion, and each of its times has photons of its own: leave out saved ones";
+        return Err(Error::file(&scene.path, problem));
+    }
     let mut photons = maps.pass_settings(scene, settings);
     photons.photons.any_camera = saved.any_camera();
     control.progress.stage("saved photons", 0);

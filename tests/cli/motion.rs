@@ -161,7 +161,7 @@ fn what_does_not_go_with_motion_is_refused() {
     set("medium.0.velocity=wind", "has no grid called \"wind\"");
     set("medium.0.velocity=density", "holds scalars, but three-vectors are wanted here");
     set("medium.0.velocity=['u', 'w']", "of three grids");
-    set("camera.next={ target = [0, 0, 6] }", "its axes cannot be found");
+    set("camera.next={ target = [0, 0, 6] }", "a pose whose target is not its position");
 }
 
 /// A mesh whose next frame is another is refused; of a sequence the next frame is found by its number.

@@ -65,9 +65,9 @@ fn next(value: &Value<'_>, pose: &Pose) -> Result<Pose> {
         up: triple(&keys::UP, pose.up)?,
     };
     if next.axes().is_none() {
-        let problem = "its axes cannot be found; give a target other than the position, and an `up` that is not \
-                       parallel to the view";
-        return Err(value.error(problem));
+        return Err(value.wrong(
+            "a pose whose target is not its position, and whose `up` is not parallel to the view",
+        ));
     }
     Ok(next)
 }

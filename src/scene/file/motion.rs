@@ -148,7 +148,7 @@ fn name(section: &Section<'_>, value: &Value<'_>) -> Result<VelocityName> {
     }
     if section.get(&medium_keys::REGION_KEY).is_some() {
         return Err(
-            value.error("belongs to `file`, but the medium has a `region`; give it a `motion`")
+            value.error("belongs to `file`, but the medium has a `region`; give that a `motion`")
         );
     }
     section.at_most_one(&[&medium_keys::VELOCITY, &keys::MOVES])?;
