@@ -181,7 +181,7 @@ fn wind_blurs_as_moved_smoke_does() {
     };
     let moving = lamp_lit("wind", "", "");
     agree(folder.path(), REFERENCE, (2, 1000, 64), &moving, still, 0.0);
-    agree(folder.path(), PHOTONS, (2, 4000, 16), &moving, still, 0.02);
+    agree(folder.path(), PHOTONS, (2, 4000, 4), &moving, still, 0.02);
 }
 
 /// A vortex turns smoke: 64 pictures of it turned. Voxels that are made anew are a little smoother.
@@ -222,7 +222,7 @@ fn cameras_blur_as_moved_ones_do() {
         lamp_lit("wind", "", "")
             .replace("target = [0.0, 0.0, 0.0]", &format!("target = {:?}", target(t)))
     };
-    agree(folder.path(), PHOTONS, (2, 4000, 16), &moving, still, 0.02);
+    agree(folder.path(), PHOTONS, (2, 4000, 4), &moving, still, 0.02);
 }
 
 /// A box that moves and turns casts its shadow into fog: as a placed box, and as a mesh of which two frames are known.
@@ -253,7 +253,7 @@ fn surfaces_blur_as_moved_ones_do() {
         with(&format!("{cube}translate = [{x}, 0.0, {z}]\nrotate = [0.0, 0.0, {angle}]\n"))
     };
     agree(folder, REFERENCE, (2, 1000, 16), &moving, still, 0.0);
-    agree(folder, PHOTONS, (2, 4000, 16), &moving, still, 0.02);
+    agree(folder, PHOTONS, (2, 4000, 4), &moving, still, 0.02);
     let moving = with("shape = 'mesh'\nfile = 'a.obj'\nnext_file = 'b.obj'\n");
     let still = |t: f64| {
         with(&format!("shape = 'mesh'\nfile = 'a.obj'\ntranslate = [{}, 0.0, 0.0]\n", 0.8 * t))

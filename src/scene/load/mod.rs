@@ -240,7 +240,7 @@ pub(super) fn build(
     let (of_grids, notes_of_grids) =
         (take(&mut context.grids.warnings), take(&mut context.grids.notes));
     *grids = take(&mut context.grids);
-    let (media, motion, times) = media?;
+    let ((media, motion), times) = media?;
     let StaticScene { camera, surfaces, lights, hash: static_hash, .. } = still;
     if let Some(warning) = lights::endless_fog(file) {
         context.warnings.push(warning);
@@ -314,7 +314,7 @@ fn media_and_times(
     file: &SceneFile,
     still: &StaticScene,
     context: &mut Context,
-) -> Result<(Media, Option<FrameMotion>, Vec<(StaticScene, Moved)>)> {
+) -> Result<(Moved, Vec<(StaticScene, Moved)>)> {
     let motion = &file.motion;
     let drifts = motion::drifts(file, context)?;
     let is_static = !motion::is_static_scene_moving(file);
@@ -333,7 +333,7 @@ fn media_and_times(
     };
     let (media, vectors) = moved_at(motion.middle(), still, context)?;
     if motion.shutter == 0.0 {
-        return Ok((media, vectors, Vec::new()));
+        return Ok(((media, vectors), Vec::new()));
     }
     let surfaces = still.surfaces.surfaces().iter();
     let moving = Moving {
@@ -350,7 +350,7 @@ fn media_and_times(
         Ok((still, moved))
     };
     let times: Result<Vec<_>> = motion.middles(count).map(at).collect();
-    Ok((media, vectors, times?))
+    Ok(((media, vectors), times?))
 }
 
 /// Whether camera rays alone need voxels of the media: these scatter no light, and none crosses them to a
