@@ -77,6 +77,8 @@ pub struct FinalGatherCache<S = Rgb> {
     /// Seed of the Sobol points of gathers, the same in all renders that share them.
     points_seed: u64,
     footprint: PixelFootprint,
+    /// Caches of other times of the scene among which the rays of a pass choose evenly, this one included.
+    times: u32,
     /// That from places of cells to the camera. None in a pilot, whose few rays measure work: each does its part of
     /// what a cell takes.
     thickness: Option<CameraThickness<S>>,
@@ -95,7 +97,13 @@ impl<S: Spectrum> FinalGatherCache<S> {
     ) -> Self {
         let thickness = (!pilot).then(|| CameraThickness::new(cells.clone(), medium));
         let cells = LazyCells::new(cells, seed, medium);
-        Self { cells, medium, points_seed, footprint, thickness }
+        Self { cells, medium, points_seed, footprint, times: 1, thickness }
+    }
+
+    /// The same for one of so many times of a scene: it gets as much less of the rays, and of the gathers.
+    #[must_use]
+    pub fn of_times(self, times: u32) -> Self {
+        Self { times: times.max(1), ..self }
     }
 
     /// Its cells: light, and thickness where that is kept.
@@ -119,7 +127,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
         // Gathers of a cell, by the number of rays that are expected to look it up.
         let wanted = |center: WorldPoint, origins: &GatherOrigins| {
             let rays = origins.opacity() * (width / footprint.width(center)).powi(2);
-            GATHERS_PER_RAY * f64::from(pass.rays) * rays
+            GATHERS_PER_RAY * f64::from(pass.rays) / f64::from(self.times) * rays
         };
         let Some(thickness) = &self.thickness else {
             // What decides their number is work of cells, not of rays.

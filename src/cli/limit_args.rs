@@ -49,6 +49,7 @@ impl LimitArgs {
     pub(super) fn set_part(&self, scene: &mut Scene, is_reference: bool) -> Result<()> {
         self.check_goal(scene, is_reference)?;
         check_passes(scene, is_reference)?;
+        check_deep(scene)?;
         let [width, height] = scene.film.size;
         if let Some(crop) = self.crop.filter(|crop| !crop.fits(scene.film.size)) {
             let problem =
@@ -91,6 +92,17 @@ fn check_passes(scene: &Scene, is_reference: bool) -> Result<()> {
         "--reference does not tell light by component; leave {} out of the passes, or --reference",
         light.join(", ")
     )))
+}
+
+/// Refuses a deep picture of what is blurred by motion, whose samples are those of one time.
+fn check_deep(scene: &Scene) -> Result<()> {
+    if scene.film.deep && !scene.times.is_empty() {
+        return Err(Error::Usage(
+            "a deep picture and motion blur exclude each other: leave out --deep (film.deep), or give motion.shutter = 0"
+                .into(),
+        ));
+    }
+    Ok(())
 }
 
 /// Time between checkpoints.

@@ -43,13 +43,19 @@ impl PhotonArgs {
         Ok(saved)
     }
 
-    /// Refuses photons that are saved, or were, where an error is the goal of `scene`.
+    /// Refuses photons that are saved, or were, where an error is the goal of `scene` or it is blurred by motion.
     ///
     /// # Errors
     /// With what to give instead.
     pub(super) fn check_goal(&self, scene: &Scene) -> Result<()> {
         let flags = [("--photons-to", &self.photons_to), ("--photons-from", &self.photons_from)];
         let asked = flags.iter().find(|(_, path)| path.is_some());
+        if let Some((flag, _)) = asked.filter(|_| !scene.times.is_empty()) {
+            return Err(Error::Usage(format!(
+                "{flag} and motion blur exclude each other, since each time of the shutter has photons of its own: leave it \
+                 out, or give motion.shutter = 0"
+            )));
+        }
         match asked.filter(|_| scene.render.error.is_some()) {
             Some((flag, _)) => Err(Error::Usage(format!(
                 "{flag} and an error as the goal exclude each other, since each round shoots photons of its own: \

@@ -16,6 +16,11 @@ use crate::scene::{Aov, Aovs, GroupNames};
 /// Unit: count. Definition: of the block.
 const DEPTHS: usize = 7;
 
+/// Motion, weighed by opacity, behind the depths.
+///
+/// Unit: count. Definition: of the block.
+const MOTION: usize = 3;
+
 /// Light of media, direct and indirect light of surfaces, and emission.
 ///
 /// Unit: count. Definition: of the block.
@@ -55,9 +60,10 @@ impl AovSums {
     fn blocks(&self) -> [usize; 4] {
         let Self { passes, groups } = self;
         let of = |is_asked: bool, numbers: usize| if is_asked { numbers } else { 0 };
+        let motion = of(passes.has(Aov::Motion), MOTION);
         [
             of(passes.has(Aov::Cryptomatte), cryptomatte::NUMBERS),
-            of(passes.has_depths(), DEPTHS),
+            of(passes.has_depths(), DEPTHS + motion),
             of(passes.has_light(), LIGHT),
             of(passes.has(Aov::Groups), 3 * groups.len()),
         ]
@@ -92,8 +98,9 @@ impl AovSums {
             cryptomatte::add(list, *identifier, *coverage);
         });
         if let Some(seen) = sample.depths.filter(OpacityDepths::is_finite) {
-            let OpacityDepths { opacity, first, mean, last, position } = seen;
-            let numbers = [1.0, first, mean, last, position.x, position.y, position.z];
+            let OpacityDepths { opacity, first, mean, last, position, motion } = seen;
+            let places = [position, motion].into_iter().flat_map(|v| v.to_array());
+            let numbers = [1.0, first, mean, last].into_iter().chain(places);
             depths.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += opacity * number);
         }
         let parts = sample.components;
@@ -116,7 +123,10 @@ impl AovSums {
         let seen = opacity > 0.0;
         let mean = move |sum: f64, nothing: f64| if seen { sum / opacity } else { nothing };
         let depth = [1, 2, 3].map(|at| mean(depths.get(at).copied().unwrap_or(0.0), FAR));
-        let position = [4, 5, 6].map(|at| mean(depths.get(at).copied().unwrap_or(0.0), 0.0));
+        let place = |first: usize| {
+            [0, 1, 2].map(|axis| mean(depths.get(first + axis).copied().unwrap_or(0.0), 0.0))
+        };
+        let (position, motion) = (place(4), place(DEPTHS));
         let parts = if light.is_empty() { [Rgb::ZERO; 5] } else { parts(light, pixel) };
         let features = pixel.features;
         let mut values: SmallVec<[f64; 64]> = SmallVec::new();
@@ -124,6 +134,7 @@ impl AovSums {
             values.extend(match aov {
                 Aov::Depth => depth,
                 Aov::Position => position,
+                Aov::Motion => motion,
                 Aov::Albedo => features.albedo.map(f64::from),
                 Aov::Normal => features.normal.map(f64::from),
                 Aov::Media => parts[0].to_array(),
@@ -258,21 +269,28 @@ mod tests {
 
     #[test]
     fn depths_are_means_by_opacity() {
-        let layout = AovSums { passes: "depth,position".parse().unwrap(), ..AovSums::default() };
+        let passes = "depth,position,motion".parse().unwrap();
+        let layout = AovSums { passes, ..AovSums::default() };
         let mut sums = vec![0.0; layout.len()];
         let ray = |opacity, mean, x| {
-            let depths =
-                OpacityDepths { opacity, first: 1.0, mean, last: 9.0, position: DVec3::X * x };
+            let depths = OpacityDepths {
+                opacity,
+                first: 1.0,
+                mean,
+                last: 9.0,
+                position: DVec3::X * x,
+                motion: DVec3::Y * x,
+            };
             Sample { depths: Some(depths), ..Sample::default() }
         };
         let samples = Accumulator::default();
         let nothing: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
-        assert_eq!(nothing, [FAR, FAR, FAR, 0.0, 0.0, 0.0]);
+        assert_eq!(nothing, [FAR, FAR, FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         for sample in [ray(1.0, 2.0, 3.0), ray(0.5, 5.0, 6.0), Sample::default()] {
             layout.add(&mut sums, &sample, &[]);
         }
         let seen: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
-        assert_eq!(seen, [1.0, 3.0, 9.0, 4.0, 0.0, 0.0]);
+        assert_eq!(seen, [1.0, 3.0, 9.0, 4.0, 0.0, 0.0, 0.0, 4.0, 0.0]);
         assert_eq!(layout.layers()[..3], ["depth.first", "depth.mean", "depth.last"]);
     }
 

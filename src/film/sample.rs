@@ -112,6 +112,9 @@ pub struct OpacityDepths {
     pub last: f64,
     /// Where the mean distance is, in metres, in the world.
     pub position: DVec3,
+    /// How far what is seen moves in the picture in a frame: in pixels rightward and upward, and away from the camera in
+    /// metres.
+    pub motion: DVec3,
 }
 
 impl OpacityDepths {
@@ -124,9 +127,10 @@ impl OpacityDepths {
 
     /// Whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
-        let Self { opacity, first, mean, last, position } = self;
+        let Self { opacity, first, mean, last, position, motion } = self;
         [opacity, first, mean, last].into_iter().all(|number| number.is_finite())
             && position.is_finite()
+            && motion.is_finite()
     }
 }
 

@@ -22,6 +22,7 @@ pages! {
     studies, "studies.md";
     python, "python.md";
     compositing, "compositing.md";
+    motion, "motion.md";
     sequences, "sequences.md";
     farms, "farms.md";
     verification, "verification.md";

@@ -18,7 +18,7 @@ use super::features::FeatureTracer;
 use super::memory::{Memory, map_pixels, memory_with};
 use super::photon_pass::{PhotonPass, strategies};
 use super::photon_rate::PhotonRate;
-use super::pixel_sampling::{CameraRay, Workspace};
+use super::pixel_sampling::{CameraRay, FilmPlace, Workspace};
 use super::progress::Stages;
 use super::stage_settings::{
     film_contents, finest_step, pass_settings, sampled_pass_settings, specialised,
@@ -118,7 +118,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let memory = memory_with(
         scene,
         settings,
-        photon_pass_memory(&work, settings, &photons, assignment.pilot_bytes),
+        photon_pass_memory(&work, (scene, settings), &photons, assignment.pilot_bytes),
         program,
     );
     let strategy = photons.choice.summary();
@@ -165,10 +165,13 @@ impl RaySample {
             stage: Stage::Director,
             rays: settings.rays,
             pass: None,
+            times: 1,
             needs,
             contents: FilmContents::default(),
         };
-        let camera = |x, y, lens| scene.camera.ray(x * width / size[0], y * height / size[1], lens);
+        let camera = |FilmPlace { x, y, lens, .. }| {
+            scene.camera.ray(x * width / size[0], y * height / size[1], lens)
+        };
         let radiance = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
             let sample = integrator.radiance(camera_ray, workspace);
             tracer.complete(sample, camera_ray, workspace)
@@ -202,7 +205,7 @@ fn photon_memory<S: Spectrum, H: PhotonDirection>(
 ) -> Result<PhotonMemory> {
     let assignment = chosen_strategies(scene, settings)?;
     let (photons, work) = sample_photons::<S, H>(scene, settings, &assignment)?;
-    Ok(photon_pass_memory(&work, settings, &photons, assignment.pilot_bytes))
+    Ok(photon_pass_memory(&work, (scene, settings), &photons, assignment.pilot_bytes))
 }
 
 /// Photon maps of a few of the paths, and the work that all paths of the picture or its pass are.
@@ -252,11 +255,11 @@ fn directed_share(
     Ok(DirectedShare { seconds: stages.seconds() * ratio, share })
 }
 
-/// Memory of the photons that `work` counts, with the caches of `photons`. Each half of a picture that is reconstructed
-/// has its own, but for those of direct light.
+/// Memory of the photons that `work` counts, with the caches of `photons`. Each time of the scene has its own, and
+/// each half of a picture that is reconstructed, but for those of direct light.
 fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
     work: &Work,
-    settings: &RenderSettings,
+    (scene, settings): (&Scene, &RenderSettings),
     photons: &PhotonPass<S, H>,
     pilot_bytes: u64,
 ) -> PhotonMemory {
@@ -266,5 +269,7 @@ fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
         fluence *= 2;
         lazy += gathers as u64;
     }
+    let times = scene.moments().len() as u64;
+    [fluence, lazy] = [fluence, lazy].map(|bytes| bytes * times);
     photon::memory::<S, H>(work, [fluence, lazy], pilot_bytes)
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::checkpoint::Checkpoints;
 use super::control::Control;
 use super::exposure::{RenderRegion, Sampled, sample};
-use super::photon_pass::{PhotonPass, ShotPaths, aim};
+use super::photon_pass::{PhotonPass, ShotPaths, ShotTime, aim};
 use super::progress::Stages;
 use super::rendered::Ended;
 use super::stage_settings::{finest_step, pass_settings, render_region};
@@ -98,7 +98,7 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
     let pass = pass_settings(scene, settings);
     let aimed = aim::<S, H>(scene, &pass)?;
     let demand = photon_demand(settings, assignment);
-    let shot = ShotPaths::Halves(demand.paths);
+    let shot = (&ShotPaths::Halves(demand.paths), ShotTime::ONLY);
     let (photons, mut work) =
         PhotonPass::<S, H>::shoot(scene, &pass, assignment, aimed, shot, &|_| ());
     let integrators: Vec<_> =
@@ -108,12 +108,13 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
     let budget = after_pilot(gold, settings).of_pilot();
     let region = RenderRegion {
         window: Window::whole(scene.film.size),
+        times: 1,
         contents: FilmContents { components: true, ..FilmContents::default() },
         ..render_region(scene, settings, Stage::March)
     };
     let sampled = sample(
         region,
-        |x, y, lens| scene.camera.ray(x, y, lens),
+        |place| place.ray(scene),
         |_, _| budget,
         |camera_ray, workspace| {
             let half = camera_ray.half.unwrap_or(0) % integrators.len();

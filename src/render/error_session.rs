@@ -5,15 +5,14 @@ use std::time::Instant;
 use super::checkpoint::Checkpoints;
 use super::control::Control;
 use super::exposure::{RenderRegion, Sampled, picture_so_far, resolve, sample};
-use super::features::FeatureTracer;
 use super::photon_pass::{PhotonPass, ShotPaths, aim};
-use super::photon_stage::{estimate, lazy_cells, shoot};
+use super::photon_stage::{Lit, lazy_cells, shoot};
 use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
 use super::reconstruction::finish;
 use super::rendered::{Ended, ReachedError, Rendered};
 use super::rounds::{Extent, Round, Schedule, total};
-use super::stage_settings::{film_contents, finest_step, pass_settings, render_region};
+use super::stage_settings::{finest_step, pass_settings, render_region};
 use super::stated_error::StatedError;
 use crate::director::PixelBudget;
 use crate::error::Result;
@@ -167,7 +166,7 @@ fn expose_round<S: Spectrum, H: PhotonDirection>(
     let aimed = aim::<S, H>(scene, &pass)?;
     let paths = round.adds.photons;
     let halves = ShotPaths::Halves(paths);
-    let (photons, shot) = shoot::<S, H>(scene, &pass, strategies, aimed, halves, paths, control);
+    let (photons, shot) = shoot::<S, H>(scene, &pass, strategies, aimed, halves, paths, control)?;
     done.sampled.work += shot;
     stages.done("photons", start);
     // Rays, after those of the rounds before.
@@ -175,16 +174,14 @@ fn expose_round<S: Spectrum, H: PhotonDirection>(
     let radius = PhotonPass::finest_radius(&photons);
     let step = finest_step(scene, settings);
     let budget = PixelBudget::fixed(earlier, radius, step).with_round(round.adds.rays);
-    let integrators: Vec<_> =
-        photons.iter().map(|half| half.integrator(scene, pass.photons.needs)).collect();
-    let caches = lazy_cells(&photons, control)?;
-    let tracer = FeatureTracer::new(scene, film_contents(scene, settings));
+    let lit = Lit::new(scene, settings, &photons);
+    let caches = lazy_cells(scene, &photons, control)?;
     done.sampled = sample(
         RenderRegion { rays: round.adds.rays, ..*region },
-        |x, y, lens| scene.camera.ray(x, y, lens),
+        |place| place.ray(scene),
         |_, _| budget,
         |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
-            estimate(&integrators, &tracer, camera_ray, workspace)
+            lit.estimate(camera_ray, workspace)
         },
         done.sampled,
         &caches,

@@ -1,8 +1,8 @@
 //! The exposure: camera rays for each pixel of the film, in passes.
 //!
-//! Each pass covers the whole film, so that there is a picture at any time. Samples of a pixel are taken
-//! in one order whatever the passes, and each depends on nothing but seed, pixel and number: an exposure
-//! that is halted goes on from the samples that each pixel has, to the same picture.
+//! Each pass covers the whole film, so that there is a picture at any time. Samples of a pixel are taken in one order whatever the
+//! passes, and each depends on nothing but seed, pixel and number: an exposure that is halted goes on from the samples that
+//! each pixel has, to the same picture.
 
 use std::marker::PhantomData;
 use std::time::Instant;
@@ -26,7 +26,7 @@ use super::checkpoint_file::CheckpointState;
 use super::control::{Control, Halt, PreviewTimer};
 use super::cost_model::{CostModel, Remaining, Timing};
 use super::pixel_sampling::{
-    CameraRay, Numbering, Workspace, begin_sample, indirect_correction, indirect_weight,
+    CameraRay, FilmPlace, Numbering, Workspace, begin_sample, indirect_correction, indirect_weight,
 };
 use super::progress::Stages;
 use super::rendered::{Ended, Rendered};
@@ -51,6 +51,8 @@ pub struct RenderRegion {
     pub rays: u32,
     /// Where it is a pass of the picture, all of its rays beside those of the others.
     pub pass: Option<SamplePass>,
+    /// Times that the scene has, among which rays choose; 1 where nothing moves.
+    pub times: u32,
     /// What rays need.
     pub needs: Needs,
     /// What pixels gather beside their samples. Where they gather components their rays are in halves.
@@ -123,13 +125,12 @@ impl Exposure {
 }
 
 /// Exposes the film of `region`: `camera` generates the ray through a point on film and lens, `budget`
-/// is what the pixel (x, y) may spend, `estimate` the sample that a ray brings. Pixels are sampled with
-/// an Owen-scrambled Sobol sequence (Burley 2020) over a box filter; the samples of a pixel depend on
-/// nothing but the seed, the pixel and their number. `caches` are what `estimate` fills; checkpoints
-/// store them with the picture.
+/// is what the pixel (x, y) may spend, `estimate` the sample that a ray brings. Pixels are sampled with an Owen-scrambled Sobol
+/// sequence (Burley 2020) over a box filter and the times of the scene; the samples of a pixel depend on nothing but the
+/// seed, the pixel and their number. `caches` are what `estimate` fills; checkpoints store them with the picture.
 pub fn expose<S: Spectrum>(
     region: RenderRegion,
-    camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
+    camera: impl Fn(FilmPlace) -> Ray<World> + Sync,
     budget: impl Fn(u32, u32) -> PixelBudget + Sync,
     estimate: impl Fn(&CameraRay<'_>, &mut Workspace<S>) -> Sample + Sync,
     caches: &[&LazyCells<S>],
@@ -143,7 +144,7 @@ pub fn expose<S: Spectrum>(
 /// As [`expose`], from samples that were taken before, and without making a film of them.
 pub fn sample<S: Spectrum>(
     region: RenderRegion,
-    camera: impl Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
+    camera: impl Fn(FilmPlace) -> Ray<World> + Sync,
     budget: impl Fn(u32, u32) -> PixelBudget + Sync,
     estimate: impl Fn(&CameraRay<'_>, &mut Workspace<S>) -> Sample + Sync,
     begun: Sampled,
@@ -235,7 +236,7 @@ struct TileRun<S> {
 impl<S, C, B, E> Exposer<'_, S, C, B, E>
 where
     S: Spectrum,
-    C: Fn(f64, f64, [f64; 2]) -> Ray<World> + Sync,
+    C: Fn(FilmPlace) -> Ray<World> + Sync,
     B: Fn(u32, u32) -> PixelBudget + Sync,
     E: Fn(&CameraRay<'_>, &mut Workspace<S>) -> Sample + Sync,
 {
@@ -372,19 +373,21 @@ where
         budget: &PixelBudget,
         of: &mut TileRun<S>,
     ) -> (Sample, Option<usize>) {
-        let RenderRegion { size, seed, stage, rays, pass, .. } = self.region;
+        let RenderRegion { size, seed, stage, rays, pass, times, .. } = self.region;
         let pixel = u64::from(y) * u64::from(size[0]) + u64::from(x);
         let ctx = &mut of.workspace.ctx;
         let numbering = self.region.numbering([x, y]);
         let numbered = numbering.number(index, budget);
         let [u, v, a, b] = begin_sample(ctx, [seed, pixel], stage, &numbered);
         ctx.work.colored_paths += u64::from(S::CHANNELS > 1);
-        let ray = (self.camera)(f64::from(x) + u, f64::from(y) + v, [a, b]);
+        let time = ctx.stratified.time(times);
+        let (x, y) = (f64::from(x) + u, f64::from(y) + v);
+        let ray = (self.camera)(FilmPlace { x, y, lens: [a, b], time });
         let (half, indirect_weight) = (numbered.half, indirect_weight(&numbered));
         of.timing.gathers += u64::from(indirect_weight > 1.0);
         let number = index.saturating_sub(budget.earlier);
         let pass = numbering.pass(pass.unwrap_or_else(|| sample_pass(number, rays)));
-        let camera_ray = CameraRay { ray, budget, indirect_weight, pass, half };
+        let camera_ray = CameraRay { ray, budget, indirect_weight, pass, half, time };
         ((self.estimate)(&camera_ray, &mut of.workspace), half)
     }
 }

@@ -19,7 +19,7 @@ use crate::transport::specular::MAX_PROBE_BOUNCES;
 use crate::transport::{EnclosingSolids, PathContext, camera_view};
 
 use super::object_coverage::objects_along;
-use super::opacity_depths::{opacity_depths, visible_depth};
+use super::opacity_depths::{motion, opacity_depths, visible_depth};
 use super::pixel_sampling::{CameraRay, Workspace};
 
 /// Bounces at glass that are traced both where it reflects and where it refracts; later ones are traced
@@ -136,7 +136,12 @@ impl<'a> FeatureTracer<'a> {
             if self.depths && from_camera {
                 let covering = hit.as_ref().filter(|hit| camera_view::covers(self.scene, hit));
                 let from_origin = opacity_depths(&next.ray, profile, covering.map(|hit| hit.t));
-                depths = from_origin.map(|depths| depths.behind(self.scene.camera.near(&next.ray)));
+                depths = from_origin.map(|depths| {
+                    let clear = 1.0 - profile.map_or(0.0, Profile::middle_opacity);
+                    let motion = motion(self.scene, &depths, covering.map(|hit| (hit, clear)));
+                    let depths = OpacityDepths { motion, ..depths };
+                    depths.behind(self.scene.camera.near(&next.ray))
+                });
             }
             if !self.features {
                 break;

@@ -4,6 +4,8 @@
 //! what the allocator retains and for working memory; `tests/plan.rs` compares the sum with the peak
 //! that the system reports.
 
+use std::sync::Arc;
+
 use serde::Serialize;
 
 use super::stage_settings::{exposed_window, film_contents, shown_window};
@@ -103,8 +105,8 @@ pub(super) fn memory_with(
     let pixels = exposed_window(scene, settings).pixels();
     let media = &scene.media;
     let sizes = media.grid_bytes();
-    let grids = sizes.iter().map(|bytes| *bytes as u64).sum::<u64>();
-    let surfaces = scene.surfaces.memory_bytes() as u64;
+    let grids = sizes.iter().map(|bytes| *bytes as u64).sum::<u64>() + grids_of_times(scene);
+    let surfaces = surface_bytes(scene);
     let FilmContents { features, aovs, .. } = film_contents(scene, settings);
     let plane = size_of::<f32>() * aovs.layers().len();
     let passes = (aovs.len() * size_of::<f64>() + plane) as u64;
@@ -146,6 +148,31 @@ pub(super) fn memory_with(
     let at_peak = stages.into_iter().max_by_key(MemoryParts::sum).unwrap_or(scene);
     let kept = MemoryParts { photons: photons.held, film, maps, ..aimed };
     Memory { kept, writing, peak: at_peak.sum(), at_peak }
+}
+
+/// Bytes of the grids that scenes of other times do not share with `scene`.
+fn grids_of_times(scene: &Scene) -> u64 {
+    let of = |scene: &Scene| scene.media.iter().flat_map(Medium::grids).collect::<Vec<_>>();
+    let mut known = of(scene);
+    let mut bytes = 0;
+    for voxels in scene.times.iter().flat_map(of) {
+        if !known.contains(&voxels) {
+            known.push(voxels);
+            bytes += voxels.bytes as u64;
+        }
+    }
+    bytes
+}
+
+/// Bytes of the surfaces of `scene` and of its other times.
+fn surface_bytes(scene: &Scene) -> u64 {
+    let mut all = vec![&scene.surfaces];
+    for moment in &scene.times {
+        if all.iter().all(|known| !Arc::ptr_eq(known, &moment.surfaces)) {
+            all.push(&moment.surfaces);
+        }
+    }
+    all.into_iter().map(|surfaces| surfaces.memory_bytes() as u64).sum()
 }
 
 /// Pixels of each of the director's maps.

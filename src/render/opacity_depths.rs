@@ -5,6 +5,8 @@ use glam::DVec3;
 use crate::film::OpacityDepths;
 use crate::math::{Ray, Spectrum, World, WorldPoint};
 use crate::medium::{Piece, Profile};
+use crate::scene::Scene;
+use crate::surface::SurfaceHit;
 
 /// Share of a ray's opacity before the first depth, and behind the last one.
 const TAIL: f64 = 0.01;
@@ -41,7 +43,26 @@ pub(super) fn opacity_depths<S: Spectrum>(
     let end = || profile.map(|profile| profile.extent().end);
     let (first, last) = (at(TAIL).or_else(end)?, at(1.0 - TAIL).or_else(end)?);
     let position = ray.at(mean) - WorldPoint::from_xyz(DVec3::ZERO);
-    Some(OpacityDepths { opacity, first, mean, last, position })
+    Some(OpacityDepths { opacity, first, mean, last, position, motion: DVec3::ZERO })
+}
+
+/// How far what a ray sees of `scene` moves in the picture in a frame, where its opacity is in `depths`: media before a surface
+/// that was `hit`, which has the rest of the opacity.
+pub(super) fn motion(
+    scene: &Scene,
+    depths: &OpacityDepths,
+    hit: Option<(&SurfaceHit<'_>, f64)>,
+) -> DVec3 {
+    let Some(motion) = &scene.motion else { return DVec3::ZERO };
+    let p = WorldPoint::from_xyz(depths.position);
+    let of_media = motion.of_media(&scene.media, p);
+    let step = match hit {
+        Some((hit, of_surface)) => {
+            of_media.lerp(motion.of_surface(&scene.surfaces, hit), of_surface / depths.opacity)
+        }
+        None => of_media,
+    };
+    motion.vector(p, step)
 }
 
 /// The integral of distance, in metres, over the opacity of media along `profile`, whose extinction counts as even within a

@@ -26,6 +26,8 @@ pub struct PassSettings {
     /// Pixels of the film, along each side, that one pixel of the picture covers: cells that rays fill
     /// are as much wider.
     pub film_pixels: f64,
+    /// Times of the scene among which rays choose: each has its share of the gathers on cells.
+    pub times: u32,
 }
 
 impl PassSettings {
@@ -47,7 +49,8 @@ impl PassSettings {
         let seeds = [self.cells_seed(), self.photons.seed];
         let cache = |(medium, cells): (usize, Option<SparseCells>)| {
             let footprint = PixelFootprint::new(scene, self.film_pixels);
-            Some(FinalGatherCache::new(medium, cells?, footprint, seeds, pilot))
+            let cache = FinalGatherCache::new(medium, cells?, footprint, seeds, pilot);
+            Some(cache.of_times(self.times))
         };
         cells.into_iter().enumerate().map(cache).collect()
     }

@@ -34,13 +34,46 @@ pub(super) enum ShotPaths {
 }
 
 impl ShotPaths {
-    /// The paths of each map.
-    pub fn parts(self, aimed: &AimedPhotons<'_>, settings: &PhotonSettings) -> Vec<PathSample> {
+    /// The paths of each map at this one of the times of the scene, whose photons stand for those of all of them.
+    pub fn parts(
+        &self,
+        aimed: &AimedPhotons<'_>,
+        settings: &PhotonSettings,
+        time: ShotTime,
+    ) -> Vec<PathSample> {
         match self {
-            Self::Whole => vec![aimed.all(settings)],
-            Self::Halves(count) => aimed.halves(settings, count).to_vec(),
-            Self::Pass(paths) => vec![aimed.some(settings, paths)],
+            Self::Whole if time.count == 1 => vec![aimed.all(settings)],
+            Self::Whole => {
+                let paths = aimed.all(settings).paths;
+                vec![aimed.some(settings, 0..time.share(paths.end - paths.start))]
+            }
+            Self::Halves(count) => aimed.halves(settings, time.share(*count)).to_vec(),
+            Self::Pass(paths) => {
+                let share = time.share(paths.end - paths.start);
+                vec![aimed.some(settings, paths.start..paths.start + share)]
+            }
         }
+    }
+}
+
+/// One of the times of a scene.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ShotTime {
+    /// Which.
+    pub index: u64,
+    /// Of how many.
+    pub count: u64,
+}
+
+impl ShotTime {
+    /// That of a scene in which nothing moves.
+    pub const ONLY: Self = Self { index: 0, count: 1 };
+
+    /// So many of `paths` are its own.
+    const fn share(self, paths: u64) -> u64 {
+        let (index, count) = (self.index as u128, self.count as u128);
+        let [begin, end] = [paths as u128 * index / count, paths as u128 * (index + 1) / count];
+        (end - begin) as u64
     }
 }
 
@@ -87,8 +120,8 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<(Self, Work)> {
         let aimed = aim::<S, H>(scene, settings)?;
-        let (mut passes, work) =
-            Self::shoot(scene, settings, assignment, aimed, ShotPaths::Whole, advance);
+        let shot = (&ShotPaths::Whole, ShotTime::ONLY);
+        let (mut passes, work) = Self::shoot(scene, settings, assignment, aimed, shot, advance);
         Ok((passes.swap_remove(0), work))
     }
 
@@ -99,7 +132,7 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         settings: &PassSettings,
         assignment: &Assignment,
         aimed: Option<AimedPhotons<'_>>,
-        shot: ShotPaths,
+        (shot, time): (&ShotPaths, ShotTime),
         advance: &(dyn Fn(u64) + Sync),
     ) -> (Vec<Self>, Work) {
         let Some(mut aimed) = aimed else {
@@ -109,7 +142,7 @@ impl<S: Spectrum, H: PhotonDirection> PhotonPass<S, H> {
         let flights = Flights { length: aimed.flight_length(), filled: None };
         let planned = PlannedPass::new(scene, settings, assignment, aimed.importance(), flights);
         let mut work = aimed.importance().work;
-        let parts = shot.parts(&aimed, &settings.photons);
+        let parts = shot.parts(&aimed, &settings.photons, time);
         let passes = parts.iter().map(|part| {
             let recorded = planned.record::<H>(&mut aimed, part, advance);
             work += *recorded.traced.work();

@@ -7,6 +7,7 @@ use super::control::Control;
 use super::exposure::{RenderRegion, expose};
 use super::pass_settings::PassSettings;
 use super::photon_pass::PhotonPass;
+use super::pixel_sampling::FilmPlace;
 use super::stage_settings::{pass_settings, specialised};
 use crate::director::PixelBudget;
 use crate::error::Result;
@@ -84,10 +85,13 @@ impl Pilot {
                 seed,
                 stage: Stage::Director,
                 rays: RAYS,
+                times: 1,
                 needs,
                 contents: FilmContents::default(),
             },
-            |x, y, lens| scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens),
+            |FilmPlace { x, y, lens, .. }| {
+                scene.camera.ray(within(x, scale[0]), within(y, scale[1]), lens)
+            },
             |_, _| budget,
             |camera_ray, workspace| integrator.radiance(camera_ray, workspace),
             &[],

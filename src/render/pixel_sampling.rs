@@ -6,6 +6,7 @@ use crate::director::PixelBudget;
 use crate::film::Accumulator;
 use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World};
 use crate::medium::Profile;
+use crate::scene::Scene;
 use crate::transport::{PathContext, SobolPoint, StratifiedSample};
 
 /// A camera ray and what it may spend.
@@ -23,6 +24,28 @@ pub struct CameraRay<'a> {
     /// Its half, 0 or 1, whose photons it reads and for which it tells what it sees; `None` in pictures that are not in
     /// halves.
     pub half: Option<usize>,
+    /// Which of the [times](crate::scene::Scene::times) of the scene it sees, 0 where there are none.
+    pub time: usize,
+}
+
+/// What the ray of a sample goes through.
+#[derive(Debug, Clone, Copy)]
+pub struct FilmPlace {
+    /// Pixels rightward from the left edge of the film.
+    pub x: f64,
+    /// Pixels downward from its upper edge.
+    pub y: f64,
+    /// Place on the lens, uniform in the unit square.
+    pub lens: [f64; 2],
+    /// Which of the [times](crate::scene::Scene::times) of the scene it sees, 0 where there are none.
+    pub time: usize,
+}
+
+impl FilmPlace {
+    /// The ray of the camera of that time.
+    pub fn ray(self, scene: &Scene) -> Ray<World> {
+        scene.moments()[self.time].camera.ray(self.x, self.y, self.lens)
+    }
 }
 
 /// How the samples of a pixel are numbered.

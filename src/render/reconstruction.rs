@@ -12,7 +12,7 @@ use super::rendered::Ended;
 use super::stage_settings::finest_step;
 use crate::film::{Antialiased, ComponentFilm, PixelComponents, Reconstruction, VisibilityRay};
 use crate::image::Film;
-use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, WorldPoint, luminance};
+use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
 use crate::scene::{RenderSettings, Scene};
 use crate::transport::{PathContext, SobolPoint, camera_position, camera_view};
 use crate::work::Work;
@@ -80,14 +80,12 @@ struct Visibility<'a> {
     region: &'a RenderRegion,
     /// March step in metres.
     step: f64,
-    /// Where the camera is.
-    eye: WorldPoint,
 }
 
 impl<'a> Visibility<'a> {
     /// Of rays through `region`, which march with `step`, in metres.
     fn new(scene: &'a Scene, region: &'a RenderRegion, step: f64) -> Self {
-        Self { scene, region, step, eye: camera_position(scene) }
+        Self { scene, region, step }
     }
 
     /// Rays through the pixel of this index in the window, which has `seen` these: the first ones of each half
@@ -110,35 +108,42 @@ impl<'a> Visibility<'a> {
         };
         let ray = |(half, point): (Option<usize>, SobolPoint)| {
             let [u, v, a, b] = point.film_and_lens();
-            let ray = self.scene.camera.ray(f64::from(x) + u, f64::from(y) + v, [a, b]);
+            let scene = &self.scene.moments()[point.time(self.region.times)];
+            let ray = scene.camera.ray(f64::from(x) + u, f64::from(y) + v, [a, b]);
             let place = [u, v].map(|at| (at - CENTRE) as f32);
-            VisibilityRay { half, place, ..self.along(&ray, workspace) }
+            VisibilityRay { half, place, ..self.along(scene, &ray, workspace) }
         };
         others.chain(of_half(0)).chain(of_half(1)).map(ray).collect()
     }
 
-    /// What a ray sees.
-    fn along<S: Spectrum>(&self, ray: &Ray<World>, workspace: &mut Workspace<S>) -> VisibilityRay {
+    /// What a ray sees of `scene`.
+    fn along<S: Spectrum>(
+        &self,
+        scene: &Scene,
+        ray: &Ray<World>,
+        workspace: &mut Workspace<S>,
+    ) -> VisibilityRay {
         let Workspace { ctx, profiles, .. } = workspace;
         ctx.work.visibility_rays += 1;
-        let hit = camera_view::first_surface(self.scene, ray, ctx);
+        let hit = camera_view::first_surface(scene, ray, ctx);
         let mut transmittance = S::ONE;
         if self.region.needs.media {
-            let span = camera_view::span_before(self.scene, ray, hit.as_ref());
-            profiles.path.trace(&self.scene.media, ray, span, self.step, 0.5);
+            let span = camera_view::span_before(scene, ray, hit.as_ref());
+            profiles.path.trace(&scene.media, ray, span, self.step, 0.5);
             profiles.path.count(&mut ctx.work);
             transmittance = profiles.path.transmittance();
         }
         let transmittance = transmittance.rgb();
-        let emitted: Rgb = camera_view::emission(self.scene, ray, hit.as_ref(), ctx);
-        let hit = hit.filter(|hit| !camera_view::is_holdout(self.scene, hit));
+        let emitted: Rgb = camera_view::emission(scene, ray, hit.as_ref(), ctx);
+        let hit = hit.filter(|hit| !camera_view::is_holdout(scene, hit));
         let is_specular =
             hit.as_ref().is_some_and(|hit| hit.material.is_specular() || hit.material.is_rough());
         let diffuse = hit.filter(|_| !is_specular);
         VisibilityRay {
             half: None,
             place: [0.0; 2],
-            surface: diffuse.map(|hit| visible_surface(self.eye, ray, &hit, transmittance)),
+            surface: diffuse
+                .map(|hit| visible_surface(camera_position(scene), ray, &hit, transmittance)),
             specular: is_specular,
             emission: (transmittance * emitted).as_vec3().into(),
             opacity: (1.0 - luminance(transmittance)) as f32,

@@ -14,7 +14,7 @@ use crate::work::Work;
 use super::control::Control;
 use super::error_pilot::photon_demand;
 use super::photon_file::PhotonsToSave;
-use super::photon_pass::{ShotPaths, aim, strategies_by};
+use super::photon_pass::{ShotPaths, ShotTime, aim, strategies_by};
 use super::planned_pass::{Flights, PlannedPass};
 use super::progress::Stages;
 use super::stage_settings::{pass_settings, specialised};
@@ -78,7 +78,7 @@ fn save<S: Spectrum, H: PhotonDirection>(
     control.progress.stage("photons", count);
     let mut work = aimed.importance().work;
     let mut recorded = Vec::new();
-    for part in shot.parts(&aimed, &settings.photons) {
+    for part in shot.parts(&aimed, &settings.photons, ShotTime::ONLY) {
         let advance = |done| control.progress.advance(done);
         recorded.push(planned.record::<H>(&mut aimed, &part, &advance));
     }

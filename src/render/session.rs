@@ -7,21 +7,20 @@ use super::director_pass::{DirectorMaps, Earlier};
 use super::error_pilot::{ErrorMaps, after_pilot, budgets, measure_importance, photon_demand};
 use super::error_session::{ErrorJob, foretell, render_to_error};
 use super::exposure::{Exposure, RenderRegion, Sampled, resolve, sample};
-use super::features::FeatureTracer;
 use super::photon_file::SavedPhotons;
 use super::photon_pass::{PhotonPass, ShotPaths, aim, strategies, strategies_by};
-use super::photon_stage::{estimate, lazy_cells, shoot};
-use super::pixel_sampling::{CameraRay, Workspace};
+use super::photon_stage::{Lit, lazy_cells, shoot};
+use super::pixel_sampling::{CameraRay, FilmPlace, Workspace};
 use super::progress::Stages;
 use super::reconstruction::finish;
 use super::rendered::Rendered;
 use super::rounds::Extent;
 use super::stage_settings::{
-    film_contents, finest_step, pass_settings, render_region, specialised, specialised_for_film,
+    finest_step, pass_settings, render_region, specialised, specialised_for_film,
 };
 use super::variance_pilot::budgets_by_variance;
 use crate::director::{PhotonDemand, PixelBudget};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::film::ComponentFilm;
 use crate::math::{Spectrum, Stage};
 use crate::photon::{AimedPhotons, PhotonDirection};
@@ -146,7 +145,7 @@ fn render_directed<S: Spectrum, H: PhotonDirection>(
     let start = Instant::now();
     let (photons, shot) = match job.saved {
         Some(saved) => read_photons::<S, H>(job, saved, control)?,
-        None => shoot_photons::<S, H>(job, aimed, control),
+        None => shoot_photons::<S, H>(job, aimed, control)?,
     };
     work += shot;
     stages.done("photons", start);
@@ -166,7 +165,7 @@ fn shoot_photons<S: Spectrum, H: PhotonDirection>(
     job: &Directed<'_>,
     aimed: Option<AimedPhotons<'_>>,
     control: &Control<'_>,
-) -> (Vec<PhotonPass<S, H>>, Work) {
+) -> Result<(Vec<PhotonPass<S, H>>, Work)> {
     let Directed { scene, settings, maps, strategies, demand, .. } = *job;
     let photons = maps.pass_settings(scene, settings);
     let (shot, count) = match settings.pass {
@@ -184,6 +183,10 @@ fn read_photons<S: Spectrum, H: PhotonDirection>(
     control: &Control<'_>,
 ) -> Result<(Vec<PhotonPass<S, H>>, Work)> {
     let Directed { scene, settings, maps, .. } = *job;
+    if !scene.times.is_empty() {
+        let problem = "is blurred by motion, and each of its times has photons of its own: leave out saved ones";
+        return Err(Error::file(&scene.path, problem));
+    }
     let mut photons = maps.pass_settings(scene, settings);
     photons.photons.any_camera = saved.any_camera();
     control.progress.stage("saved photons", 0);
@@ -203,14 +206,12 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
     stages: &mut Stages,
 ) -> Result<Exposure> {
     let Directed { scene, settings, maps, demand, .. } = *job;
-    let needs = Needs::new(scene, settings);
-    let integrators: Vec<_> = photons.iter().map(|pass| pass.integrator(scene, needs)).collect();
+    let lit = Lit::new(scene, settings, photons);
     // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
-    let caches = lazy_cells(photons, control)?;
-    let tracer = FeatureTracer::new(scene, film_contents(scene, settings));
-    let camera = |x, y, lens| scene.camera.ray(x, y, lens);
+    let caches = lazy_cells(scene, photons, control)?;
+    let camera = |place: FilmPlace| place.ray(scene);
     let estimate = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
-        estimate(&integrators, &tracer, camera_ray, workspace)
+        lit.estimate(camera_ray, workspace)
     };
 
     // Budgets of pixels.
@@ -228,7 +229,8 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
         budgets(&begun.film.importance, scene, settings, gold)
     } else if settings.director == Director::Variance {
         let start = Instant::now();
-        let (budgets, measuring) = budgets_by_variance(scene, settings, &integrators[0], gold);
+        let (scene, integrator) = lit.middle();
+        let (budgets, measuring) = budgets_by_variance(scene, settings, integrator, gold);
         begun.work += measuring;
         stages.done("pilot", start);
         budgets

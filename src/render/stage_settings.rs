@@ -69,6 +69,7 @@ pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSet
         final_gather: settings.final_gather,
         rays: settings.rays,
         film_pixels: 1.0,
+        times: 1,
     }
 }
 
@@ -118,6 +119,7 @@ pub(super) fn render_region(
             let [first, shot] = [start, end - start].map(|rays| rays as u32);
             SamplePass { index: 0, rays: settings.rays, first, shot }
         }),
+        times: scene.moments().len() as u32,
         needs: Needs::new(scene, settings),
         contents: film_contents(scene, settings),
     }

@@ -4,6 +4,7 @@ use super::control::Control;
 use super::exposure::{RenderRegion, expose};
 use super::integrator::Integrator;
 use super::pilot::PILOT_SEED;
+use super::pixel_sampling::FilmPlace;
 use super::stage_settings::render_region;
 use crate::director::{PixelBudget, variance_budgets};
 use crate::film::{FIRST_RAYS, FilmContents};
@@ -34,10 +35,11 @@ pub(super) fn budgets_by_variance<S: Spectrum, H: PhotonDirection>(
             window,
             seed: settings.seed ^ PILOT_SEED,
             rays,
+            times: 1,
             contents: FilmContents::default(),
             ..region
         },
-        |x, y, lens| scene.camera.ray(x, y, lens),
+        |FilmPlace { x, y, lens, .. }| scene.camera.ray(x, y, lens),
         |_, _| budget,
         |camera_ray, workspace| integrator.radiance(camera_ray, workspace),
         &[],

@@ -42,16 +42,18 @@ fn trace_reference<S: Spectrum>(
 ) -> Rendered {
     let mut stages = Stages::default();
     let start = Instant::now();
-    let paths = PathTracer::new(scene, settings.max_scatter);
     let contents = FilmContents { components: false, ..film_contents(scene, settings) };
-    let tracer = FeatureTracer::new(scene, contents);
+    let of_time =
+        |scene| (PathTracer::new(scene, settings.max_scatter), FeatureTracer::new(scene, contents));
+    let times: Vec<_> = scene.moments().iter().map(of_time).collect();
     let budget = PixelBudget::fixed(settings.rays, 0.0, 0.0).of_pass(settings);
     let region = render_region(scene, settings, Stage::Reference);
     let exposed = expose(
         RenderRegion { window: region.shown, contents, ..region },
-        |x, y, lens| scene.camera.ray(x, y, lens),
+        |place| place.ray(scene),
         |_, _| budget,
         |camera_ray, workspace: &mut Workspace<S>| {
+            let (paths, tracer) = &times[camera_ray.time];
             let sample = paths.radiance::<S>(camera_ray.ray, &mut workspace.ctx);
             tracer.complete_reference(sample, camera_ray, workspace)
         },
@@ -75,9 +77,10 @@ pub fn preview<'a>(
     let budget = PixelBudget::fixed(1, photons.radius, finest_step(scene, settings));
     let integrator = photons.integrator(scene, Needs::new(scene, settings));
     let region = render_region(scene, settings, Stage::March);
+    let contents = FilmContents::default();
     let exposed = expose(
-        RenderRegion { window: region.shown, contents: FilmContents::default(), ..region },
-        |x, y, lens| scene.camera.ray(x, y, lens),
+        RenderRegion { window: region.shown, times: 1, contents, ..region },
+        |place| place.ray(scene),
         |_, _| budget,
         |camera_ray, workspace| integrator.radiance(camera_ray, workspace),
         &[],

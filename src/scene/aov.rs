@@ -14,6 +14,8 @@ pub enum Aov {
     Normal,
     /// Where opacity is on average.
     Position,
+    /// How far what is there moves in the picture in a frame.
+    Motion,
     /// Light that media before the first surface scatter or emit.
     Media,
     /// Light that the first surface reflects straight from lights.
@@ -37,6 +39,7 @@ impl Aov {
         ("albedo", Self::Albedo),
         ("normal", Self::Normal),
         ("position", Self::Position),
+        ("motion", Self::Motion),
         ("media", Self::Media),
         ("direct", Self::Direct),
         ("indirect", Self::Indirect),
@@ -54,7 +57,7 @@ impl Aov {
     pub const fn channels(self) -> [&'static str; 3] {
         match self {
             Self::Depth => ["first", "mean", "last"],
-            Self::Normal | Self::Position => ["X", "Y", "Z"],
+            Self::Normal | Self::Position | Self::Motion => ["X", "Y", "Z"],
             _ => ["R", "G", "B"],
         }
     }
@@ -107,7 +110,7 @@ impl Aovs {
 
     /// Whether some follow from where opacity is.
     pub const fn has_depths(self) -> bool {
-        self.has(Aov::Depth) || self.has(Aov::Position)
+        self.has(Aov::Depth) || self.has(Aov::Position) || self.has(Aov::Motion)
     }
 
     /// Whether some are features of a denoiser.

@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use toml::Value;
 
+use super::keys::camera as camera_keys;
+use super::keys::motion::NEXT_FILE;
 use super::keys::{Key, TABLES};
 use super::reader::Setting;
 
@@ -72,6 +74,31 @@ impl Draft {
         self.tables.extend(other.tables);
     }
 
+    /// Gives the camera its pose in `later`, the scene one frame later, where that is another, and each surface the file that
+    /// `mesh` names for its own.
+    pub(super) fn set_next(&mut self, later: &Self, mut mesh: impl FnMut(&str) -> Option<String>) {
+        let camera = |draft: &Self| draft.tables.iter().position(|table| table.name == "camera");
+        if let Some((here, there)) = camera(self).zip(camera(later)) {
+            let there = &later.tables[there];
+            let here = &mut self.tables[here];
+            let of_pose = [&camera_keys::POSITION, &camera_keys::TARGET, &camera_keys::UP];
+            let pose = |table: &Table| {
+                let value = |key: &&Key| Some((key.name.to_owned(), table.get(key.name)?.clone()));
+                of_pose.iter().filter_map(value).collect::<toml::Table>()
+            };
+            let next = pose(there);
+            if next != pose(here) {
+                here.set(camera_keys::NEXT.name, next.into(), &comment(&camera_keys::NEXT));
+            }
+        }
+        for table in self.tables.iter_mut().filter(|table| table.name == "surface") {
+            let file = table.get("file").and_then(Value::as_str);
+            if let Some(next) = file.and_then(&mut mesh) {
+                table.set(NEXT_FILE.name, next.into(), &comment(&NEXT_FILE));
+            }
+        }
+    }
+
     /// Sets the file of the first medium, as the scene names it.
     pub fn set_file(&mut self, file: &str) {
         let medium = self.tables.iter_mut().find(|table| table.name == "medium");
@@ -115,7 +142,8 @@ impl Draft {
         let mut words = path.split('.');
         let name = words.next().unwrap_or_default();
         if !self.tables.iter().any(|table| table.name == name)
-            && let Some(name) = ["film", "render", "director"].into_iter().find(|n| *n == name)
+            && let Some(name) =
+                ["motion", "film", "render", "director"].into_iter().find(|n| *n == name)
         {
             self.begin(name, false, "");
         }
@@ -185,6 +213,10 @@ impl Draft {
 }
 
 impl Table {
+    fn get(&self, name: &str) -> Option<&Value> {
+        self.entries.iter().find(|entry| entry.name == name).map(|entry| &entry.value)
+    }
+
     fn set(&mut self, name: &str, value: Value, comment: &str) {
         match self.entries.iter_mut().find(|entry| entry.name == name) {
             Some(entry) => entry.value = value,

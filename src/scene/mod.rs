@@ -10,6 +10,7 @@ pub mod camera;
 mod directing;
 mod draft;
 pub mod file;
+mod frame_motion;
 mod groups;
 mod hash;
 mod keys;
@@ -42,6 +43,7 @@ pub use directing::{
     Directed, Directing, Director, Importance, MAX_COARSENING, Operator, RESOLUTIONS,
 };
 pub use draft::Draft;
+pub use frame_motion::FrameMotion;
 pub use groups::{GroupName, GroupNames, Groups};
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
 pub use objects::{ObjectName, Objects};
@@ -93,12 +95,22 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// The scene that was made, where a VDB file was given alone.
     pub made: Option<Arc<BareScene>>,
+    /// Where all of it is one frame later, where motion vectors are asked for.
+    pub motion: Option<FrameMotion>,
+    /// The same in the middles of equal parts of the time that the shutter is open, in their order; none where nothing moves.
+    /// The scene itself is that in the middle of all.
+    pub times: Vec<Self>,
 }
 
 impl Scene {
     /// The part of the film that is rendered.
     pub fn window(&self) -> Window {
         self.render.crop.unwrap_or(Window::whole(self.film.size))
+    }
+
+    /// The scene at each of the times that its camera sees: itself where nothing moves.
+    pub fn moments(&self) -> &[Self] {
+        if self.times.is_empty() { std::slice::from_ref(self) } else { &self.times }
     }
 
     /// That of a file with this text.

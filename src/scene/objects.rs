@@ -35,7 +35,7 @@ fn plain(stem: &str) -> String {
 }
 
 /// The objects of a scene; none where no picture asks for them.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Objects {
     names: BTreeSet<String>,
     /// The [identifier](cryptomatte::identifier) of each medium.

@@ -13,7 +13,7 @@ pub(super) const STATIC: [&str; 2] = ["surface", "light"];
 const OF_PICTURE: [&str; 4] = ["camera", "film", "render", "director"];
 
 /// Keys that name files.
-const FILES: [&str; 3] = ["file", "texture", "mesh"];
+const FILES: [&str; 4] = ["file", "next_file", "texture", "mesh"];
 
 /// What `text` says of surfaces and lights, however it is laid out. A text that is no TOML says
 /// nothing.

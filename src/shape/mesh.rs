@@ -69,6 +69,34 @@ impl Mesh {
         Ok(Self { tree: Tree::new(&boxes), data })
     }
 
+    /// The mesh at the time `t`, where it is this at 0 and `next` at 1: vertices move in straight lines.
+    ///
+    /// # Errors
+    /// The problem, where `next` has other triangles.
+    pub fn toward(&self, next: &Self, t: f64) -> Result<Self, String> {
+        if self.data.triangles != next.data.triangles
+            || self.data.positions.len() != next.data.positions.len()
+            || self.data.normals.len() != next.data.normals.len()
+        {
+            return Err(format!(
+                "has {} triangles and {} vertices, and the mesh at the frame {} and {}, or they are joined otherwise; \
+                 give the same mesh with its vertices moved",
+                next.triangle_count(),
+                next.data.positions.len(),
+                self.triangle_count(),
+                self.data.positions.len()
+            ));
+        }
+        let mut data = self.data.clone();
+        for (here, there) in data.positions.iter_mut().zip(&next.data.positions) {
+            *here = here.lerp(*there, t);
+        }
+        for (here, there) in data.normals.iter_mut().zip(&next.data.normals) {
+            *here = here.lerp(*there, t as f32);
+        }
+        Self::new(data, &DAffine3::IDENTITY)
+    }
+
     /// How many triangles it has.
     pub fn triangle_count(&self) -> usize {
         self.data.triangles.len()

@@ -78,6 +78,11 @@ impl StratifiedSample {
         Self { point: Some(point), made: [0; DECISIONS] }
     }
 
+    /// Which of so many equal parts of the time that the shutter is open the sample sees.
+    pub fn time(&self, parts: u32) -> usize {
+        self.point.filter(|_| parts > 1).map_or(0, |point| point.time(parts))
+    }
+
     /// The numbers for a decision of `count` parts: stratified over its parts, and the first times over the samples
     /// of the pixel too.
     pub fn draws(&mut self, decision: Decision, count: u32) -> Draws {
@@ -110,6 +115,13 @@ impl SobolPoint {
     /// Two numbers for the film and two for the lens.
     pub fn film_and_lens(self) -> [f64; 4] {
         sobol_burley::sample_4d(self.index, 0, self.scramble).map(f64::from)
+    }
+
+    /// Which of so many equal parts of the time that the shutter is open it sees: each as often as the others over the samples
+    /// of a pixel, and in another order in each pixel.
+    pub fn time(self, parts: u32) -> usize {
+        let [u, ..] = sobol_burley::sample_4d(self.index, 1, self.scramble);
+        ((f64::from(u) * f64::from(parts)) as usize).min(parts as usize - 1)
     }
 
     /// Four numbers for a scattering: two for distance and channel, two for the direction.

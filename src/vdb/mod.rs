@@ -5,6 +5,7 @@
 //! owns its voxels in bricks that carry their neighbours' faces, so that no trilinear cell ever
 //! crosses from one brick into another.
 
+mod advect;
 mod brick;
 mod build;
 mod cells;
@@ -23,10 +24,12 @@ mod sample;
 mod source;
 mod statistics;
 mod tree;
+mod velocity;
 mod voxel;
 mod walk;
 mod write;
 
+pub use advect::Drift;
 pub use cubic::Cubic;
 pub(crate) use ffi::bridge::map_large_blocks;
 pub use file::{ReadAs, VdbFile, Wanted};

@@ -18,6 +18,9 @@ pub trait Voxel: Copy + Default + Debug + PartialEq + Send + Sync + 'static {
     /// The value in double precision.
     fn sample(self) -> Self::Sample;
 
+    /// The value nearest to what sampling hands out.
+    fn from_sample(sample: Self::Sample) -> Self;
+
     /// The trilinear blend of a cell's corners, numbered 4 x + 2 y + z, at `u` in [0, 1]³.
     fn blend(corners: [Self; 8], u: DVec3) -> Self::Sample;
 
@@ -44,6 +47,10 @@ impl Voxel for f32 {
 
     fn sample(self) -> f64 {
         f64::from(self)
+    }
+
+    fn from_sample(sample: f64) -> Self {
+        sample as Self
     }
 
     #[inline]
@@ -83,6 +90,10 @@ impl Voxel for [f32; 3] {
 
     fn sample(self) -> [f64; 3] {
         self.map(f64::from)
+    }
+
+    fn from_sample(sample: [f64; 3]) -> Self {
+        sample.map(|component| component as f32)
     }
 
     fn blend(corners: [Self; 8], u: DVec3) -> [f64; 3] {

@@ -14,6 +14,7 @@ mod groups;
 mod help;
 mod merge;
 mod messages;
+mod motion;
 mod parts;
 mod passes;
 mod saved_photons;

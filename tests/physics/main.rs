@@ -18,6 +18,7 @@ mod furnaces;
 mod gather;
 mod lamps;
 mod lattice;
+mod motion;
 mod photons;
 mod pictures;
 mod reference;

@@ -60,6 +60,19 @@ const CAMERA: &[Key] = &[
     key("focus", Number, false, "3", &["0"]),
     key("shift", Pair, false, "[0.1, -0.2]", &["[inf, 0]"]),
     key("clip", Pair, false, "[0.1, 100]", &["[-1, 2]", "[2, 2]"]),
+    key(
+        "next",
+        Table,
+        false,
+        "{ target = [0.5, 1, 0] }",
+        &["{ target = [0, 1, 8] }", "{ up = [0, 0, 0] }", "{ fov = 1 }"],
+    ),
+];
+const MOTION: &[Key] = &[
+    key("shutter", Number, false, "0.5", &["-1", "11"]),
+    key("position", Text, false, "\"start\"", &["\"middle\""]),
+    key("fps", Number, false, "25", &["0"]),
+    key("times", Whole, false, "8", &["0", "65"]),
 ];
 const ORTHOGRAPHIC: &[Key] = &[
     key("type", Text, true, "\"orthographic\"", &["\"fisheye\""]),
@@ -106,6 +119,9 @@ const SMOKE: &[Key] = &[
     PLACE[0],
     PLACE[1],
     PLACE[2],
+    key("velocity", Table, false, "[\"u\", \"v\", \"w\"]", &["[\"u\", \"v\"]"]),
+    key("velocity_unit", Text, false, "\"m/frame\"", &["\"km/h\""]),
+    key("velocity_scale", Number, false, "-2", &[]),
 ];
 const FOG: &[Key] = &[
     key(
@@ -136,6 +152,7 @@ const SPHERE: &[Key] = &[
     key("radius", Number, true, "0.5", &["0", "-1"]),
     key("material", Table, false, "{ type = \"glass\" }", &["{ type = \"glass\", ior = 0.9 }"]),
     PLACE[0],
+    key("motion", Table, false, "{ translate = [1, 0, 0] }", &["{ rotate = 90 }", "{ x = 1 }"]),
 ];
 const QUAD: &[Key] = &[
     key("shape", Text, true, "\"quad\"", &["\"square\""]),
@@ -180,6 +197,7 @@ type TableOf = (&'static str, &'static str, &'static [Key]);
 const TABLES: &[&[TableOf]] = &[
     &[("[camera]", "camera", CAMERA), ("[camera]", "camera", ORTHOGRAPHIC)],
     &[("[film]", "film", FILM)],
+    &[("[motion]", "motion", MOTION)],
     &[("[render]", "render", RENDER)],
     &[("[director]", "director", DIRECTOR)],
     &[("[[medium]]", "medium[0]", SMOKE), ("[[medium]]", "medium[0]", FOG)],

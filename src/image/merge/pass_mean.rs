@@ -5,7 +5,7 @@
 //! | `R` `G` `B` `A` `transmittance` `noisy.*` | the weighted mean: each is a mean over rays |
 //! | `saliency` `xs` `radius` `step` | the weighted mean: what a pixel was worth, and the widths it was rendered with |
 //! | `Z` | the least, as of the rays of one picture: the nearest surface that any ray met |
-//! | `depth.*` `position.*` | the mean weighed by coverage as well, as rays are in one picture; FAR and 0 where nothing is seen |
+//! | `depth.*` `position.*` `motion.*` | the mean weighed by coverage as well, as rays are in one picture; FAR and 0 where nothing is seen |
 //! | `CryptoObject00.*` … | the weighted mean of the coverage of each object, ranked anew |
 //! | other passes | the weighted mean |
 //! | `rays` | the sum |
@@ -60,7 +60,7 @@ impl Rule {
         let (pass, _) = layer.split_once('.')?;
         match pass {
             "depth" => Some(Self::Seen { nothing: FAR }),
-            "position" => Some(Self::Seen { nothing: 0.0 }),
+            "position" | "motion" => Some(Self::Seen { nothing: 0.0 }),
             "albedo" | "normal" => Some(Self::Mean),
             "media" | "direct" | "indirect" | "emission" | "specular" | "group" => Some(Self::Mean),
             _ => None,

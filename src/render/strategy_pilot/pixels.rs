@@ -143,6 +143,7 @@ impl<'a> PilotPixels<'a> {
                 indirect_weight: weight,
                 pass: sample_pass(index, settings.rays),
                 half: None,
+                time: 0,
             };
             let sample = integrator.radiance(&camera_ray, &mut workspace);
             let [whole, gathered] = [sample.radiance, sample.indirect].map(|radiance| {

@@ -1,6 +1,6 @@
 //! Matrices of cameras, as compositors read them from headers.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec2, DVec3, DVec4};
 
 use super::{Camera, Kind};
 use crate::math::WorldPoint;
@@ -13,6 +13,17 @@ pub struct CameraMatrices {
     pub camera: [[f64; 4]; 4],
     /// To the picture, whose upper left corner is (0, 0) and lower right one (1, 1), after division by the last number.
     pub picture: [[f64; 4]; 4],
+}
+
+impl CameraMatrices {
+    /// Where `p`, in metres, is on a film of `size`, in pixels from its upper left corner; `None` where it is not before the
+    /// camera.
+    pub fn place(&self, p: DVec3, size: [u32; 2]) -> Option<DVec2> {
+        let p = p.extend(1.0);
+        let column = |i: usize| p.dot(DVec4::from(self.picture.map(|row| row[i])));
+        let [u, v, w] = [0, 1, 3].map(column);
+        (w > 0.0).then(|| DVec2::new(u, v) / w * DVec2::from(size.map(f64::from)))
+    }
 }
 
 impl Camera {

@@ -6,7 +6,9 @@ mod matrices;
 mod orthographic;
 mod perspective;
 
-use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat3, DQuat, DVec3, FloatExt};
 
 use crate::math::{Ray, World, WorldPoint};
 
@@ -39,6 +41,25 @@ impl Pose {
         }
         let right = across.normalize();
         Some([right, right.cross(forward), forward])
+    }
+
+    /// The pose at the time `t`, where it is this at 0 and `next` at 1: moved in a straight line, and turned evenly about one
+    /// axis. `None` where one of the two has no axes.
+    pub fn toward(&self, next: &Self, t: f64) -> Option<Self> {
+        let turns = [self, next].map(|pose| {
+            let [right, up, forward] = pose.axes()?;
+            Some(DQuat::from_mat3(&DMat3::from_cols(right, up, -forward)))
+        });
+        let [from, to] = [turns[0]?, turns[1]?];
+        let (axis, angle) = (to * from.inverse()).to_axis_angle();
+        // The shorter way round.
+        let angle = if angle > PI { angle - TAU } else { angle };
+        let turn = DQuat::from_axis_angle(axis, angle * t) * from;
+        let distance = |pose: &Self| pose.position.distance(pose.target);
+        let [here, there] = [distance(self), distance(next)];
+        let position = self.position.lerp(next.position, t);
+        let ahead = turn * -DVec3::Z * here.lerp(there, t).max(f64::MIN_POSITIVE);
+        Some(Self { position, target: position + ahead, up: turn * DVec3::Y })
     }
 }
 

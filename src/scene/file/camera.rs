@@ -2,8 +2,9 @@
 
 use crate::error::Result;
 use crate::scene::camera::{Pose, Projection};
-use crate::scene::keys::camera as keys;
-use crate::scene::reader::{Place, Section};
+use crate::scene::keys::motion::NEXT_POSE;
+use crate::scene::keys::{Key, camera as keys};
+use crate::scene::reader::{Place, Section, Value};
 
 /// `[camera]`: where it stands and what kind it is.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,6 +17,8 @@ pub struct CameraSection {
     pub projection: Projection,
     /// `clip`.
     pub clip: Option<[f64; 2]>,
+    /// `next`: where it is one frame later.
+    pub next: Option<Pose>,
 }
 
 #[derive(Clone, Copy)]
@@ -38,12 +41,35 @@ pub(super) fn read(section: &Section<'_>) -> Result<CameraSection> {
         Kind::Orthographic => &keys::ORTHOGRAPHIC,
         Kind::LatLong => &keys::LATLONG,
     })?;
+    let pose = pose(section)?;
     Ok(CameraSection {
         at: section.place(),
-        pose: pose(section)?,
         projection: projection(section, kind)?,
         clip: clip(section)?,
+        next: section.maybe(&keys::NEXT, |value| next(value, &pose))?,
+        pose,
     })
+}
+
+/// The pose one frame later, that of the camera where nothing else is said.
+fn next(value: &Value<'_>, pose: &Pose) -> Result<Pose> {
+    let section = Section::from_value(value, &keys::NEXT.kind.right())?;
+    section.only(&NEXT_POSE)?;
+    let triple = |key: &Key, known| match section.get(key) {
+        Some(_) => section.triple(key),
+        None => Ok(known),
+    };
+    let next = Pose {
+        position: triple(&keys::POSITION, pose.position)?,
+        target: triple(&keys::TARGET, pose.target)?,
+        up: triple(&keys::UP, pose.up)?,
+    };
+    if next.axes().is_none() {
+        return Err(value.wrong(
+            "a pose whose target is not its position, and whose `up` is not parallel to the view",
+        ));
+    }
+    Ok(next)
 }
 
 fn clip(section: &Section<'_>) -> Result<Option<[f64; 2]>> {

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::motion::{self, MotionStep, VelocitySection};
 use super::transfer::{self, TransferSection};
 use super::{group, placement};
 use crate::error::Result;
@@ -34,6 +35,10 @@ pub struct MediumSection {
     pub group: Option<GroupName>,
     /// `translate`, `rotate`, `scale`.
     pub placement: DAffine3,
+    /// `motion`.
+    pub motion: Option<MotionStep>,
+    /// `velocity`, `velocity_unit`, `velocity_scale`.
+    pub velocity: VelocitySection,
 }
 
 /// Where a medium is, and how dense.
@@ -181,6 +186,8 @@ pub(super) fn read(section: &Section<'_>) -> Result<MediumSection> {
         emission: section.maybe(&keys::EMISSION, |v| emission(section, v))?,
         group: group(section)?,
         placement: placement(section)?,
+        motion: motion::step(section)?,
+        velocity: motion::velocity(section)?,
     })
 }
 

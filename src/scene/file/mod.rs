@@ -30,13 +30,14 @@ mod camera;
 mod director;
 mod light;
 mod medium;
+mod motion;
 mod render;
 mod surface;
 mod transfer;
 
 use std::path::Path;
 
-use glam::{DAffine3, DMat3, DQuat, EulerRot};
+use glam::{DAffine3, DMat3, DQuat, DVec3, EulerRot};
 
 use super::directing::Directing;
 use super::groups::GroupName;
@@ -52,6 +53,7 @@ pub use medium::{
     AlbedoSection, DensitySection, EmissionSection, GridReference, MediumSection, PhaseSection,
     RegionSection,
 };
+pub use motion::{MotionSection, MotionStep, VelocityName, VelocitySection, VelocityUnit};
 pub use surface::{MaterialSection, ShapeSection, SurfaceSection};
 pub use transfer::TransferSection;
 
@@ -65,6 +67,8 @@ const MAX_BYTES: u64 = 16 << 20;
 pub struct SceneFile {
     /// `[camera]`.
     pub camera: CameraSection,
+    /// `[motion]`.
+    pub motion: MotionSection,
     /// `[film]`.
     pub film: FilmSettings,
     /// `[render]`.
@@ -108,7 +112,7 @@ pub fn parse(path: &Path, text: &str) -> Result<SceneFile> {
 
 /// Reads a scene's top table.
 pub(super) fn scene(root: &Section<'_>) -> Result<SceneFile> {
-    let tables = ["camera", "film", "render", "director", "medium", "surface", "light"];
+    let tables = ["camera", "motion", "film", "render", "director", "medium", "surface", "light"];
     let keys = shot_keys::SHOT.keys.iter().map(|key| key.name);
     root.only_named("a scene", &tables.into_iter().chain(keys).collect::<Vec<_>>())?;
     let film = film(root)?;
@@ -117,6 +121,7 @@ pub(super) fn scene(root: &Section<'_>) -> Result<SceneFile> {
         .ok_or_else(|| root.missing("camera", "a table [camera] with position and target"))?;
     Ok(SceneFile {
         camera: camera::read(&camera)?,
+        motion: motion::read(root)?,
         film,
         render: render(root)?,
         media: each(root, "medium", medium::read)?,
@@ -195,9 +200,8 @@ fn placement(section: &Section<'_>) -> Result<DAffine3> {
     let translate = section.triple(&keys::TRANSLATE)?;
     let rotate = section.triple(&keys::ROTATE)?;
     let scale = section.splat(&keys::SCALE)?;
-    let [x, y, z] = rotate.to_array().map(|degrees| (degrees % 360.0).to_radians());
-    let turn = DMat3::from_quat(DQuat::from_euler(EulerRot::ZYX, z, y, x));
-    let placement = DAffine3::from_mat3_translation(turn * DMat3::from_diagonal(scale), translate);
+    let matrix = turn(rotate) * DMat3::from_diagonal(scale);
+    let placement = DAffine3::from_mat3_translation(matrix, translate);
     if !placement.inverse().is_finite() {
         return Err(section.place().error(
             "its placement cannot be inverted: scale is too near 0; give factors nearer to 1",
@@ -212,6 +216,12 @@ fn group(section: &Section<'_>) -> Result<Option<GroupName>> {
         let name = v.string(GroupName::RIGHT)?;
         GroupName::new(name).ok_or_else(|| v.wrong(GroupName::RIGHT))
     })
+}
+
+/// The turn about x, y and z in this order, in degrees.
+fn turn(rotate: DVec3) -> DMat3 {
+    let [x, y, z] = rotate.to_array().map(|degrees| (degrees % 360.0).to_radians());
+    DMat3::from_quat(DQuat::from_euler(EulerRot::ZYX, z, y, x))
 }
 
 /// The colour within `range` or `{ texture = "file" }` that `value` is.

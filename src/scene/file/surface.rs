@@ -2,10 +2,12 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::motion::{self, MotionStep};
 use super::{ColorSection, color_or_texture, group, placement};
 use crate::error::Result;
 use crate::math::Rgb;
 use crate::scene::groups::GroupName;
+use crate::scene::keys::motion::NEXT_FILE;
 use crate::scene::keys::surface as keys;
 use crate::scene::objects::ObjectName;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
@@ -30,6 +32,10 @@ pub struct SurfaceSection {
     pub view: CameraView,
     /// `translate`, `rotate`, `scale`.
     pub placement: DAffine3,
+    /// `motion`.
+    pub motion: Option<MotionStep>,
+    /// `next_file`: of a mesh, the file one frame later.
+    pub next_file: Option<FileReference>,
 }
 
 /// The shape of a surface before placement, in metres.
@@ -162,6 +168,11 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
         emission,
         group: group(section)?,
         placement: placement(section)?,
+        motion: motion::step(section)?,
+        next_file: match section.get(&NEXT_FILE) {
+            Some(value) => value.next_file(&NEXT_FILE.kind.right())?,
+            None => None,
+        },
     })
 }
 

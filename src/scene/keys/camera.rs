@@ -80,13 +80,21 @@ pub(in crate::scene) const CLIP: Key = Key::new(
      Surfaces and media outside are not in the picture, but they light and shade what is, and mirrors show them.",
 );
 
+pub(in crate::scene) const NEXT: Key = Key::new(
+    "next",
+    Kind::Table("{ position, target, up }"),
+    "",
+    Other("it stands still"),
+    "The camera one frame later, where `[motion]` opens a shutter.",
+);
+
 pub(in crate::scene) const PERSPECTIVE: Table = Table {
     what: "a perspective camera",
-    keys: &[&TYPE, &POSITION, &TARGET, &UP, &FOV, &APERTURE, &FOCUS, &SHIFT, &CLIP],
+    keys: &[&TYPE, &POSITION, &TARGET, &UP, &FOV, &APERTURE, &FOCUS, &SHIFT, &CLIP, &NEXT],
 };
 pub(in crate::scene) const ORTHOGRAPHIC: Table = Table {
     what: "an orthographic camera",
-    keys: &[&TYPE, &POSITION, &TARGET, &UP, &HEIGHT, &SHIFT, &CLIP],
+    keys: &[&TYPE, &POSITION, &TARGET, &UP, &HEIGHT, &SHIFT, &CLIP, &NEXT],
 };
 pub(in crate::scene) const LATLONG: Table =
-    Table { what: "a latlong camera", keys: &[&TYPE, &POSITION, &TARGET, &UP, &CLIP] };
+    Table { what: "a latlong camera", keys: &[&TYPE, &POSITION, &TARGET, &UP, &CLIP, &NEXT] };

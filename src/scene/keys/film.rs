@@ -36,7 +36,7 @@ pub(in crate::scene) const PASSES: Key = Key::new(
     Kind::Text("names with commas between them, such as \"depth,albedo\""),
     "",
     Other("none"),
-    "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, media, direct, indirect, emission, \
+    "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, motion, media, direct, indirect, emission, \
      specular, cryptomatte and groups. The five from media to specular add up to the picture, and so do groups: the light of each \
      group of emitters.",
 )

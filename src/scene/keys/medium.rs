@@ -1,6 +1,7 @@
 //! Keys of `[[medium]]`.
 
 use super::Without::{Default, Needed, Other};
+use super::motion::MOVES;
 pub(in crate::scene) use super::surface::GROUP;
 use super::surface::{BOX_MAX, BOX_MIN, ROTATE, SCALE, TRANSLATE};
 use super::transfer::{CLAMP, FROM, GAMMA, RAMP};
@@ -99,6 +100,28 @@ pub(in crate::scene) const EMISSION: Key = Key::new(
     "Light that the medium gives off.",
 );
 
+pub(in crate::scene) const VELOCITY: Key = Key::new(
+    "velocity",
+    Kind::Table("the name of a vector grid, [\"x\", \"y\", \"z\"] of three grids, or \"none\""),
+    "",
+    Other("the file's velocity: by name"),
+    "The grid of velocities that moves all grids of the medium, where `[motion]` opens a shutter.",
+);
+pub(in crate::scene) const VELOCITY_UNIT: Key = Key::new(
+    "velocity_unit",
+    Kind::Word(|| vec!["m/s", "m/frame", "voxels/frame"]),
+    "",
+    Default("\"m/s\""),
+    "What the velocities are given in; they are turned and scaled with the medium.",
+);
+pub(in crate::scene) const VELOCITY_SCALE: Key = Key::new(
+    "velocity_scale",
+    Kind::Number(Range::ANY),
+    "",
+    Default("1.0"),
+    "Factor on the velocities.",
+);
+
 pub(in crate::scene) const MEDIUM: Table = Table {
     what: "a medium",
     keys: &[
@@ -117,6 +140,10 @@ pub(in crate::scene) const MEDIUM: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &VELOCITY,
+        &VELOCITY_UNIT,
+        &VELOCITY_SCALE,
+        &MOVES,
     ],
 };
 

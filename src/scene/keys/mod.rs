@@ -8,6 +8,7 @@ pub(super) mod director;
 pub(super) mod film;
 pub(super) mod light;
 pub(super) mod medium;
+pub(super) mod motion;
 mod reference;
 pub(super) mod render;
 pub(super) mod shot;
@@ -132,9 +133,11 @@ pub const TABLES: &[(&str, &str, &Table)] = &[
     ("[camera]", "`type = \"perspective\"`", &camera::PERSPECTIVE),
     ("[camera]", "`type = \"orthographic\"`", &camera::ORTHOGRAPHIC),
     ("[camera]", "`type = \"latlong\"`", &camera::LATLONG),
+    ("[camera] next", "", &motion::NEXT_POSE),
     ("[film]", "", &film::FILM),
     ("[render]", "", &render::RENDER),
     ("[director]", "", &director::DIRECTOR),
+    ("[motion]", "", &motion::MOTION),
     ("[[medium]]", "", &medium::MEDIUM),
     ("[[medium]] density", "", &transfer::TRANSFER),
     ("[[medium]] region", "One of", &medium::REGION),
@@ -153,6 +156,7 @@ pub const TABLES: &[(&str, &str, &Table)] = &[
     ("[[surface]]", "`shape = \"box\"`", &surface::BOX),
     ("[[surface]]", "`shape = \"plane\"`", &surface::PLANE),
     ("[[surface]]", "`shape = \"mesh\"`", &surface::MESH),
+    ("[[surface]] motion", "", &motion::MOVES_TABLE),
     ("[[surface]] material", "`type = \"diffuse\"`", &surface::DIFFUSE),
     ("[[surface]] material", "`type = \"plastic\"`", &surface::PLASTIC),
     ("[[surface]] material", "`type = \"metal\"`", &surface::METAL),

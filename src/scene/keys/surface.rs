@@ -1,6 +1,7 @@
 //! Keys of `[[surface]]`.
 
 use super::Without::{Default, Needed, Other};
+use super::motion::{MOVES, NEXT_FILE};
 use super::{Key, Kind, Table};
 use crate::scene::groups::GroupName;
 use crate::scene::reader::Range;
@@ -142,6 +143,7 @@ pub(in crate::scene) const SPHERE: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 pub(in crate::scene) const QUAD: Table = Table {
@@ -161,6 +163,7 @@ pub(in crate::scene) const QUAD: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 pub(in crate::scene) const BOX: Table = Table {
@@ -179,6 +182,7 @@ pub(in crate::scene) const BOX: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 pub(in crate::scene) const PLANE: Table = Table {
@@ -197,6 +201,7 @@ pub(in crate::scene) const PLANE: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 pub(in crate::scene) const MESH: Table = Table {
@@ -205,6 +210,7 @@ pub(in crate::scene) const MESH: Table = Table {
         &SHAPE,
         &NAME,
         &MESH_FILE,
+        &NEXT_FILE,
         &MATERIAL,
         &EMISSION,
         &GROUP,
@@ -214,6 +220,7 @@ pub(in crate::scene) const MESH: Table = Table {
         &TRANSLATE,
         &ROTATE,
         &SCALE,
+        &MOVES,
     ],
 };
 

@@ -7,10 +7,10 @@ use super::files::{ReadColors, ScalarKey, add_once, bad_values};
 use crate::error::Result;
 use crate::math::{Rgb, WorldPoint};
 use crate::medium::{Albedo, Ramped, Transfer};
-use crate::scene::file::{GridReference, TransferSection};
+use crate::scene::file::{GridReference, TransferSection, VelocityName};
 use crate::scene::reader::Place;
 use crate::vdb::roles::GridRef;
-use crate::vdb::{Grid, ReadAs, VdbFile, Voxel, Wanted};
+use crate::vdb::{BadValues, Grid, ReadAs, VdbFile, Voxel, Wanted};
 
 /// The density that `reference` names; bad values are taken as 0 and warned of.
 pub(super) fn density(
@@ -92,6 +92,43 @@ fn scalar(
     placed(grid, placement, &reference.at)
 }
 
+/// The velocities called `name` in the file of `density`; `None` where there are none. Bad values are taken as 0 and warned of.
+pub(super) fn velocity(
+    density: &GridReference,
+    name: &VelocityName,
+    context: &mut Context,
+) -> Result<Option<Grid<[f32; 3]>>> {
+    let file = at(&density.file.at, context.grids.open(&density.file.path))?;
+    let (place, found) = match name {
+        VelocityName::Still => return Ok(None),
+        VelocityName::Usual => (&density.at, file.default_velocity()),
+        VelocityName::Vector(place, name) => {
+            (place, Some(at(place, file.find_vector(name, density.index))?))
+        }
+        VelocityName::Components(place, names) => {
+            let find = |name: &String| at(place, file.find(name, None));
+            let [x, y, z] = names.each_ref().map(find);
+            let indices = [x?, y?, z?];
+            (place, Some(GridRef::Triple { indices, label: names.join(", ") }))
+        }
+    };
+    let Some(found) = found else { return Ok(None) };
+    let read = at(place, file.read_vector_of(&found))?;
+    let BadValues { nan, infinite, .. } = read.bad_values();
+    if nan + infinite > 0 {
+        add_once(
+            &mut context.warnings,
+            [format!(
+                "{}: grid \"{}\": {} velocities that are not finite taken as 0",
+                density.file.path.display(),
+                found.label(),
+                nan + infinite
+            )],
+        );
+    }
+    Ok(Some(read))
+}
+
 /// The file and the number of the scalar grid in it.
 fn find<'c>(reference: &GridReference, context: &'c mut Context) -> Result<(&'c VdbFile, usize)> {
     context.sources.add(&reference.file.path);
@@ -126,7 +163,11 @@ fn note(notes: &mut Vec<String>, file: &VdbFile, grid: &GridRef, reference: &Gri
     add_once(notes, file.ambiguity(grid).filter(|_| reference.index.is_none()));
 }
 
-fn placed<V: Voxel>(grid: Grid<V>, placement: &DAffine3, place: &Place) -> Result<Grid<V>> {
+pub(super) fn placed<V: Voxel>(
+    grid: Grid<V>,
+    placement: &DAffine3,
+    place: &Place,
+) -> Result<Grid<V>> {
     if *placement == DAffine3::IDENTITY {
         return Ok(grid);
     }

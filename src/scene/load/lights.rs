@@ -9,7 +9,9 @@ use crate::light::{
     BeamPicture, Environment, Falloff, Light, PointLight, QuadLight, SpotLight, Sun,
 };
 use crate::math::{Rgb, WorldPoint};
-use crate::scene::file::{Aim, LightKind, LightSection, SpotShape, Strength};
+use crate::scene::file::{
+    Aim, DensitySection, LightKind, LightSection, RegionSection, SceneFile, SpotShape, Strength,
+};
 use crate::scene::reader::{FileReference, Place};
 use crate::shape::{Quad, Shape};
 use crate::surface::{CameraView, Material, Surface};
@@ -125,4 +127,24 @@ fn beam_picture(
 fn picture(file: &FileReference, context: &mut Context) -> Result<DecodedTexture> {
     context.sources.add(&file.path);
     at(&file.at, read_texture(&file.path))
+}
+
+/// A warning where light from infinitely far is to cross endless fog: none arrives.
+pub(super) fn endless_fog(file: &SceneFile) -> Option<String> {
+    let fog = file.media.iter().find(|m| {
+        m.density == DensitySection::Region(RegionSection::Everywhere)
+            && m.sigma_t.max_element() > 0.0
+    })?;
+    let light = file.lights.iter().find(|l| is_infinite(&l.kind))?;
+    Some(format!(
+        "{} comes from infinitely far and cannot cross {}, which has no end; give the medium a \
+         region with an end",
+        light.at, fog.name
+    ))
+}
+
+/// Whether light of this kind comes from infinitely far.
+fn is_infinite(kind: &LightKind) -> bool {
+    use LightKind::{Environment, Gradient, Sun};
+    matches!(kind, Sun { .. } | Environment { .. } | Gradient { .. })
 }

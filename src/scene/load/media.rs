@@ -8,9 +8,10 @@ use super::context::{Context, at};
 use super::grids::{self, colors};
 use super::surfaces;
 use crate::error::Result;
-use crate::math::{Rgb, is_grey};
+use crate::math::{Rgb, WorldPoint, is_grey};
 use crate::medium::blackbody::Blackbody;
 use crate::medium::{Albedo, Density, Emission, Medium, Phase, Ramped, Transfer};
+use crate::scene::camera::Camera;
 use crate::scene::file::{
     AlbedoSection, DensitySection, EmissionSection, MediumSection, PhaseSection, RegionSection,
     TransferSection,
@@ -31,6 +32,22 @@ pub(super) fn build(section: &MediumSection, context: &mut Context) -> Result<Me
             None => None,
         },
     })
+}
+
+/// `medium` with free paths that are resolved where it is, for this `camera`.
+pub(super) fn resolved(medium: Medium, camera: &Camera) -> Medium {
+    let coordinate = largest_coordinate(&medium, camera);
+    medium.resolved(coordinate)
+}
+
+/// The largest number by which places in `medium` are reckoned, in metres: a coordinate, or a distance from the camera.
+fn largest_coordinate(medium: &Medium, camera: &Camera) -> f64 {
+    let corners = medium.density.bounds().map(|bounds| bounds.corners());
+    let of_corner = |corner: WorldPoint| {
+        let distance = camera.place().map_or(0.0, |place| (corner - place).length());
+        distance.max(corner.xyz.abs().max_element())
+    };
+    corners.into_iter().flatten().map(of_corner).fold(0.0, f64::max)
 }
 
 fn density(section: &MediumSection, context: &mut Context) -> Result<Density> {

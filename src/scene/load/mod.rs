@@ -4,20 +4,22 @@ mod context;
 mod files;
 mod grids;
 mod groups;
+mod kind;
 mod lights;
 mod media;
+mod motion;
 mod shots;
 mod surfaces;
 
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::mem::take;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::bare::{self, BareScene};
 use super::camera::Camera;
-use super::file::{self, AlbedoSection, DensitySection, LightKind, RegionSection, SceneFile};
+use super::file::{self, AlbedoSection, CameraSection, SceneFile};
+use super::frame_motion::FrameMotion;
 use super::hash::Sources;
 use super::objects::{ObjectName, Objects};
 use super::outline;
@@ -28,14 +30,15 @@ use super::usd::{Files, is_usd};
 use super::{Aov, LoadOptions, RenderSettings, Scene, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
-use crate::math::{Rgb, WorldPoint};
-use crate::medium::{Media, Medium};
-use crate::sequence::Pattern;
+use crate::math::Rgb;
+use crate::medium::Media;
 use crate::shape::MeshData;
 use crate::surface::Surfaces;
 
 use context::{Context, Culling};
 pub(super) use files::Grids;
+pub(super) use kind::{bare_sequence, is_vdb};
+use motion::Moving;
 pub(super) use shots::{ShotSource, WithShot};
 
 /// The parts of a scene that all frames of a sequence share: camera, surfaces and lights.
@@ -155,13 +158,23 @@ impl Text {
 }
 
 impl StaticScene {
-    /// Camera, lights and surfaces of `file`, whose text is `text`.
+    /// Camera, lights and surfaces of `file`, whose text is `text`, in the middle of the time that the shutter is open.
     pub(super) fn build(text: &Text, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
+        let frames = file.motion.middle();
+        let mut built = Self::build_at(frames, text, file)?;
+        let (camera, size) = (built.camera, file.film.size);
+        let is_moving = motion::is_static_scene_moving(file);
+        let moved = if is_moving { format!("{frames}\n") } else { String::new() };
+        let tables = outline::static_tables(text.as_str());
+        let hashed = format!("{camera:?} {size:?}\n{moved}{tables}{}", options.hashed_static());
+        built.hash = built.sources.hash(&hashed)?;
+        Ok(built)
+    }
+
+    /// The same so many `frames` after the time of the scene, without hash.
+    fn build_at(frames: f64, text: &Text, file: &SceneFile) -> Result<Self> {
         let mut context = Context { meshes: text.meshes(), ..Context::default() };
-        let size = file.film.size;
-        let camera = Camera::new(&file.camera.pose, &file.camera.projection, size)
-            .ok_or_else(|| file.camera.at.error("its axes cannot be found; give another `up`"))?
-            .clipped(file.camera.clip);
+        let camera = camera_at(frames, file)?;
         let mut lights = Vec::new();
         let (mut surfaces, mut names) = (Vec::new(), Vec::new());
         for section in &file.lights {
@@ -171,21 +184,19 @@ impl StaticScene {
             surfaces.extend(surface);
         }
         for section in &file.surfaces {
-            let built = surfaces::build(section, lights.len() as u32, &mut context)?;
+            let built = surfaces::build(section, frames, lights.len() as u32, &mut context)?;
             surfaces.push(built.surface);
             names.push(section.object.clone());
             lights.extend(built.light);
         }
         let is_hidden = |index: &usize| !file.lights[*index].visible;
         let hidden = (0..file.lights.len()).filter(is_hidden).collect();
-        let tables = outline::static_tables(text.as_str());
-        let hashed = format!("{camera:?} {size:?}\n{tables}{}", options.hashed_static());
         Ok(Self {
             camera,
             surfaces: Arc::new(Surfaces::new(surfaces)),
             lights: Arc::new(Lights { lights, hidden }),
             names,
-            hash: context.sources.hash(&hashed)?,
+            hash: String::new(),
             sources: context.sources,
             warnings: context.warnings,
             notes: context.notes,
@@ -200,6 +211,16 @@ impl StaticScene {
     }
 }
 
+/// The camera of `file` so many `frames` after the time of the scene.
+fn camera_at(frames: f64, file: &SceneFile) -> Result<Camera> {
+    let CameraSection { at, pose, projection, clip, next } = &file.camera;
+    let moved = next.as_ref().filter(|_| frames != 0.0);
+    let pose = moved.map_or(Some(*pose), |next| pose.toward(next, frames));
+    let camera = pose.and_then(|pose| Camera::new(&pose, projection, file.film.size));
+    let camera = camera.ok_or_else(|| at.error("its axes cannot be found; give another `up`"))?;
+    Ok(camera.clipped(*clip))
+}
+
 /// The scene of `file`, whose text is `text`, with its media read; `grids` may hold some already, and keep all. Also its
 /// files with hashes of their content.
 pub(super) fn build(
@@ -210,42 +231,30 @@ pub(super) fn build(
     grids: &mut Grids,
     options: &LoadOptions,
 ) -> Result<(Scene, Sources)> {
-    let StaticScene {
-        camera,
-        surfaces,
-        lights,
-        names,
-        sources,
-        warnings,
-        notes,
-        hash: static_hash,
-    } = static_scene;
+    let mut still = static_scene;
+    let (warnings, notes) = (take(&mut still.warnings), take(&mut still.notes));
     grids.begin(&file.media);
     let leaves_out = options.planning == Planning::Needed;
-    let frustum =
-        camera.frustum(file.film.size).filter(|_| only_camera_rays_need_voxels(file, &surfaces));
+    let frustum = still.camera.frustum(file.film.size).filter(|_| {
+        // What moves may come into sight.
+        file.motion.shutter == 0.0 && only_camera_rays_need_voxels(file, &still.surfaces)
+    });
     let culling = frustum.map(|frustum| Culling { frustum, leaves_out });
-    let meshes = text.meshes();
+    let (meshes, sources) = (text.meshes(), take(&mut still.sources));
     let held = take(grids);
     let mut context = Context { grids: held, meshes, sources, warnings, notes, culling, unseen: 0 };
-    let media: Result<Vec<_>> = file
-        .media
-        .iter()
-        .map(|section| {
-            let medium = media::build(section, &mut context)?;
-            let coordinate = largest_coordinate(&medium, &camera);
-            Ok(medium.resolved(coordinate))
-        })
-        .collect();
+    let media = media_and_times(text, file, &still, &mut context);
     let (of_grids, notes_of_grids) =
         (take(&mut context.grids.warnings), take(&mut context.grids.notes));
     *grids = take(&mut context.grids);
-    let media = media?;
-    if let Some(warning) = endless_fog(file) {
+    let (moved, times) = media?;
+    let StaticScene { camera, surfaces, lights, names, hash: static_hash, .. } = still;
+    if let Some(warning) = lights::endless_fog(file) {
         context.warnings.push(warning);
     }
     let (groups, of_media) = groups::build(file)?;
-    let media = Media::new(media).in_groups(of_media);
+    let in_groups = |(media, motion): Moved| (media.in_groups(of_media.clone()), motion);
+    let (media, motion) = in_groups(moved);
     context.warnings.extend(of_grids);
     context.warnings.extend(sanity::notes(&media, &camera));
     context.notes.extend(notes_of_grids);
@@ -269,7 +278,7 @@ pub(super) fn build(
     } else {
         Objects::default()
     };
-    let scene = Scene {
+    let mut scene = Scene {
         camera,
         media,
         objects,
@@ -286,68 +295,92 @@ pub(super) fn build(
         warnings,
         notes,
         made,
+        motion,
+        times: Vec::new(),
     };
+    let at = |(still, moved)| at_time(&scene, still, in_groups(moved));
+    scene.times = times.into_iter().map(at).collect();
     Ok((scene, context.sources))
 }
 
-/// The largest number by which places in `medium` are reckoned, in metres: a coordinate, or a distance from the camera.
-fn largest_coordinate(medium: &Medium, camera: &Camera) -> f64 {
-    let corners = medium.density.bounds().map(|bounds| bounds.corners());
-    let of_corner = |corner: WorldPoint| {
-        let distance = camera.place().map_or(0.0, |place| (corner - place).length());
-        distance.max(corner.xyz.abs().max_element())
+/// `scene` with the camera, surfaces and lights of `still` and these media, and where they are one frame later.
+fn at_time(
+    scene: &Scene,
+    still: StaticScene,
+    (media, motion): (Media, Option<FrameMotion>),
+) -> Scene {
+    let StaticScene { camera, surfaces, lights, .. } = still;
+    Scene {
+        camera,
+        media,
+        surfaces,
+        lights,
+        objects: scene.objects.clone(),
+        groups: scene.groups.clone(),
+        path: scene.path.clone(),
+        hash: scene.hash.clone(),
+        static_hash: scene.static_hash.clone(),
+        light_hash: scene.light_hash.clone(),
+        warnings: Vec::new(),
+        notes: Vec::new(),
+        made: scene.made.clone(),
+        motion,
+        times: Vec::new(),
+        ..*scene
+    }
+}
+
+/// Media, and where all of the scene is one frame later where that is asked for.
+type Moved = (Media, Option<FrameMotion>);
+
+/// The media of `file` in the middle of the time that the shutter is open, where all is one frame later, and where anything moves
+/// meanwhile, all of the scene at each of its times. `still` is the rest of it in the middle.
+fn media_and_times(
+    text: &Text,
+    file: &SceneFile,
+    still: &StaticScene,
+    context: &mut Context,
+) -> Result<(Moved, Vec<(StaticScene, Moved)>)> {
+    let motion = &file.motion;
+    let drifts = motion::drifts(file, context)?;
+    let is_static = !motion::is_static_scene_moving(file);
+    let static_at = |frames| {
+        if is_static { Ok(still.clone()) } else { StaticScene::build_at(frames, text, file) }
     };
-    corners.into_iter().flatten().map(of_corner).fold(0.0, f64::max)
+    let moved_at = |frames, still: &StaticScene, context: &mut Context| -> Result<Moved> {
+        let media = motion::media(frames, file, &drifts, &still.camera, context)?;
+        if !file.film.passes.has(Aov::Motion) {
+            return Ok((media, None));
+        }
+        let StaticScene { camera, surfaces, .. } = static_at(frames + 1.0)?;
+        let here = (&still.camera, &*still.surfaces);
+        let motion = motion::frame_motion(frames, file, &drifts, here, (camera, surfaces));
+        Ok((media, Some(motion)))
+    };
+    let (media, vectors) = moved_at(motion.middle(), still, context)?;
+    if motion.shutter == 0.0 {
+        return Ok(((media, vectors), Vec::new()));
+    }
+    let surfaces = still.surfaces.surfaces().iter();
+    let moving = Moving {
+        file,
+        cameras: [camera_at(motion.open, file)?, camera_at(motion.open + motion.shutter, file)?],
+        drifts: &drifts,
+        media: media.iter().map(|medium| medium.density.bounds()).collect(),
+        surfaces: surfaces.map(|surface| surface.shape().bounds()).collect(),
+    };
+    let count = moving.count(context);
+    let at = |frames| {
+        let still = static_at(frames)?;
+        let moved = moved_at(frames, &still, context)?;
+        Ok((still, moved))
+    };
+    let times: Result<Vec<_>> = motion.middles(count).map(at).collect();
+    Ok(((media, vectors), times?))
 }
 
 /// Whether camera rays alone need voxels of the media: these scatter no light, and none crosses them to a
 /// surface.
 fn only_camera_rays_need_voxels(file: &SceneFile, surfaces: &Surfaces) -> bool {
     surfaces.is_empty() && file.media.iter().all(|m| m.albedo == AlbedoSection::Constant(Rgb::ZERO))
-}
-
-/// The pattern of a sequence of bare VDB files that `path` is, if it is one.
-pub(super) fn bare_sequence(path: &Path) -> Option<Pattern> {
-    Pattern::from_path(path).filter(|_| ends_in_vdb(path) && !path.exists())
-}
-
-fn ends_in_vdb(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vdb"))
-}
-
-/// Whether the file begins like a VDB.
-pub(super) fn is_vdb(path: &Path) -> Result<bool> {
-    let mut magic = [0; 4];
-    let mut file = scene_file(path, crate::file::open(path))?;
-    Ok(ends_in_vdb(path) || file.read_exact(&mut magic).is_ok_and(|()| &magic == b" BDV"))
-}
-
-/// `opened`, its error also saying what would be right.
-fn scene_file<T>(path: &Path, opened: Result<T>) -> Result<T> {
-    opened.map_err(|e| match e {
-        Error::File { problem, .. } => {
-            Error::file(path, format!("{problem}; give a scene (.toml), a VDB or a USD file"))
-        }
-        other => other,
-    })
-}
-
-/// A warning where light from infinitely far is to cross endless fog: none arrives.
-fn endless_fog(file: &SceneFile) -> Option<String> {
-    let fog = file.media.iter().find(|m| {
-        m.density == DensitySection::Region(RegionSection::Everywhere)
-            && m.sigma_t.max_element() > 0.0
-    })?;
-    let light = file.lights.iter().find(|l| is_infinite(&l.kind))?;
-    Some(format!(
-        "{} comes from infinitely far and cannot cross {}, which has no end; give the medium a \
-         region with an end",
-        light.at, fog.name
-    ))
-}
-
-/// Whether light of this kind comes from infinitely far.
-fn is_infinite(kind: &LightKind) -> bool {
-    use LightKind::{Environment, Gradient, Sun};
-    matches!(kind, Sun { .. } | Environment { .. } | Gradient { .. })
 }

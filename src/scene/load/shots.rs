@@ -5,8 +5,11 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::scene::LoadOptions;
 use crate::scene::file;
-use crate::scene::reader::Document;
+use crate::scene::reader::{Document, Setting};
 use crate::scene::usd::{Shot, ShotScene, is_usd};
+
+/// The table that opens a shutter.
+const MOTION: &str = "motion";
 
 /// The text of a scene that is, or adds to, a shot.
 #[derive(Debug)]
@@ -28,6 +31,8 @@ pub(in crate::scene) struct ShotSource {
     path: PathBuf,
     /// The text of the scene file.
     own: String,
+    /// Whether a shutter is open, during which it moves.
+    moves: bool,
 }
 
 impl ShotSource {
@@ -50,7 +55,7 @@ impl ShotSource {
     pub(super) fn of_usd(path: &Path, options: &LoadOptions) -> Result<Self> {
         options.look.refuse_in_scene()?;
         let shot = Shot::open(path, options.camera.as_deref())?;
-        Ok(Self { shot, path: path.into(), own: String::new() })
+        Ok(Self { shot, path: path.into(), own: String::new(), moves: opens_shutter("", options) })
     }
 
     /// The shot that the `text` of the scene file `path` names; nothing where it names none.
@@ -71,7 +76,8 @@ impl ShotSource {
         let file = section.file.path;
         let shot = Shot::open(&file, camera.or(section.camera.as_deref()));
         let shot = shot.map_err(|problem| section.file.at.error(problem))?;
-        Ok(Some(Self { shot, path: file, own: text.into() }))
+        let moves = opens_shutter(text, options);
+        Ok(Some(Self { shot, path: file, own: text.into(), moves }))
     }
 
     /// What the `text` of the scene file `path` says of a shot.
@@ -98,6 +104,10 @@ impl ShotSource {
     /// Where the shot cannot be used.
     pub(in crate::scene) fn text(&self, frame: Option<i64>) -> Result<WithShot> {
         let mut made = self.shot.scene(frame)?;
+        if self.moves {
+            let next = frame.unwrap_or_else(|| self.shot.first_frame()) + 1;
+            made.move_toward(&self.shot.scene(Some(next))?);
+        }
         let mut text = self.own.clone();
         if !self.own.is_empty() {
             made.draft.leave_out(&self.own.parse().unwrap_or_default());
@@ -107,4 +117,11 @@ impl ShotSource {
         text += &made.draft.text();
         Ok(WithShot { path: self.path.clone(), text, start, made })
     }
+}
+
+/// Whether the `text` of a scene or `options` have the table `[motion]`.
+fn opens_shutter(text: &str, options: &LoadOptions) -> bool {
+    let is_motion = |setting: &Setting| setting.table() == MOTION;
+    options.settings.iter().any(is_motion)
+        || text.parse::<toml::Table>().is_ok_and(|table| table.contains_key(MOTION))
 }

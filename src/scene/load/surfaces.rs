@@ -22,13 +22,14 @@ pub(super) struct Built {
     pub(super) light: Option<Light>,
 }
 
-/// The surface of `section`; `next_light` is the index its light would have.
+/// The surface of `section` so many `frames` after the time of the scene; `next_light` is the index its light would have.
 pub(super) fn build(
     section: &SurfaceSection,
+    frames: f64,
     next_light: u32,
     context: &mut Context,
 ) -> Result<Built> {
-    let (shape, own) = shape(section, context)?;
+    let (shape, own) = shape(section, frames, context)?;
     let materials = match &section.material {
         Some(given) => {
             let slots = if let Shape::Mesh(mesh) = &shape { mesh.slot_count() } else { 1 };
@@ -45,8 +46,15 @@ pub(super) fn build(
 }
 
 /// The placed shape with its own materials.
-fn shape(section: &SurfaceSection, context: &mut Context) -> Result<(Shape, Vec<Material>)> {
-    let (place, placement) = (&section.at, &section.placement);
+fn shape(
+    section: &SurfaceSection,
+    frames: f64,
+    context: &mut Context,
+) -> Result<(Shape, Vec<Material>)> {
+    section.next_file.iter().for_each(|next| context.sources.add(&next.path));
+    let still = section.placement;
+    let place = &section.at;
+    let placement = &section.motion.map_or(still, |motion| motion.placed(&still, frames));
     let world = |p: DVec3| WorldPoint::from_xyz(placement.transform_point3(p));
     let turned = |v: DVec3| placement.transform_vector3(v);
     let shape = match &section.shape {
@@ -63,7 +71,18 @@ fn shape(section: &SurfaceSection, context: &mut Context) -> Result<(Shape, Vec<
             let normal = placement.matrix3.inverse().transpose() * *normal;
             Shape::Plane(at(place, Plane::new(world(*point), normal))?)
         }
-        ShapeSection::Mesh(file) => return mesh_with_materials(file, placement, context),
+        ShapeSection::Mesh(file) => {
+            let (mesh, materials) = mesh_with_materials(file, placement, context)?;
+            let next = section.next_file.as_ref().filter(|_| frames != 0.0);
+            let mesh = match next {
+                Some(next) => {
+                    let there = self::mesh(next, placement, context)?.mesh;
+                    at(&next.at, mesh.toward(&there, frames))?
+                }
+                None => mesh,
+            };
+            return Ok((Shape::Mesh(Arc::new(mesh)), materials));
+        }
     };
     Ok((shape, vec![Material::Diffuse { reflectance: Texture::Constant(Rgb::splat(0.5)) }]))
 }
@@ -90,14 +109,14 @@ fn mesh_with_materials(
     file: &FileReference,
     placement: &DAffine3,
     context: &mut Context,
-) -> Result<(Shape, Vec<Material>)> {
+) -> Result<(Mesh, Vec<Material>)> {
     let loaded = mesh(file, placement, context)?;
     let materials = loaded
         .materials
         .iter()
         .map(|material| mesh_material(material, file, context))
         .collect::<Result<Vec<_>>>()?;
-    Ok((Shape::Mesh(Arc::new(loaded.mesh)), materials))
+    Ok((loaded.mesh, materials))
 }
 
 fn mesh_material(

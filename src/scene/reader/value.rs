@@ -305,6 +305,21 @@ impl<'t> Value<'t> {
         Ok(FileReference { path, at: self.place() })
     }
 
+    /// As [`file`](Self::file), that of the next frame where it is one of a sequence; `None` where that is not there.
+    pub(in crate::scene) fn next_file(&self, right: &str) -> Result<Option<FileReference>> {
+        let folder = self.source.path.parent().unwrap_or(Path::new(""));
+        let path = folder.join(self.string(right)?);
+        let pattern = Pattern::from_path(&path).filter(|_| !path.is_file());
+        let next = self.source.frame.and_then(|frame| frame.checked_add(1));
+        match pattern.zip(next) {
+            Some((pattern, next)) => {
+                let path = pattern.existing(next);
+                Ok(path.is_file().then(|| FileReference { path, at: self.place() }))
+            }
+            None => self.file(right).map(Some),
+        }
+    }
+
     pub(super) fn items(&self, array: &'t DeArray<'t>) -> impl Iterator<Item = Value<'t>> {
         let (source, key) = (self.source, self.key.clone());
         let item = move |(i, value)| Value { source, key: format!("{key}[{i}]"), value };

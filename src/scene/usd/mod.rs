@@ -145,6 +145,11 @@ impl Shot {
         frames.filter(|frame| self.volume_files(*frame).iter().all(|file| file.is_file())).collect()
     }
 
+    /// The number of the first frame.
+    pub(super) fn first_frame(&self) -> i64 {
+        self.timing.frames().map_or(0, |[first, _]| first)
+    }
+
     /// The VDB files of `frame`; none where the shot cannot be used, as its [`scene`](Self::scene) says.
     pub(super) fn volume_files(&self, frame: i64) -> Vec<PathBuf> {
         let time = self.timing.at(Some(frame));
@@ -191,6 +196,22 @@ impl Shot {
             ));
         }
         Ok(made)
+    }
+}
+
+impl ShotScene {
+    /// Lets camera and meshes move to where they are in `later`, the scene one frame later.
+    pub(in crate::scene) fn move_toward(&mut self, later: &Self) {
+        let (files, warnings) = (&mut self.files, &mut self.warnings);
+        let mesh = |name: &str| {
+            files.next_mesh(name, &later.files).unwrap_or_else(|()| {
+                warnings.push(format!(
+                    "the mesh {name} has other triangles one frame later, and stands still while the shutter is open"
+                ));
+                None
+            })
+        };
+        self.draft.set_next(&later.draft, mesh);
     }
 }
 

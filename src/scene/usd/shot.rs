@@ -58,6 +58,27 @@ impl Files {
         file
     }
 
+    /// The name of the mesh that the mesh `name` is in `later`, one frame later; `None` where it is the same there, and an error
+    /// where it has other triangles.
+    pub(in crate::scene) fn next_mesh(
+        &mut self,
+        name: &str,
+        later: &Self,
+    ) -> Result<Option<String>, ()> {
+        let Some(here) = self.meshes.get(name) else { return Ok(None) };
+        let there = later.meshes.get(name).ok_or(())?;
+        if there.positions == here.positions && there.normals == here.normals {
+            return Ok(None);
+        }
+        let is_same = there.triangles == here.triangles
+            && there.positions.len() == here.positions.len()
+            && there.normals.len() == here.normals.len();
+        let there = is_same.then(|| Arc::clone(there)).ok_or(())?;
+        let next = format!("{}_next.ply", name.trim_end_matches(".ply"));
+        self.meshes.insert(next.clone(), there);
+        Ok(Some(next))
+    }
+
     /// VDB files and pictures by their names in the scene: where they are.
     pub fn assets(&self) -> impl Iterator<Item = (&str, &Path)> {
         self.assets.iter().map(|(name, path)| (name.as_str(), path.as_path()))

@@ -43,6 +43,20 @@ impl VdbFile {
         }
     }
 
+    /// The vector grid, or the three scalar grids, to take for velocities where none is named: of those with a usual name the
+    /// one that [`NAMES`](super::NAMES) prefer.
+    pub fn default_velocity(&self) -> Option<GridRef> {
+        let vectors = (0..self.grids().len()).filter(|&i| self.grids()[i].is_vector());
+        let all = vectors.map(|i| (self.grids()[i].name.clone(), self.reference(i)));
+        let triples = triples(self.grids());
+        let all = all.chain(triples.into_iter().map(|triple| (triple.label().to_owned(), triple)));
+        let ranked = all.filter_map(|(name, grid)| match role_of(&name)? {
+            (Role::Velocity, rank) => Some((rank, grid)),
+            _ => None,
+        });
+        ranked.min_by_key(|(rank, _)| *rank).map(|(_, grid)| grid)
+    }
+
     /// The grid of this name; where several share it, the one of this occurrence, counted from 0,
     /// or the first.
     ///

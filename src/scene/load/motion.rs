@@ -1,0 +1,296 @@
+//! The scene at other times of the shutter.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::context::{Context, at};
+use super::{grids, media};
+use crate::error::Result;
+use crate::math::{Aabb, World};
+use crate::medium::{Albedo, Density, Emission, Media, Medium, Ramped};
+use crate::scene::Aov;
+use crate::scene::camera::{Camera, CameraMatrices};
+use crate::scene::file::{
+    DensitySection, MediumSection, MotionSection, MotionStep, SceneFile, VelocitySection,
+    VelocityUnit,
+};
+use crate::scene::frame_motion::{FrameMotion, MediumStep};
+use crate::surface::Surfaces;
+use crate::vdb::{Drift, Grid, Voxel};
+
+/// Times of a shutter in which something moves, at least and at most, where their number is not given.
+///
+/// Unit: count. Limit: on memory and on the work of grids, photons and caches for each.
+const TIMES: [u32; 2] = [2, 32];
+
+/// How each medium of `file` is carried by velocities while the shutter is open.
+pub(super) fn drifts(file: &SceneFile, context: &mut Context) -> Result<Vec<Option<Arc<Drift>>>> {
+    let of = |section: &MediumSection| {
+        if file.motion.shutter == 0.0 && !file.film.passes.has(Aov::Motion) {
+            return Ok(None);
+        }
+        let medium = media::build(section, context)?;
+        Ok(drift(section, &medium, &file.motion, context)?.map(Arc::new))
+    };
+    file.media.iter().map(of).collect()
+}
+
+/// The media of `file`, carried by these `drifts`, so many `frames` after the time of the scene, as `camera` sees them.
+pub(super) fn media(
+    frames: f64,
+    file: &SceneFile,
+    drifts: &[Option<Arc<Drift>>],
+    camera: &Camera,
+    context: &mut Context,
+) -> Result<Media> {
+    let of = |(section, drift): (&MediumSection, &Option<Arc<Drift>>)| {
+        let medium = medium(section, drift.as_deref(), frames, context)?;
+        Ok(media::resolved(medium, camera))
+    };
+    file.media.iter().zip(drifts).map(of).collect::<Result<_>>().map(Media::new)
+}
+
+/// How `medium`, that of `section` at the time of the scene, is carried by velocities while the shutter is open; `None` where
+/// there are none.
+fn drift(
+    section: &MediumSection,
+    medium: &Medium,
+    motion: &MotionSection,
+    context: &mut Context,
+) -> Result<Option<Drift>> {
+    let DensitySection::Grid { grid: density, .. } = &section.density else { return Ok(None) };
+    let Some(smoke) = medium.density.grid() else { return Ok(None) };
+    let Some(velocity) = grids::velocity(density, &section.velocity.name, context)? else {
+        return Ok(None);
+    };
+    let VelocitySection { unit, scale, .. } = section.velocity;
+    let placement = section.placement.matrix3;
+    let to_world: DMat3 = match unit {
+        VelocityUnit::MetresASecond => placement * (1.0 / motion.fps),
+        VelocityUnit::MetresAFrame => placement,
+        VelocityUnit::VoxelsAFrame => placement * velocity.transform().affine().matrix3,
+    };
+    let velocity = grids::placed(velocity, &section.placement, &density.at)?;
+    Ok(Some(Drift::new(&velocity, to_world * scale, smoke, motion.farthest())))
+}
+
+/// The medium of `section` so many `frames` after the time of the scene.
+fn medium(
+    section: &MediumSection,
+    drift: Option<&Drift>,
+    frames: f64,
+    context: &mut Context,
+) -> Result<Medium> {
+    let medium = match &section.motion {
+        Some(motion) => {
+            let placement = motion.placed(&section.placement, frames);
+            media::build(&MediumSection { placement, ..section.clone() }, context)?
+        }
+        None => media::build(section, context)?,
+    };
+    match drift.filter(|_| frames != 0.0) {
+        Some(drift) => at(&section.at, carried(medium, drift, frames)),
+        None => Ok(medium),
+    }
+}
+
+/// `medium`, all of whose grids are carried by `drift` for so many `frames`.
+fn carried(medium: Medium, drift: &Drift, frames: f64) -> Result<Medium, String> {
+    fn moved<V: Voxel>(grid: Grid<V>, drift: &Drift, frames: f64) -> Result<Grid<V>, String> {
+        drift.moved(grid, frames)
+    }
+    let grid = |grid| moved(grid, drift, frames);
+    Ok(Medium {
+        density: match medium.density {
+            Density::Voxel(voxels) => Density::Voxel(grid(voxels)?),
+            Density::Ramped(ramped) => {
+                let voxels = grid(ramped.grid().clone())?;
+                Density::Ramped(Ramped::new(voxels, ramped.transfer().clone()))
+            }
+            Density::Homogeneous(region) => Density::Homogeneous(region),
+        },
+        albedo: match medium.albedo {
+            Albedo::Constant(albedo) => Albedo::Constant(albedo),
+            Albedo::Color { grid, scale } => {
+                Albedo::Color { grid: moved(grid, drift, frames)?, scale }
+            }
+            Albedo::Scalar { grid: voxels, scale } => Albedo::Scalar { grid: grid(voxels)?, scale },
+            Albedo::Ramped(ramped) => {
+                let voxels = grid(ramped.grid().clone())?;
+                Albedo::Ramped(Ramped::new(voxels, ramped.transfer().clone()))
+            }
+        },
+        emission: match medium.emission {
+            Some(Emission::Grid { grid: voxels, color }) => {
+                Some(Emission::Grid { grid: grid(voxels)?, color })
+            }
+            Some(Emission::Ramped(ramped)) => {
+                let voxels = grid(ramped.grid().clone())?;
+                Some(Emission::Ramped(Ramped::new(voxels, ramped.transfer().clone())))
+            }
+            Some(Emission::Blackbody {
+                grid: voxels,
+                ramp,
+                kelvin_scale,
+                kelvin_offset,
+                scale,
+                table,
+            }) => Some(Emission::Blackbody {
+                grid: grid(voxels)?,
+                ramp,
+                kelvin_scale,
+                kelvin_offset,
+                scale,
+                table,
+            }),
+            other @ (Some(Emission::Density(_)) | None) => other,
+        },
+        ..medium
+    })
+}
+
+/// Where all of `file` is one frame after the time `frames`, where motion vectors are asked for: from `here` to what is `later`, each
+/// a camera with its surfaces.
+pub(super) fn frame_motion(
+    frames: f64,
+    file: &SceneFile,
+    drifts: &[Option<Arc<Drift>>],
+    here: (&Camera, &Surfaces),
+    later: (Camera, Arc<Surfaces>),
+) -> FrameMotion {
+    let placed = |motion: Option<&MotionStep>, still: &DAffine3| {
+        motion.map_or(DAffine3::IDENTITY, |motion| {
+            let [from, to] = [frames, frames + 1.0].map(|t| motion.placed(still, t));
+            to * from.inverse()
+        })
+    };
+    let media = file.media.iter().zip(drifts).map(|(section, drift)| match drift {
+        Some(drift) => MediumStep::Carried(Arc::clone(drift)),
+        None => MediumStep::Placed(placed(section.motion.as_ref(), &section.placement)),
+    });
+    // Those of lights come first, and stand still.
+    let of_lights = here.1.surfaces().len() - file.surfaces.len();
+    let surfaces = file.surfaces.iter().map(|s| placed(s.motion.as_ref(), &s.placement));
+    let surfaces = std::iter::repeat_n(DAffine3::IDENTITY, of_lights).chain(surfaces).collect();
+    FrameMotion::new([*here.0, later.0], file.film.size, later.1, surfaces, media.collect())
+}
+
+/// What moves while the shutter is open.
+pub(super) struct Moving<'a> {
+    /// The scene's file.
+    pub(super) file: &'a SceneFile,
+    /// The cameras when the shutter opens and closes.
+    pub(super) cameras: [Camera; 2],
+    /// How media are carried.
+    pub(super) drifts: &'a [Option<Arc<Drift>>],
+    /// What media and surfaces fill in the middle, in the order of the file.
+    pub(super) media: Vec<Option<Aabb<World>>>,
+    /// The same of surfaces.
+    pub(super) surfaces: Vec<Option<Aabb<World>>>,
+}
+
+impl Moving<'_> {
+    /// Into how many parts the shutter is cut, 0 where nothing moves; `context` is told.
+    pub(super) fn count(&self, context: &mut Context) -> u32 {
+        let shutter = self.file.motion.shutter;
+        if !self.is_any() {
+            context.warnings.push(format!(
+                "[motion] opens a shutter for {shutter} frames, and nothing moves meanwhile: give `next` of the camera, \
+                 `motion` of a surface or a medium, or a VDB file with velocities"
+            ));
+            return 0;
+        }
+        let pixels = self.pixels();
+        let times = self.times(pixels);
+        let moved =
+            pixels.map_or(String::new(), |p| format!(", in which it moves up to {p:.1} pixels"));
+        context.notes.push(format!(
+            "motion: the scene at {times} times of a shutter of {shutter} frames{moved}"
+        ));
+        times
+    }
+
+    /// Whether anything moves.
+    fn is_any(&self) -> bool {
+        let file = self.file;
+        is_static_scene_moving(file)
+            || self.drifts.iter().flatten().any(|drift| drift.fastest() > 0.0)
+            || file.media.iter().any(|medium| medium.motion.is_some())
+    }
+
+    /// How far anything moves on the film meanwhile, in pixels; `None` where no camera tells. Corners of boxes stand for
+    /// what is in them.
+    fn pixels(&self) -> Option<f64> {
+        let [open, close] = self.cameras.each_ref().map(|c| c.matrices(self.file.film.size));
+        let film = Film { open: open?, close: close?, size: self.file.film.size };
+        let MotionSection { open, shutter, .. } = self.file.motion;
+        let middle = self.file.motion.middle();
+        let mut most = 0.0_f64;
+        let mut see = |bounds: &Aabb<World>, moved: &dyn Fn(DVec3, f64) -> DVec3| {
+            for corner in bounds.corners() {
+                let [from, to] = [open, open + shutter].map(|t| moved(corner.xyz, t - middle));
+                most = most.max(film.distance(from, to));
+            }
+        };
+        let media = self.file.media.iter().zip(self.drifts).zip(&self.media);
+        for ((section, drift), bounds) in media {
+            let Some(bounds) = bounds else { continue };
+            let speed = drift.as_ref().map_or(0.0, |drift| drift.fastest());
+            for axis in DVec3::AXES {
+                see(bounds, &|p, t| p + axis * (speed * t));
+            }
+            if let Some(motion) = &section.motion {
+                let placed = |t| motion.placed(&section.placement, t);
+                see(bounds, &|p, t| between(placed(middle), placed(middle + t), p));
+            }
+        }
+        for (section, bounds) in self.file.surfaces.iter().zip(&self.surfaces) {
+            let Some(bounds) = bounds else { continue };
+            let placed = |t| {
+                let still = section.placement;
+                section.motion.as_ref().map_or(still, |motion| motion.placed(&still, t))
+            };
+            see(bounds, &|p, t| between(placed(middle), placed(middle + t), p));
+        }
+        Some(most)
+    }
+
+    /// Into how many parts the shutter is cut, where `pixels` is how far anything moves meanwhile.
+    fn times(&self, pixels: Option<f64>) -> u32 {
+        let [least, most] = TIMES;
+        let has_mesh = self.file.surfaces.iter().any(|surface| surface.next_file.is_some());
+        // Vertices move one knows not how far.
+        let guessed = pixels.filter(|_| !has_mesh).unwrap_or(0.5 * f64::from(most));
+        // Samples are spread most evenly over powers of two.
+        let wanted = (guessed.clamp(1.0, f64::from(most)).ceil() as u32).next_power_of_two();
+        self.file.motion.times.unwrap_or(wanted.clamp(least, most))
+    }
+}
+
+/// Whether camera or surfaces move.
+pub(super) fn is_static_scene_moving(file: &SceneFile) -> bool {
+    let moves =
+        |s: &crate::scene::file::SurfaceSection| s.motion.is_some() || s.next_file.is_some();
+    file.camera.next.is_some() || file.surfaces.iter().any(moves)
+}
+
+/// Where `p`, a place of what one placement puts there, is put by another.
+fn between(from: DAffine3, to: DAffine3, p: DVec3) -> DVec3 {
+    (to * from.inverse()).transform_point3(p)
+}
+
+/// The film when the shutter opens and closes.
+struct Film {
+    open: CameraMatrices,
+    close: CameraMatrices,
+    size: [u32; 2],
+}
+
+impl Film {
+    /// How far what is first at `from` and then at `to` moves on the film, in pixels; 0 where it is not before the camera.
+    fn distance(&self, from: DVec3, to: DVec3) -> f64 {
+        let places = self.open.place(from, self.size).zip(self.close.place(to, self.size));
+        places.map_or(0.0, |(a, b)| a.distance(b))
+    }
+}
