@@ -4,6 +4,7 @@
 //!   time as in [`PhotonRate`].
 //! - Rays: the film is rendered twice in few pixels. The second time finds the caches filled: its
 //!   counters and time scale with the pixels of the film. What the first took more is added once.
+//! - Pilot of strategies: it runs, and takes what it takes.
 //! - Director: its maps are made, at a lower resolution where the film is large; their time scales with
 //!   their pixels. The budgets that follow tell what share of the rays is shot.
 
@@ -59,7 +60,7 @@ pub struct Costs {
 /// Wall-clock time of the stages of a render, in seconds, without loading, metering and writing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct StageSeconds {
-    /// Pilot and director.
+    /// Pilot of strategies and director.
     pub director: f64,
     /// Photons, with building their maps.
     pub photons: f64,
@@ -88,7 +89,10 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     settings: &RenderSettings,
     program: u64,
 ) -> Result<Costs> {
+    let start = Instant::now();
     let assignment = chosen_strategies(scene, settings)?;
+    let is_measured = !assignment.measured.is_empty();
+    let pilot = if is_measured { start.elapsed().as_secs_f64() } else { 0.0 };
     let start = Instant::now();
     let (photons, mut work) = sample_photons::<S, H>(scene, settings, &assignment)?;
     let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
@@ -103,7 +107,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
 
     let directed = directed_share(scene, settings, gold)?;
     let seconds = StageSeconds {
-        director: directed.seconds,
+        director: pilot + directed.seconds,
         photons: rate.map_or(0.0, |rate| rate.time(settings.photons).as_secs_f64()),
         march: directed.share * seconds * sample.ratio + (first_seconds - seconds).max(0.0),
     };
