@@ -6,7 +6,6 @@ use super::motion::{self, MotionStep};
 use super::{ColorSection, color_or_texture, placement};
 use crate::error::Result;
 use crate::math::Rgb;
-use crate::scene::keys::motion::NEXT_FILE;
 use crate::scene::keys::surface as keys;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 use crate::surface::CameraView;
@@ -152,8 +151,8 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
         emission,
         placement: placement(section)?,
         motion: motion::step(section)?,
-        next_file: match section.get(&NEXT_FILE) {
-            Some(value) => value.next_file(&NEXT_FILE.kind.right())?,
+        next_file: match section.get(&keys::NEXT_FILE) {
+            Some(value) => value.next_file(&keys::NEXT_FILE.kind.right())?,
             None => None,
         },
     })

@@ -1,8 +1,7 @@
 //! Keys of `[[medium]]`.
 
 use super::Without::{Default, Needed, Other};
-use super::motion::MOVES;
-use super::surface::{BOX_MAX, BOX_MIN, ROTATE, SCALE, TRANSLATE};
+use super::surface::{BOX_MAX, BOX_MIN, MOVES, ROTATE, SCALE, TRANSLATE};
 use super::transfer::{CLAMP, FROM, GAMMA, RAMP};
 use super::{Key, Kind, Table};
 use crate::scene::reader::Range;
