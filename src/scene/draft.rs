@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use toml::Value;
 
 use super::keys::camera as camera_keys;
-use super::keys::motion::NEXT_FILE;
+use super::keys::surface::NEXT_FILE;
 use super::keys::{Key, TABLES};
 use super::reader::Setting;
 

@@ -2,7 +2,6 @@
 
 use crate::error::Result;
 use crate::scene::camera::{Pose, Projection};
-use crate::scene::keys::motion::NEXT_POSE;
 use crate::scene::keys::{Key, camera as keys};
 use crate::scene::reader::{Place, Section, Value};
 
@@ -54,7 +53,7 @@ pub(super) fn read(section: &Section<'_>) -> Result<CameraSection> {
 /// The pose one frame later, that of the camera where nothing else is said.
 fn next(value: &Value<'_>, pose: &Pose) -> Result<Pose> {
     let section = Section::from_value(value, &keys::NEXT.kind.right())?;
-    section.only(&NEXT_POSE)?;
+    section.only(&keys::NEXT_POSE)?;
     let triple = |key: &Key, known| match section.get(key) {
         Some(_) => section.triple(key),
         None => Ok(known),

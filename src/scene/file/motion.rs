@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::turn;
 use crate::error::Result;
+use crate::scene::keys::surface::{MOVES, MOVES_TABLE};
 use crate::scene::keys::{medium as medium_keys, motion as keys};
 use crate::scene::reader::{Place, Section, Value, with_empty};
 
@@ -113,10 +114,10 @@ pub(super) fn read(root: &Section<'_>) -> Result<MotionSection> {
 
 /// Reads `motion` of a surface or a medium.
 pub(super) fn step(section: &Section<'_>) -> Result<Option<MotionStep>> {
-    section.maybe(&keys::MOVES, |value| {
-        let section = Section::from_value(value, &keys::MOVES.kind.right())?;
-        section.only(&keys::MOVES_TABLE)?;
-        let [translate, rotate] = [keys::MOVES_TABLE.keys[0], keys::MOVES_TABLE.keys[1]];
+    section.maybe(&MOVES, |value| {
+        let section = Section::from_value(value, &MOVES.kind.right())?;
+        section.only(&MOVES_TABLE)?;
+        let [translate, rotate] = [MOVES_TABLE.keys[0], MOVES_TABLE.keys[1]];
         Ok(MotionStep { translate: section.triple(translate)?, rotate: section.triple(rotate)? })
     })
 }
@@ -127,7 +128,7 @@ pub(super) fn velocity(section: &Section<'_>) -> Result<VelocitySection> {
     let name = match section.get(&medium_keys::VELOCITY) {
         Some(value) => name(section, &value)?,
         // What moves as a whole is not carried by velocities beside.
-        None if section.get(&keys::MOVES).is_some() => VelocityName::Still,
+        None if section.get(&MOVES).is_some() => VelocityName::Still,
         None => VelocityName::Usual,
     };
     Ok(VelocitySection {
@@ -151,7 +152,7 @@ fn name(section: &Section<'_>, value: &Value<'_>) -> Result<VelocityName> {
             value.error("belongs to `file`, but the medium has a `region`; give that a `motion`")
         );
     }
-    section.at_most_one(&[&medium_keys::VELOCITY, &keys::MOVES])?;
+    section.at_most_one(&[&medium_keys::VELOCITY, &MOVES])?;
     if value.is_string() {
         return Ok(VelocityName::Vector(value.place(), value.string(&right)?.to_owned()));
     }

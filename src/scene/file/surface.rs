@@ -7,7 +7,6 @@ use super::{ColorSection, color_or_texture, group, placement};
 use crate::error::Result;
 use crate::math::Rgb;
 use crate::scene::groups::GroupName;
-use crate::scene::keys::motion::NEXT_FILE;
 use crate::scene::keys::surface as keys;
 use crate::scene::objects::ObjectName;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
@@ -169,8 +168,8 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
         group: group(section)?,
         placement: placement(section)?,
         motion: motion::step(section)?,
-        next_file: match section.get(&NEXT_FILE) {
-            Some(value) => value.next_file(&NEXT_FILE.kind.right())?,
+        next_file: match section.get(&keys::NEXT_FILE) {
+            Some(value) => value.next_file(&keys::NEXT_FILE.kind.right())?,
             None => None,
         },
     })

@@ -98,3 +98,25 @@ pub(in crate::scene) const ORTHOGRAPHIC: Table = Table {
 };
 pub(in crate::scene) const LATLONG: Table =
     Table { what: "a latlong camera", keys: &[&TYPE, &POSITION, &TARGET, &UP, &CLIP, &NEXT] };
+
+/// What `next` of a camera holds.
+pub(in crate::scene) const NEXT_POSE: Table = Table {
+    what: "the camera one frame later",
+    keys: &[
+        &Key {
+            without: Other("that of the camera"),
+            doc: "Where the camera stands one frame later; it moves there in a straight line.",
+            ..POSITION
+        },
+        &Key {
+            without: Other("that of the camera"),
+            doc: "What the camera looks at one frame later; it turns there evenly.",
+            ..TARGET
+        },
+        &Key {
+            without: Other("that of the camera"),
+            doc: "What is upward in the picture one frame later.",
+            ..UP
+        },
+    ],
+};

@@ -1,9 +1,8 @@
 //! Keys of `[[medium]]`.
 
 use super::Without::{Default, Needed, Other};
-use super::motion::MOVES;
 pub(in crate::scene) use super::surface::GROUP;
-use super::surface::{BOX_MAX, BOX_MIN, ROTATE, SCALE, TRANSLATE};
+use super::surface::{BOX_MAX, BOX_MIN, MOVES, ROTATE, SCALE, TRANSLATE};
 use super::transfer::{CLAMP, FROM, GAMMA, RAMP};
 use super::{Key, Kind, Table};
 use crate::scene::reader::Range;

@@ -1,8 +1,6 @@
-//! Keys of `[motion]`, and of what moves.
+//! Keys of `[motion]`.
 
 use super::Without::{Default, Other};
-use super::camera::{POSITION, TARGET, UP};
-use super::surface::{ROTATE, TRANSLATE};
 use super::{Key, Kind, Table};
 use crate::scene::reader::Range;
 
@@ -45,52 +43,3 @@ pub(in crate::scene) const TIMES: Key = Key::new(
 
 pub(in crate::scene) const MOTION: Table =
     Table { what: "a shutter", keys: &[&SHUTTER, &SHUTTER_POSITION, &FPS, &TIMES] };
-
-pub(in crate::scene) const MOVES: Key = Key::new(
-    "motion",
-    Kind::Table("{ translate, rotate }"),
-    "",
-    Other("it stands still"),
-    "How far it is moved and turned in a frame, where `[motion]` opens a shutter.",
-);
-pub(in crate::scene) const NEXT_FILE: Key = Key::new(
-    "next_file",
-    Kind::File("a mesh (.obj, .ply, .gltf, .glb)"),
-    "",
-    Other("its vertices stand still"),
-    "The mesh one frame later, with the same triangles; vertices move straight to their places there. `####` is the number of the next frame.",
-);
-
-/// What `motion` holds: a placement a frame.
-pub(in crate::scene) const MOVES_TABLE: Table = Table {
-    what: "a motion",
-    keys: &[
-        &Key { unit: "m", doc: "How far it moves in a frame.", ..TRANSLATE },
-        &Key {
-            doc: "How far it turns in a frame about x, y and z in this order, through the place to which its placement moves the origin.",
-            ..ROTATE
-        },
-    ],
-};
-
-/// What `next` of a camera holds.
-pub(in crate::scene) const NEXT_POSE: Table = Table {
-    what: "the camera one frame later",
-    keys: &[
-        &Key {
-            without: Other("that of the camera"),
-            doc: "Where the camera stands one frame later; it moves there in a straight line.",
-            ..POSITION
-        },
-        &Key {
-            without: Other("that of the camera"),
-            doc: "What the camera looks at one frame later; it turns there evenly.",
-            ..TARGET
-        },
-        &Key {
-            without: Other("that of the camera"),
-            doc: "What is upward in the picture one frame later.",
-            ..UP
-        },
-    ],
-};

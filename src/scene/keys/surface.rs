@@ -1,7 +1,6 @@
 //! Keys of `[[surface]]`.
 
 use super::Without::{Default, Needed, Other};
-use super::motion::{MOVES, NEXT_FILE};
 use super::{Key, Kind, Table};
 use crate::scene::groups::GroupName;
 use crate::scene::reader::Range;
@@ -126,6 +125,33 @@ pub(in crate::scene) const SHADOW_CATCHER: Key = Key::new(
     Default("false"),
     "Whether the camera sees only shadows and indirect light on it; a diffuse surface without emission.",
 );
+
+pub(in crate::scene) const MOVES: Key = Key::new(
+    "motion",
+    Kind::Table("{ translate, rotate }"),
+    "",
+    Other("it stands still"),
+    "How far it is moved and turned in a frame, where `[motion]` opens a shutter.",
+);
+pub(in crate::scene) const NEXT_FILE: Key = Key::new(
+    "next_file",
+    Kind::File("a mesh (.obj, .ply, .gltf, .glb)"),
+    "",
+    Other("its vertices stand still"),
+    "The mesh one frame later, with the same triangles; vertices move straight to their places there. `####` is the number of the next frame.",
+);
+
+/// What `motion` holds: a placement a frame.
+pub(in crate::scene) const MOVES_TABLE: Table = Table {
+    what: "a motion",
+    keys: &[
+        &Key { unit: "m", doc: "How far it moves in a frame.", ..TRANSLATE },
+        &Key {
+            doc: "How far it turns in a frame about x, y and z in this order, through the place to which its placement moves the origin.",
+            ..ROTATE
+        },
+    ],
+};
 
 pub(in crate::scene) const SPHERE: Table = Table {
     what: "a sphere",
