@@ -28,7 +28,7 @@ const CAPACITY: usize = 2 * RANKS;
 
 /// Numbers of a list of coverages.
 ///
-/// Unit: count. Derivation: from [`CAPACITY`].
+/// Unit: count. Derivation: two of each object that a pixel keeps account of.
 pub const NUMBERS: usize = 2 * CAPACITY;
 
 /// What the layers are called, before their numbers.

@@ -115,7 +115,8 @@ fn coverages_add_up_to_alpha_and_change_nothing_of_the_picture() {
     let folder = scene();
     let folder = folder.path();
     report(folder, &["-o", "plain.exr"]);
-    report(folder, &[&["-o", "a.exr", "--half"], &PASS[..]].concat());
+    report(folder, &[&["-o", "a.exr"], &PASS[..]].concat());
+    report(folder, &[&["-o", "half.exr", "--half"], &PASS[..]].concat());
     report(folder, &["-o", "b.exr", "--threads", "1", "--passes", "cryptomatte,depth,media"]);
     let [plain, a, b] = ["plain.exr", "a.exr", "b.exr"].map(|name| layers(folder, name));
     assert_eq!(a.channels.len(), plain.channels.len() + 12);
@@ -129,8 +130,9 @@ fn coverages_add_up_to_alpha_and_change_nothing_of_the_picture() {
     assert_eq!(seen(&a), expected);
     assert_eq!(seen(&b), expected);
     // Half floats hold no identifiers; other passes change none of them.
-    let header = read_header(&folder.join("a.exr")).unwrap();
+    let header = read_header(&folder.join("half.exr")).unwrap();
     assert_eq!(header.half, ["A", "B", "G", "R"]);
+    assert_eq!(coverages(&a), coverages(&layers(folder, "half.exr")));
     assert_eq!(coverages(&a), coverages(&b));
     let without = plain.attributes.keys().chain(b.attributes.keys());
     assert_eq!(without.filter(|name| name.starts_with("cryptomatte/")).count(), 4);
