@@ -25,7 +25,7 @@ use scenes::{GoalScene, scenes};
 use worst::{Truths, coarse};
 
 /// Error of each picture of the truth over that of the pictures.
-const TRUTH_SHARE: f64 = 0.4;
+const TRUTH_SHARE: f64 = 0.5;
 
 /// Seeds of the truth and of references: far from those of pictures.
 const TRUTH_SEEDS: [u64; 2] = [1001, 1002];
@@ -46,7 +46,7 @@ struct Extent {
     reference_rays: u32,
 }
 
-const WHOLE: Extent = Extent { seeds: 8, stride: 1, part: 1, goal: 1.0, reference_rays: 16 };
+const WHOLE: Extent = Extent { seeds: 8, stride: 1, part: 1, goal: 1.0, reference_rays: 8 };
 const QUICK: Extent = Extent { seeds: 3, stride: 5, part: 3, goal: 2.0, reference_rays: 4 };
 
 /// A part a scene.
