@@ -102,7 +102,7 @@ fn compare(scene: &GoalScene, extent: &Extent, pool: &ThreadPool, folder: &Path)
     let truths = Truths::new([&a, &b], width);
 
     // Squares of what was stated, and of what is true.
-    let stated: Vec<f64> = pictures.iter().map(|picture| picture.square()).collect();
+    let stated: Vec<f64> = pictures.iter().map(Picture::square).collect();
     let found: Vec<f64> = (0..pictures.len())
         .map(|own| {
             let others = pictures.iter().enumerate().filter(|(index, _)| *index != own);
