@@ -105,11 +105,15 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     work += scaled(&second, sample.ratio);
     work += first.less(&second);
 
+    // Each half of the photons has cells of its own.
+    let has_own = settings.in_halves() && photons.caches.own_lazy().next().is_some();
+    let fills = if has_own { 2.0 } else { 1.0 };
+    let once = fills * (first_seconds - seconds).max(0.0);
     let directed = directed_share(scene, settings, gold)?;
     let seconds = StageSeconds {
         director: pilot + directed.seconds,
         photons: rate.map_or(0.0, |rate| rate.time(settings.photons).as_secs_f64()),
-        march: directed.share * seconds * sample.ratio + (first_seconds - seconds).max(0.0),
+        march: directed.share * seconds * sample.ratio + once,
     };
     let measuring = match settings.director {
         Director::Variance => FIRST_RAYS.min(settings.rays),

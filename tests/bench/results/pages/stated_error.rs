@@ -91,7 +91,7 @@ pub fn tables(rows: &[Row]) -> String {
     format!(
         "Pictures of {seeds} seeds a scene, rendered to a goal by `--error`. Stated and true are roots of mean squares over the \
          seeds, of the same measure: the worst hundredth of blocks of 8 x 8 pixels, relative to the mean radiance of each and \
-         half of that of the picture. The true square is the product of the differences from two pictures with 0.4 of the \
+         half of that of the picture. The true square is the product of the differences from two pictures with half of the \
          error. Intervals are of 95 %.\n\n{errors}\n{}\n\n\
          ## Light that is missed, and what was foretold\n\
          Brightness and bias are against two traced references: the whole picture with its standard error, and blocks of \

@@ -25,7 +25,7 @@ use scenes::{GoalScene, scenes};
 use worst::{Truths, coarse};
 
 /// Error of each picture of the truth over that of the pictures.
-const TRUTH_SHARE: f64 = 0.4;
+const TRUTH_SHARE: f64 = 0.5;
 
 /// Seeds of the truth and of references: far from those of pictures.
 const TRUTH_SEEDS: [u64; 2] = [1001, 1002];
@@ -46,7 +46,7 @@ struct Extent {
     reference_rays: u32,
 }
 
-const WHOLE: Extent = Extent { seeds: 8, stride: 1, part: 1, goal: 1.0, reference_rays: 16 };
+const WHOLE: Extent = Extent { seeds: 8, stride: 1, part: 1, goal: 1.0, reference_rays: 8 };
 const QUICK: Extent = Extent { seeds: 3, stride: 5, part: 3, goal: 2.0, reference_rays: 4 };
 
 /// A part a scene.
@@ -102,7 +102,7 @@ fn compare(scene: &GoalScene, extent: &Extent, pool: &ThreadPool, folder: &Path)
     let truths = Truths::new([&a, &b], width);
 
     // Squares of what was stated, and of what is true.
-    let stated: Vec<f64> = pictures.iter().map(|picture| picture.square()).collect();
+    let stated: Vec<f64> = pictures.iter().map(Picture::square).collect();
     let found: Vec<f64> = (0..pictures.len())
         .map(|own| {
             let others = pictures.iter().enumerate().filter(|(index, _)| *index != own);

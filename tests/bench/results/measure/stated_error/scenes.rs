@@ -27,8 +27,7 @@ const SHIPPED: [(&str, f64); 6] = [
 ];
 
 /// Made files that are rendered alone, with their goals.
-const BARE: [(&str, Kind, f64); 3] =
-    [("smoke", Kind::Smoke, 0.12), ("cloud", Kind::Cloud, 0.12), ("fire", Kind::Fire, 0.12)];
+const BARE: [(&str, Kind, f64); 2] = [("smoke", Kind::Smoke, 0.12), ("fire", Kind::Fire, 0.15)];
 
 /// Voxels along the longest side of made grids, and the length of the plume in metres.
 const RESOLUTION: u32 = 48;
@@ -167,7 +166,7 @@ fn made() -> Vec<(&'static str, f64, String)> {
         ),
         (
             "glint of the sun on a mirror",
-            0.2,
+            0.3,
             &[FRONT, &few, &plume(4.0, "0.9"), FLOOR, &mirror, SUN_ABOVE, SKY],
         ),
         ("surfaces alone, glass", 0.3, &[FRONT, &many, FLOOR, &back, &glass, &red, PANEL]),
