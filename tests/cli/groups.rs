@@ -286,7 +286,7 @@ fn what_is_no_group_ends_in_one_message() {
         };
         scene(ALL) + &(0..count).map(lamp).collect::<String>()
     };
-    refused(&lamps(4), &[], &["light[6]", "more than the 8"]);
+    refused(&lamps(4), &[], &["medium[1]", "more than the 8"]);
     let folder = folder(&lamps(3));
     report(folder.path(), &["-o", "out.exr", "--passes", "groups", "--rays", "1"]);
     report(folder.path(), &["--photons-to", "map.fog"]);
