@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Blurs the same smoke with the same velocities by Cycles and by fogbow: an even wind, and a vortex. Of both pictures sharp and
-# blurred ones must agree, and blur must change both alike.
+# Blurs smoke by fogbow, in an even wind and in a vortex, and holds the pictures against means of sharp ones by Cycles; Cycles' own
+# motion blur of the same file is told beside.
 #
 #     pip install bpy==5.2.3 OpenEXR            # bpy wants Python 3.13
 #     tests/check/motion.sh

@@ -154,13 +154,17 @@ fn agree(
     });
     let theirs: Vec<_> = theirs.collect();
     let brightest = ours.iter().map(|mean| mean.value).fold(0.0, f64::max);
+    let sharp = blocks(&method(&scene(folder, &still(0.0), rays * 8, photons), 7));
+    let mut is_told = false;
     for (i, ours) in ours.into_iter().enumerate() {
         let theirs = Mean::of(&theirs.iter().map(|set| set[i]).collect::<Vec<_>>());
         let noise = ERRORS * ours.error.hypot(theirs.error);
         let off = (ours.value - theirs.value).abs();
         let bound = noise + bias * brightest + ROUNDING;
         assert!(off <= bound, "block {i}: {ours:?} not {theirs:?}: {off} above {bound}");
+        is_told |= (sharp[i] - theirs.value).abs() > 2.0 * bound;
     }
+    assert!(is_told, "a sharp picture would agree as well: {sharp:?}");
 }
 
 /// Writes the files of tests/check/motion.sh.
