@@ -20,7 +20,6 @@ mod scaling;
 mod scenes;
 mod spent;
 mod stages;
-mod stated_error;
 mod strategy;
 mod threads;
 mod verify;
@@ -67,7 +66,7 @@ macro_rules! measured {
 }
 
 /// All of them, the quickest first.
-pub fn measurements() -> [Measurement; 18] {
+pub fn measurements() -> [Measurement; 17] {
     measured![
         "plan" by plan,
         "rates" by rates,
@@ -79,7 +78,6 @@ pub fn measurements() -> [Measurement; 18] {
         "verify" by verify,
         "threads" by threads,
         "farm" by farm,
-        "stated-error" by stated_error,
         "equal-time" by equal_time,
         "strategy" by strategy,
         "convergence" by convergence,
