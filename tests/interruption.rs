@@ -83,7 +83,8 @@ fn share_of_rays(last: &str) -> f64 {
 }
 
 /// Every pass.
-const PASSES: &str = "depth,albedo,normal,position,media,direct,indirect,emission,specular";
+const PASSES: &str =
+    "depth,albedo,normal,position,media,direct,indirect,emission,specular,cryptomatte,groups";
 
 /// More rays than can be shot while a test runs: hours of work.
 const ENDLESS: [&str; 4] = ["--rays", "1000000", "--checkpoint", "50ms"];

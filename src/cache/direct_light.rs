@@ -136,7 +136,8 @@ impl<S: Spectrum> DirectLightCache<S> {
             if let Some(light) = sample.filter(LightSample::shines) {
                 let scatterers = [(phase, S::ONE)];
                 let pdf = light.pdf;
-                sum += direct_light::in_scattered(scene, p, wo, &scatterers, &light, ctx) / pdf;
+                let light = direct_light::in_scattered(scene, p, wo, &scatterers, &light, ctx);
+                sum += (light / pdf).in_group(scene.groups.of_light(*index));
             }
         }
         sum

@@ -113,11 +113,12 @@ impl<S: Spectrum> FinalGatherCache<S> {
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
     /// camera per unit of sigma_s, W/(m² sr), for a ray of `pass`: that of one of the eight nearest
-    /// cells. `gather` returns the mean of gathers that start at places of a cell by these points.
+    /// cells, drawn with `u` in [0, 1). `gather` returns the mean of gathers that start at places of a cell by these points.
     pub fn sample(
         &self,
         scene: &Scene,
         p: WorldPoint,
+        u: f64,
         pass: SamplePass,
         ctx: &mut PathContext,
         gather: impl FnOnce(&GatherOrigins, GatherPoints, &mut PathContext) -> S,
@@ -145,7 +146,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
         };
         let thickness = Some(thickness);
         // Pass 0 of the cells is that of light which all passes share.
-        self.cells.sample(p, 1 + pass.index, ctx, |cell, own| {
+        self.cells.sample(p, u, 1 + pass.index, ctx, |cell, own| {
             let center = cell.center;
             let origins =
                 GatherOrigins::in_cell(scene, medium, center, width, footprint, thickness, own);

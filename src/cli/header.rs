@@ -3,8 +3,9 @@
 use serde_json::{Map, Value, json};
 
 use super::partial::COMPLETE;
+use crate::image::cryptomatte;
 use crate::render::Rendered;
-use crate::scene::{Director, Planning, Scene};
+use crate::scene::{Aov, Director, Planning, Scene};
 
 /// What names of attributes of fogbow begin with.
 pub(super) const PREFIX: &str = "fogbow:";
@@ -90,7 +91,8 @@ pub(super) fn settings(
     if !film.passes.is_empty() {
         settings.insert("film_passes".into(), json!(film.passes.to_string()));
     }
-    if film.passes.has_light() && rendered.is_some() {
+    let has_light = film.passes.has_light() || film.passes.has(Aov::Groups);
+    if has_light && rendered.is_some() {
         let is_clean = |r: &Rendered| r.film.denoiser().is_some() || r.film.is_reconstructed();
         let noisy = rendered.is_some_and(is_clean);
         let of = if noisy { "noisy.R, noisy.G and noisy.B" } else { "R, G and B" };
@@ -169,7 +171,21 @@ pub(super) fn attributes(
     let counter = |(name, value): (&String, &Value)| (format!("{PREFIX}{WORK}{name}"), text(value));
     let unfinished = (!rendered.is_complete()).then(|| (COMPLETE.into(), "false".into()));
     let all = settings.iter().map(setting).chain(work.iter().map(counter)).chain(unfinished);
-    all.chain([(ALPHA.into(), PREMULTIPLIED.into())]).chain(camera(scene)).collect()
+    let all = all.chain([(ALPHA.into(), PREMULTIPLIED.into())]).chain(camera(scene));
+    all.chain(objects(scene, rendered)).collect()
+}
+
+/// Those of `attributes` that a deep picture has, which tells of no objects.
+pub(super) fn without_objects(attributes: &[(String, String)]) -> Vec<(String, String)> {
+    let is_kept = |(name, _): &&(String, String)| !name.starts_with(cryptomatte::ATTRIBUTES);
+    attributes.iter().filter(is_kept).cloned().collect()
+}
+
+/// The attributes that tell of the objects of a picture, where it has layers of them.
+fn objects(scene: &Scene, rendered: &Rendered) -> impl Iterator<Item = (String, String)> {
+    let is_there = rendered.film.passes().any(|(name, _)| cryptomatte::is_layer(name));
+    let attributes = is_there.then(|| cryptomatte::attributes(scene.objects.names()));
+    attributes.into_iter().flatten()
 }
 
 /// The matrices of the camera, by the names that OpenEXR gives them.

@@ -3,10 +3,12 @@
 mod attributes;
 mod part;
 mod pass;
+mod read_ahead;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use rayon::prelude::*;
 use serde_json::json;
 
 use super::console;
@@ -53,7 +55,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let output = Output::check(&args.output)?;
     let interrupt = Interrupt::listen()?;
     interrupt.defer();
-    let parts = args.parts.iter().map(|path| Part::read(path)).collect::<Result<Vec<_>>>()?;
+    let parts: Vec<_> = args.parts.par_iter().map(|path| Part::read(path)).collect();
+    let parts = parts.into_iter().collect::<Result<Vec<_>>>()?;
     let passes = pass::group(parts)?;
     let works: Vec<_> = passes.iter().map(Pass::work).collect();
     let weights = pass_weights(&works);
@@ -102,7 +105,7 @@ fn check_output(args: &Args) -> Result<()> {
     }
 }
 
-/// The channels of all parts merged. Parts are read one at a time; a signal ends it before the next.
+/// The channels of all parts merged. A signal ends it before the next part is read.
 fn merged_channels(passes: &[Pass], weights: &[f64], interrupt: &Interrupt) -> Result<Channels> {
     let first = passes[0].first();
     let mut merge = LayerMerge::new(first.size, &first.layers, passes.len()).map_err(|layer| {
@@ -116,13 +119,16 @@ fn merged_channels(passes: &[Pass], weights: &[f64], interrupt: &Interrupt) -> R
         }
         Ok(())
     };
-    for (pass, weight) in passes.iter().zip(weights) {
-        merge.begin_pass(*weight);
-        for part in &pass.parts {
-            go_on()?;
-            merge.add(part.window, &part.read_layers()?);
+    let parts: Vec<_> = passes.iter().flat_map(|pass| &pass.parts).collect();
+    let mut of_passes = passes.iter().zip(weights).flat_map(|(pass, weight)| {
+        (0..pass.parts.len()).map(move |index| (index == 0).then_some(*weight))
+    });
+    read_ahead::each(&parts, go_on, |part, layers| {
+        if let Some(weight) = of_passes.next().flatten() {
+            merge.begin_pass(weight);
         }
-    }
+        merge.add(part.window, layers);
+    })?;
     go_on()?;
     Ok(merge.finish())
 }

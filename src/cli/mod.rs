@@ -48,8 +48,10 @@ mod verify;
 
 use std::ffi::OsString;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
+use crate::error::Error;
 use crate::image::PICTURE_DECODER;
 use crate::scene::USD_READER;
 use crate::shape::MESH_READER;
@@ -113,7 +115,17 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     memory::give_freed_blocks_back();
     let arguments: Vec<_> = arguments.into_iter().collect();
     let command = command(&arguments);
-    let cli = Cli::parse_from(arguments);
+    let cli = match Cli::try_parse_from(&arguments) {
+        Ok(cli) => cli,
+        Err(error) => match live::misplaced_word(&arguments) {
+            Some(problem) if error.kind() == ErrorKind::UnknownArgument => {
+                let usage = Error::Usage(problem);
+                console::message(&format!("error: {usage}"));
+                return usage.exit_code();
+            }
+            _ => error.exit(),
+        },
+    };
     let result = match &cli.command {
         Command::Render(args) => render::run(args),
         Command::Maps(args) => maps::run(args),

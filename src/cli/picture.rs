@@ -305,7 +305,7 @@ impl PictureJob<'_> {
         let mut named = header::attributes(scene, settings, rendered);
         named.extend(header::recipe_of(scene, rendered, self.method, requested));
         if let Some((path, deep)) = output.deep.as_ref().zip(deep) {
-            let bytes = deep.bytes(path, &named)?;
+            let bytes = deep.bytes(path, &header::without_objects(&named))?;
             file::write(path, |out| out.write_all(&bytes))?;
         }
         output.write(&scene.film.shown(), rendered, scene.film.half, &named)?;

@@ -127,7 +127,7 @@ fn readable(scene: &Scene, plan: &RenderPlan, costs: &Costs, threads: usize) -> 
     }
     lines.push(format!("work, about:{}", list(costs.work.counts(), &amount)));
     let StageSeconds { director, photons, march } = costs.seconds;
-    let stages = [("director", director), ("photons", photons), ("rays", march)];
+    let stages = [("pilot and director", director), ("photons", photons), ("rays", march)];
     let stages = stages.iter().filter(|(_, seconds)| *seconds > 0.0);
     let stages: Vec<_> =
         stages.map(|(name, seconds)| format!("{name} {}", digits(*seconds))).collect();

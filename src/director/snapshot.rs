@@ -66,7 +66,7 @@ fn see(scene: &Scene, mut ray: Ray<World>, ctx: &mut PathContext) -> (f64, Rgb) 
     for bounce in 0..MAX_SNAPSHOT_BOUNCES {
         let from_camera = bounce == 0;
         let hit = camera_view::surface_along(scene, &ray, from_camera, ctx);
-        let emission = match &hit {
+        let emission: Rgb = match &hit {
             hit if from_camera => camera_view::emission(scene, &ray, hit.as_ref(), ctx),
             Some(hit) => direct_light::emitted(scene, &ray, hit),
             None => direct_light::environment(scene, &ray, ctx),

@@ -1,14 +1,15 @@
 //! Sums over the rays of a pixel, from which its passes follow.
 //!
-//! How many numbers there are follows from the passes: a block of those of opacity, and one of light, each where a pass needs
-//! it. Further layers of light that rays tell apart are further numbers behind them.
+//! How many numbers there are follows from the passes: the coverages of objects, a block of those of opacity, one of light by
+//! component, and one of light by group, each where a pass needs it.
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use super::sample::{OpacityDepths, Sample};
-use crate::image::{FAR, Features};
-use crate::math::Rgb;
-use crate::scene::{Aov, Aovs};
+use crate::image::{FAR, Features, cryptomatte};
+use crate::math::{MAX_GROUPS, Rgb};
+use crate::scene::{Aov, Aovs, GroupNames};
 
 /// Opacity, the three depths and the three coordinates of the position, these six weighed by opacity.
 ///
@@ -27,7 +28,12 @@ const LIGHT: usize = 12;
 
 /// The numbers of a pixel that its passes follow from.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct AovSums(pub Aovs);
+pub struct AovSums {
+    /// The passes.
+    pub passes: Aovs,
+    /// The groups of emitters that the scene has.
+    pub groups: GroupNames,
+}
 
 /// A pixel whose passes are asked for.
 #[derive(Debug, Clone, Copy)]
@@ -46,61 +52,73 @@ pub struct AovPixel<'a> {
 
 impl AovSums {
     /// How many numbers a pixel has.
-    pub fn len(self) -> usize {
-        let light = if self.0.has_light() { LIGHT } else { 0 };
-        self.depths() + light
+    pub fn len(&self) -> usize {
+        self.blocks().into_iter().sum()
     }
 
-    /// How many numbers are those of opacity.
-    fn depths(self) -> usize {
-        let motion = if self.0.has(Aov::Motion) { MOTION } else { 0 };
-        if self.0.has_depths() { DEPTHS + motion } else { 0 }
+    /// How many of the numbers are those of objects, of opacity, of light by component, and of light by group.
+    fn blocks(&self) -> [usize; 4] {
+        let Self { passes, groups } = self;
+        let of = |is_asked: bool, numbers: usize| if is_asked { numbers } else { 0 };
+        let motion = of(passes.has(Aov::Motion), MOTION);
+        [
+            of(passes.has(Aov::Cryptomatte), cryptomatte::NUMBERS),
+            of(passes.has_depths(), DEPTHS + motion),
+            of(passes.has_light(), LIGHT),
+            of(passes.has(Aov::Groups), 3 * groups.len()),
+        ]
     }
 
     /// Whether a pixel has none.
-    pub fn is_empty(self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
     /// The names of the layers, in the order of [`values`](Self::values).
-    pub fn layers(self) -> Vec<String> {
-        self.0.iter().flat_map(Aov::layers).collect()
+    pub fn layers(&self) -> Vec<String> {
+        let of_pass = |aov: Aov| match aov {
+            Aov::Cryptomatte => cryptomatte::layers().to_vec(),
+            Aov::Groups => self.groups.iter().flat_map(|group| aov.layers(group)).collect(),
+            _ => aov.layers("").to_vec(),
+        };
+        self.passes.iter().flat_map(of_pass).collect()
     }
 
-    /// Adds a ray to the `sums` of its pixel. One that is not [sound](Sample::is_sound) is ignored.
-    pub fn add(self, sums: &mut [f64], sample: &Sample) {
-        if !sample.is_sound() {
+    /// Adds a ray to the `sums` of its pixel, which sees `objects` with these coverages, by their
+    /// [identifiers](cryptomatte::identifier). One that is not [sound](Sample::is_sound) is ignored.
+    pub fn add(&self, sums: &mut [f64], sample: &Sample, objects: &[(u32, f64)]) {
+        if !sample.is_sound() || sums.len() < self.len() {
             return;
         }
-        let (depths, light) = self.split(sums.len());
-        if let Some(seen) = sample.depths.filter(OpacityDepths::is_finite)
-            && depths > 0
-        {
+        let [list, depths, light, _] = self.blocks();
+        let (list, rest) = sums.split_at_mut(list);
+        let (depths, rest) = rest.split_at_mut(depths);
+        let (light, groups) = rest.split_at_mut(light);
+        objects.iter().for_each(|(identifier, coverage)| {
+            cryptomatte::add(list, *identifier, *coverage);
+        });
+        if let Some(seen) = sample.depths.filter(OpacityDepths::is_finite) {
             let OpacityDepths { opacity, first, mean, last, position, motion } = seen;
             let places = [position, motion].into_iter().flat_map(|v| v.to_array());
             let numbers = [1.0, first, mean, last].into_iter().chain(places);
-            sums[..depths]
-                .iter_mut()
-                .zip(numbers)
-                .for_each(|(sum, number)| *sum += opacity * number);
+            depths.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += opacity * number);
         }
-        if light > 0 {
-            let parts = sample.components;
-            let parts = [parts.media, parts.direct, parts.indirect, sample.visible_emission];
-            let numbers = parts.into_iter().flat_map(|rgb| rgb.to_array());
-            sums[depths..].iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
-        }
-    }
-
-    /// How many of `numbers` are those of opacity, and how many those of light.
-    fn split(self, numbers: usize) -> (usize, usize) {
-        let depths = self.depths().min(numbers);
-        (depths, numbers - depths)
+        let parts = sample.components;
+        let parts = [parts.media, parts.direct, parts.indirect, sample.visible_emission];
+        let numbers = parts.into_iter().flat_map(|rgb| rgb.to_array());
+        light.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
+        let parts = sample.groups.unwrap_or_default();
+        let numbers = parts.as_flattened().iter().copied().map(f64::from);
+        groups.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
     }
 
     /// The values of the layers of `pixel`.
-    pub fn values(self, pixel: &AovPixel<'_>) -> impl Iterator<Item = f64> {
-        let (depths, light) = pixel.sums.split_at(self.split(pixel.sums.len()).0);
+    pub fn values(&self, pixel: &AovPixel<'_>) -> impl Iterator<Item = f64> {
+        let missing = pixel.sums.len() < self.len();
+        let [list, depths, light, _] = if missing { [0; 4] } else { self.blocks() };
+        let (list, rest) = pixel.sums.split_at(list);
+        let (depths, rest) = rest.split_at(depths);
+        let (light, groups) = rest.split_at(light);
         let opacity = depths.first().copied().unwrap_or(0.0);
         let seen = opacity > 0.0;
         let mean = move |sum: f64, nothing: f64| if seen { sum / opacity } else { nothing };
@@ -111,18 +129,31 @@ impl AovSums {
         let (position, motion) = (place(4), place(DEPTHS));
         let parts = if light.is_empty() { [Rgb::ZERO; 5] } else { parts(light, pixel) };
         let features = pixel.features;
-        self.0.iter().flat_map(move |aov| match aov {
-            Aov::Depth => depth,
-            Aov::Position => position,
-            Aov::Motion => motion,
-            Aov::Albedo => features.albedo.map(f64::from),
-            Aov::Normal => features.normal.map(f64::from),
-            Aov::Media => parts[0].to_array(),
-            Aov::Direct => parts[1].to_array(),
-            Aov::Indirect => parts[2].to_array(),
-            Aov::Emission => parts[3].to_array(),
-            Aov::Specular => parts[4].to_array(),
-        })
+        let mut values: SmallVec<[f64; 64]> = SmallVec::new();
+        for aov in self.passes.iter() {
+            values.extend(match aov {
+                Aov::Depth => depth,
+                Aov::Position => position,
+                Aov::Motion => motion,
+                Aov::Albedo => features.albedo.map(f64::from),
+                Aov::Normal => features.normal.map(f64::from),
+                Aov::Media => parts[0].to_array(),
+                Aov::Direct => parts[1].to_array(),
+                Aov::Indirect => parts[2].to_array(),
+                Aov::Emission => parts[3].to_array(),
+                Aov::Specular => parts[4].to_array(),
+                Aov::Cryptomatte => {
+                    let ranks = cryptomatte::ranks(list, pixel.rays.max(1) as f64);
+                    values.extend(ranks.into_iter().map(f64::from));
+                    continue;
+                }
+                Aov::Groups => {
+                    values.extend(group_parts(groups, pixel).flat_map(|part| part.to_array()));
+                    continue;
+                }
+            });
+        }
+        values.into_iter()
     }
 }
 
@@ -145,10 +176,26 @@ fn parts(sums: &[f64], pixel: &AovPixel<'_>) -> [Rgb; 5] {
     [media + share(media), direct, indirect + share(indirect), emission, specular + others]
 }
 
+/// The light of each group in a pixel, W/(m² sr), from these sums: together it is what the picture shows. What that shows of
+/// light gathered for other rays, and what rounding leaves, is shared as the rest of the light is.
+fn group_parts(sums: &[f64], pixel: &AovPixel<'_>) -> impl Iterator<Item = Rgb> {
+    let rays = pixel.rays.max(1) as f64;
+    let groups: SmallVec<[Rgb; MAX_GROUPS]> =
+        sums.chunks_exact(3).map(|sum| DVec3::from_slice(sum) / rays).collect();
+    let size: Rgb = groups.iter().map(|group| group.abs()).sum();
+    let left = pixel.shown - groups.iter().sum::<Rgb>();
+    let is_lit = size.cmpgt(Rgb::ZERO);
+    groups.into_iter().enumerate().map(move |(index, group)| {
+        let dark = if index == 0 { left } else { Rgb::ZERO };
+        group + Rgb::select(is_lit, left * group.abs() / size, dark)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::film::{Accumulator, Components};
+    use crate::scene::Scene;
     use proptest::prelude::*;
 
     fn pixel<'a>(sums: &'a [f64], samples: &Accumulator, shown: Rgb) -> AovPixel<'a> {
@@ -161,7 +208,7 @@ mod tests {
         fn light_adds_up_to_the_picture(
             rays in prop::collection::vec(prop::array::uniform9(0.0_f64..10.0), 1..20), more in -1.0_f64..1.0,
         ) {
-            let layout = AovSums(Aov::LIGHT.into_iter().collect());
+            let layout = AovSums { passes: Aov::LIGHT.into_iter().collect(), ..AovSums::default() };
             let mut sums = vec![0.0; layout.len()];
             let mut samples = Accumulator::default();
             for [a, b, c, d, e, f, g, h, i] in rays {
@@ -173,8 +220,8 @@ mod tests {
                     visible_emission: emission,
                     ..Sample::default()
                 };
-                layout.add(&mut sums, &sample);
-                layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample });
+                layout.add(&mut sums, &sample, &[]);
+                layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[]);
                 samples.add(sample);
             }
             let shown = (samples.mean() + more).max(Rgb::ZERO);
@@ -188,9 +235,42 @@ mod tests {
         }
     }
 
+    /// Of groups that are 1, 2 and 3 parts of the light, with what is shown of other rays and what rounding leaves.
+    #[test]
+    fn groups_are_shared_by_their_light() {
+        let lamp = |name: &str| {
+            format!(
+                "[[light]]\ntype = 'point'\nposition = [0, 1, 0]\nintensity = 1\ngroup = '{name}'\n"
+            )
+        };
+        let camera = "[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 0]\n".to_owned();
+        let scene = Scene::of_text(&(camera + &["a", "b", "c"].map(lamp).concat()));
+        let layout = AovSums { passes: "groups".parse().unwrap(), groups: scene.groups.names };
+        let names = layout.layers();
+        assert_eq!((names.len(), names[3].as_str(), layout.len()), (9, "group.b.R", 9));
+        let (mut sums, mut samples) = (vec![0.0; layout.len()], Accumulator::default());
+        let mut groups = [[0.0; 3]; MAX_GROUPS];
+        for (group, part) in groups.iter_mut().zip([1.0, 2.0, 3.0]) {
+            *group = [part, 0.0, 0.1 * part];
+        }
+        for light in [6.0, 6.0 + 1e-9] {
+            let radiance = Rgb::new(light, 0.0, 0.1 * light);
+            let sample = Sample { radiance, groups: Some(groups), ..Sample::default() };
+            layout.add(&mut sums, &sample, &[]);
+            layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[]);
+            samples.add(sample);
+        }
+        let shown = Rgb::new(12.0, 0.5, 0.0);
+        let values: Vec<f64> = layout.values(&pixel(&sums, &samples, shown)).collect();
+        let right = [2.0, 0.5, 0.0, 4.0, 0.0, 0.0, 6.0, 0.0, 0.0];
+        let off = values.iter().zip(right).map(|(value, right)| (value - right).abs());
+        assert!(values.len() == 9 && off.fold(0.0, f64::max) < 1e-6, "{values:?}");
+    }
+
     #[test]
     fn depths_are_means_by_opacity() {
-        let layout = AovSums("depth,position,motion".parse().unwrap());
+        let passes = "depth,position,motion".parse().unwrap();
+        let layout = AovSums { passes, ..AovSums::default() };
         let mut sums = vec![0.0; layout.len()];
         let ray = |opacity, mean, x| {
             let depths = OpacityDepths {
@@ -207,10 +287,32 @@ mod tests {
         let nothing: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
         assert_eq!(nothing, [FAR, FAR, FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         for sample in [ray(1.0, 2.0, 3.0), ray(0.5, 5.0, 6.0), Sample::default()] {
-            layout.add(&mut sums, &sample);
+            layout.add(&mut sums, &sample, &[]);
         }
         let seen: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
         assert_eq!(seen, [1.0, 3.0, 9.0, 4.0, 0.0, 0.0, 0.0, 4.0, 0.0]);
         assert_eq!(layout.layers()[..3], ["depth.first", "depth.mean", "depth.last"]);
+    }
+
+    #[test]
+    fn objects_are_told_beside_others() {
+        let passes = "emission,cryptomatte".parse().unwrap();
+        let layout = AovSums { passes, ..AovSums::default() };
+        let mut sums = vec![0.0; layout.len()];
+        let mut samples = Accumulator::default();
+        let sample = Sample { radiance: Rgb::ONE, visible_emission: Rgb::ONE, ..Sample::default() };
+        let [a, b] = ["a", "b"].map(cryptomatte::identifier);
+        for objects in [&[(a, 0.25), (b, 0.5)][..], &[(b, 0.5)], &[]] {
+            layout.add(&mut sums, &sample, objects);
+            layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[(a, 1.0)]);
+            samples.add(sample);
+        }
+        let values: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ONE)).collect();
+        let expected = [1.0 / 3.0, 0.25 / 3.0].map(|value| f64::from(value as f32));
+        assert_eq!(values[..3], [1.0; 3]);
+        assert_eq!((values[3] as f32).to_bits(), b);
+        assert_eq!((values[5] as f32).to_bits(), a);
+        assert_eq!([values[4], values[6]], expected);
+        assert_eq!((values.len(), layout.layers().len()), (15, 15));
     }
 }

@@ -96,15 +96,15 @@ impl PixelComponents {
         }
     }
 
-    /// Square of the noise of its mean luminance, as what differs between the halves A and B tells it: with a and b rays the
-    /// mean of a b (A - B)² / (a + b)² is the variance of the mean. 0 where a half has no ray.
-    pub fn squared_error(&self) -> f32 {
+    /// Noise of its mean luminance, as what differs between the halves A and B tells it: with a and b rays the mean square of
+    /// (a b)^(1/2) (A - B) / (a + b) is the variance of the mean. 0 where a half has no ray.
+    pub fn noise(&self) -> f32 {
         let [a, b] = &self.halves;
         if a.rays == 0.0 || b.rays == 0.0 {
             return 0.0;
         }
         let difference = luminance((a.radiance / a.rays - b.radiance / b.rays).as_dvec3()) as f32;
-        a.rays * b.rays * (difference / (a.rays + b.rays)).powi(2)
+        (a.rays * b.rays).sqrt() * difference / (a.rays + b.rays)
     }
 
     /// The state as the bits of its numbers, for checkpoints.

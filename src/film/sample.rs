@@ -3,13 +3,15 @@
 use glam::DVec3;
 
 use crate::image::Features;
-use crate::math::Rgb;
+use crate::math::{GroupParts, Rgb};
 
 /// The result of one camera ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Radiance, W/(m² sr).
     pub radiance: Rgb,
+    /// The parts of the radiance that groups of emitters have, where they are told apart.
+    pub groups: Option<GroupParts>,
     /// The part of the radiance that is indirect light estimated for other rays of the pixel too, which
     /// leave it out.
     pub indirect: Rgb,
@@ -40,6 +42,7 @@ impl Default for Sample {
     fn default() -> Self {
         Self {
             radiance: Rgb::ZERO,
+            groups: None,
             indirect: Rgb::ZERO,
             visible_emission: Rgb::ZERO,
             components: Components::default(),

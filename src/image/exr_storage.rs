@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use half::f16;
 
+use super::cryptomatte;
 use super::exr_attribute::in_json;
 
 /// What the attribute of a layer of one value begins with, before the name of the layer.
@@ -29,10 +30,10 @@ impl Storage<'_> {
     pub(super) const FULL: Self = Self { leaves_out: false, half: &|_| false };
 }
 
-/// Whether the layer of that name is a colour or coverage.
+/// Whether the layer of that name is a colour or coverage. Identifiers of objects are none, and have all of their bits.
 pub(super) fn is_color(name: &str) -> bool {
     let channel = name.rsplit('.').next().unwrap_or(name);
-    ["R", "G", "B"].contains(&channel) || name == "A"
+    (["R", "G", "B"].contains(&channel) || name == "A") && !cryptomatte::is_layer(name)
 }
 
 /// Takes out of `layers` those that have one value everywhere and may be left out. Returns an attribute for each.
@@ -109,7 +110,7 @@ mod tests {
     #[test]
     fn colours_that_half_floats_hold_are_halved() {
         let (one, bright, dark, black) = ([1.0_f32], [65_505.0_f32], [1e-6_f32], [0.0_f32]);
-        let layers: [(&str, &[f32]); 8] = [
+        let layers: [(&str, &[f32]); 9] = [
             ("R", &one),
             ("A", &one),
             ("Z", &one),
@@ -118,6 +119,7 @@ mod tests {
             ("b.B", &dark),
             ("c.G", &black),
             ("normal.X", &one),
+            ("CryptoObject00.R", &one),
         ];
         let halves =
             |wanted: &dyn Fn(&str) -> bool| half_layers(&layers, wanted).into_iter().collect();

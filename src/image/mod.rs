@@ -3,6 +3,7 @@
 //! Pixels are linear Rec.709 everywhere; row 0 is the top row. Bulk data are f32, arithmetic is f64.
 
 mod agx;
+pub mod cryptomatte;
 mod decoded;
 mod decoder;
 mod denoise;

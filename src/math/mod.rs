@@ -6,6 +6,9 @@ mod color;
 mod cone;
 mod equiangular;
 mod frame;
+mod group;
+mod grouped;
+mod grouped_f32;
 mod quantile;
 mod random;
 mod space;
@@ -18,10 +21,12 @@ pub use color::{Rgb, are_grey, is_grey, luminance};
 pub use cone::Cone;
 pub use equiangular::Equiangular;
 pub use frame::Frame;
+pub use group::{Group, GroupParts, MAX_GROUPS};
+pub use grouped::GroupedRgb;
 pub use quantile::{WeightedValues, nth_smallest, quantile};
 pub use random::{Stage, Stream};
 pub use space::{Aabb, Index, IndexPoint, Point, Ray, Span, World, WorldPoint};
-pub use spectrum::Spectrum;
+pub use spectrum::{MOST_NUMBERS, Spectrum};
 pub use transform::Transform;
 
 /// The golden ratio: the fractional parts of its multiples are evenly spread over [0, 1) (a Kronecker

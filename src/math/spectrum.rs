@@ -1,4 +1,5 @@
-//! Spectra of one or three channels: light is traced in one where all three are equal.
+//! Spectra of one or three channels: light is traced in one where all three are equal, and in three and those of each group
+//! of emitters where these are told apart.
 
 use std::fmt::Debug;
 use std::iter::Sum;
@@ -6,9 +7,15 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub};
 
 use glam::{BVec3, Vec3A};
 
-use super::Rgb;
+use super::{Group, GroupParts, MAX_GROUPS, Rgb};
 
-/// Light or a coefficient per channel: [`Rgb`], or one number that stands for three equal ones.
+/// Numbers of the widest spectrum: three channels, in all and of each group.
+///
+/// Unit: count. Definition: of the type.
+pub const MOST_NUMBERS: usize = 3 * (1 + MAX_GROUPS);
+
+/// Light or a coefficient per channel: [`Rgb`], one number that stands for three equal ones, or
+/// [`GroupedRgb`](super::GroupedRgb).
 /// Code that is generic over it does for one channel what it does for each of three, so that a grey
 /// scene gives the same numbers either way.
 pub trait Spectrum:
@@ -33,6 +40,8 @@ pub trait Spectrum:
 {
     /// How many channels there are.
     const CHANNELS: usize;
+    /// How many numbers it is, from 1 to [`MOST_NUMBERS`]: those of its channels come first.
+    const NUMBERS: usize = Self::CHANNELS;
     /// 0 in all.
     const ZERO: Self;
     /// 1 in all.
@@ -40,6 +49,8 @@ pub trait Spectrum:
 
     /// The packed f32 form that bulk data is stored in.
     type Stored: Copy + Debug + Default + PartialEq + Send + Sync;
+    /// The packed f32 form of the light of one emitter.
+    type Single: Copy + Debug + PartialEq + Send + Sync;
     /// The f32 form for arithmetic.
     type F32: Copy
         + Debug
@@ -54,6 +65,19 @@ pub trait Spectrum:
 
     /// `color` as a spectrum; one of a single channel takes the first, which must equal the others.
     fn from_rgb(color: Rgb) -> Self;
+    /// `color` as light of emitters of this group.
+    fn of_group(color: Rgb, _group: Group) -> Self {
+        Self::from_rgb(color)
+    }
+    /// The same, as light of emitters of this group.
+    #[must_use]
+    fn in_group(self, _group: Group) -> Self {
+        self
+    }
+    /// The parts of it that groups of emitters have, where they are told apart.
+    fn parts(self) -> Option<GroupParts> {
+        None
+    }
     /// The spectrum as a colour; a single channel stands for three.
     fn rgb(self) -> Rgb;
     /// The channel `index`, from 0 to [`CHANNELS`](Self::CHANNELS) - 1.
@@ -69,10 +93,20 @@ pub trait Spectrum:
     fn pack(value: Self::F32) -> Self::Stored;
     /// Unpacks from storage.
     fn unpack(stored: Self::Stored) -> Self::F32;
-    /// Builds an f32 spectrum from `f`, called with the index of each channel.
-    fn from_channels(f: impl Fn(usize) -> f32) -> Self::F32;
-    /// The channel `index` of an f32 spectrum.
-    fn channel_f32(value: Self::F32, index: usize) -> f32;
+    /// Packs light of one emitter.
+    fn pack_single(value: Self::F32) -> Self::Single;
+    /// Unpacks light of one emitter.
+    fn unpack_single(single: Self::Single) -> Self::F32;
+    /// The number `index`, below [`NUMBERS`](Self::NUMBERS).
+    fn number(self, index: usize) -> f64 {
+        self.channel(index)
+    }
+    /// That of these numbers, which `f` is called for by index.
+    fn from_numbers(f: impl Fn(usize) -> f64) -> Self;
+    /// Builds an f32 spectrum of these numbers, which `f` is called for by index.
+    fn from_numbers_f32(f: impl Fn(usize) -> f32) -> Self::F32;
+    /// The number `index` of an f32 spectrum.
+    fn number_f32(value: Self::F32, index: usize) -> f32;
     /// Sum over the three channels of the colour.
     fn element_sum(self) -> f64;
     /// The largest channel.
@@ -109,6 +143,7 @@ impl Spectrum for Rgb {
     const ONE: Self = Self::ONE;
 
     type Stored = [f32; 3];
+    type Single = [f32; 3];
     type F32 = Vec3A;
 
     fn from_rgb(color: Rgb) -> Self {
@@ -143,11 +178,23 @@ impl Spectrum for Rgb {
         Vec3A::from(stored)
     }
 
-    fn from_channels(f: impl Fn(usize) -> f32) -> Vec3A {
+    fn pack_single(value: Vec3A) -> [f32; 3] {
+        value.to_array()
+    }
+
+    fn unpack_single(single: [f32; 3]) -> Vec3A {
+        Vec3A::from(single)
+    }
+
+    fn from_numbers(f: impl Fn(usize) -> f64) -> Self {
+        Self::new(f(0), f(1), f(2))
+    }
+
+    fn from_numbers_f32(f: impl Fn(usize) -> f32) -> Vec3A {
         Vec3A::new(f(0), f(1), f(2))
     }
 
-    fn channel_f32(value: Vec3A, index: usize) -> f32 {
+    fn number_f32(value: Vec3A, index: usize) -> f32 {
         value[index]
     }
 
@@ -170,6 +217,7 @@ impl Spectrum for f64 {
     const ONE: Self = 1.0;
 
     type Stored = f32;
+    type Single = f32;
     type F32 = f32;
 
     fn from_rgb(color: Rgb) -> Self {
@@ -204,11 +252,23 @@ impl Spectrum for f64 {
         stored
     }
 
-    fn from_channels(f: impl Fn(usize) -> f32) -> f32 {
+    fn pack_single(value: f32) -> f32 {
+        value
+    }
+
+    fn unpack_single(single: f32) -> f32 {
+        single
+    }
+
+    fn from_numbers(f: impl Fn(usize) -> f64) -> Self {
         f(0)
     }
 
-    fn channel_f32(value: f32, _: usize) -> f32 {
+    fn from_numbers_f32(f: impl Fn(usize) -> f32) -> f32 {
+        f(0)
+    }
+
+    fn number_f32(value: f32, _: usize) -> f32 {
         value
     }
 

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use smallvec::SmallVec;
 
 use crate::error::Result;
-use crate::math::{Aabb, Ray, Rgb, Span, Spectrum, Stream, World, WorldPoint};
+use crate::math::{Aabb, Group, Ray, Rgb, Span, Spectrum, Stream, World, WorldPoint};
 
 use crate::work::Work;
 
@@ -16,6 +16,8 @@ use super::{Collision, EmissionSampler, Flights, Medium, SharedVoxels};
 #[derive(Debug, Default)]
 pub struct Media {
     media: Vec<Medium>,
+    /// Of the emission of each; missing ones are the first group.
+    groups: Vec<Group>,
     /// Made when photons are first aimed: it takes a look at all voxels that may glow.
     emission_samplers: OnceLock<Vec<Option<EmissionSampler>>>,
 }
@@ -26,7 +28,18 @@ pub type Mixture = SmallVec<[(usize, Rgb); 1]>;
 impl Media {
     /// The media.
     pub const fn new(media: Vec<Medium>) -> Self {
-        Self { media, emission_samplers: OnceLock::new() }
+        Self { media, groups: Vec::new(), emission_samplers: OnceLock::new() }
+    }
+
+    /// The same, whose emission is in these groups, one a medium.
+    #[must_use]
+    pub fn in_groups(self, groups: Vec<Group>) -> Self {
+        Self { groups, ..self }
+    }
+
+    /// The group of the emission of the medium of this index.
+    pub fn group(&self, index: usize) -> Group {
+        self.groups.get(index).copied().unwrap_or_default()
     }
 
     /// Each medium in turn.

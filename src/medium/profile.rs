@@ -114,9 +114,10 @@ impl<S: Spectrum> Profile<S> {
         let mut used = 0;
         for (index, medium) in media.iter().enumerate() {
             let track = next_track(&mut self.tracks, &mut used);
+            let group = media.group(index);
             track.sigma_t = S::from_rgb(medium.sigma_t);
             track.emission = match &medium.emission {
-                Some(Emission::Density(rate)) => EmissionRate::PerUnit(S::from_rgb(*rate)),
+                Some(Emission::Density(rate)) => EmissionRate::PerUnit(S::of_group(*rate, group)),
                 Some(Emission::Blackbody { .. }) => EmissionRate::OfMedium(index),
                 Some(Emission::Grid { .. } | Emission::Ramped(_)) | None => EmissionRate::None,
             };
@@ -135,7 +136,7 @@ impl<S: Spectrum> Profile<S> {
             if let Some(Emission::Grid { grid, color }) = &medium.emission {
                 let track = next_track(&mut self.tracks, &mut used);
                 track.sigma_t = S::ZERO;
-                track.emission = EmissionRate::PerUnit(S::from_rgb(*color));
+                track.emission = EmissionRate::PerUnit(S::of_group(*color, group));
                 let local = grid.transform().ray_to_local(ray);
                 let mut steps = 0;
                 let _ = grid.cells(&local, span, |piece, integral, _| {
@@ -159,7 +160,7 @@ impl<S: Spectrum> Profile<S> {
                     steps += 1;
                     if integral != Rgb::ZERO && !piece.is_empty() {
                         track.pieces.push((piece, Ramp::flat(1.0)));
-                        track.colors.push(S::from_rgb(integral / piece.length()));
+                        track.colors.push(S::of_group(integral / piece.length(), group));
                     }
                     ControlFlow::Continue(())
                 });
@@ -174,7 +175,7 @@ impl<S: Spectrum> Profile<S> {
             EmissionRate::PerUnit(rate) => rate * value,
             EmissionRate::OfMedium(index) => {
                 let at = ray.at(piece.start + jitter * piece.length());
-                S::from_rgb(media.get(index).emission_of(value, at))
+                S::of_group(media.get(index).emission_of(value, at), media.group(index))
             }
             EmissionRate::OfPiece => track.colors[at],
         };

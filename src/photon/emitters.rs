@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::light::EmissionTarget;
-use crate::math::{Cdf, Ray, Rgb, Span, Stream, World, luminance};
+use crate::math::{Cdf, Group, Ray, Rgb, Span, Stream, World, luminance};
 use crate::medium::EmissionSampler;
 use crate::scene::Scene;
 
@@ -36,6 +36,8 @@ pub struct PathStart {
     pub ray: Ray<World>,
     /// Its power if it were the only path, in W.
     pub power: Rgb,
+    /// The group of its emitter.
+    pub group: Group,
     /// Whether it comes from a light that rays sample directly.
     pub direct: bool,
     /// Whether rays sample that light in media even where flights are recorded.
@@ -99,22 +101,24 @@ impl<'a> Emitters<'a> {
         let [choice, u @ ..] = u;
         let cdf = self.cdf.as_ref()?;
         let (index, _) = cdf.sample(choice);
-        let (ray, power, direct, sampled) = match &self.emitters[index] {
-            Emitter::Light(light) => {
-                let light = &self.scene.lights.lights[*light];
+        let (ray, power, group, direct, sampled) = match &self.emitters[index] {
+            Emitter::Light(number) => {
+                let light = &self.scene.lights.lights[*number];
                 let start = light.emit(&self.target, u)?;
                 let ray =
                     if light.is_infinite() { self.before_surfaces(start.ray) } else { start.ray };
-                (ray, start.power, true, !(self.records_sky && light.is_environment()))
+                let group = self.scene.groups.of_light(*number);
+                (ray, start.power, group, true, !(self.records_sky && light.is_environment()))
             }
             Emitter::Medium(medium, sampler) => {
                 let start = sampler.emit(self.scene.media.get(*medium), rng)?;
-                (start.ray, start.power, false, false)
+                (start.ray, start.power, self.scene.media.group(*medium), false, false)
             }
         };
         (power.is_finite() && power.max_element() > 0.0).then(|| PathStart {
             ray,
             power: power / cdf.probability(index),
+            group,
             direct,
             sampled,
         })

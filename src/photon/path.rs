@@ -162,7 +162,7 @@ impl PhotonTracer<'_> {
         ctx.work.light_choices += u64::from(self.emitters.len() > 1);
         Some(PhotonState {
             ray: start.ray,
-            power: S::from_rgb(start.power) / self.settings.photons as f64,
+            power: S::of_group(start.power, start.group) / self.settings.photons as f64,
             scattered: 0,
             direct: start.direct,
             sampled: start.sampled,

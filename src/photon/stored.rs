@@ -10,7 +10,7 @@ use crate::medium::Phase;
 /// A photon without its position: 16 bytes in colour and with its direction, 4 without either.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Photon<S: Spectrum = Rgb, H = Octahedral> {
-    power: S::Stored,
+    power: S::Single,
     direction: H,
 }
 
@@ -18,13 +18,13 @@ impl<S: Spectrum, H: PhotonDirection> Photon<S, H> {
     /// A photon of `power` (W on surfaces, W m in media, or a unit of the map's of it) that flew
     /// along the unit `direction`.
     pub fn new(power: S, direction: DVec3) -> Self {
-        Self { power: S::pack(power.to_f32()), direction: H::new(direction) }
+        Self { power: S::pack_single(power.to_f32()), direction: H::new(direction) }
     }
 
     /// Its power in the unit that it was made with: in a medium power times length, the power over the
     /// rate of deposits there.
     pub fn power(&self) -> S {
-        S::to_f64(S::unpack(self.power))
+        S::to_f64(S::unpack_single(self.power))
     }
 
     /// The direction of its flight, as far as it is stored.
@@ -127,8 +127,8 @@ impl<S: Spectrum, H: PhotonDirection> PhotonAt<S, H> {
     /// Writes its bits to `bytes`, of which there are [`FILE_BYTES`](Self::FILE_BYTES).
     pub(super) fn write(&self, bytes: &mut [u8]) {
         let Photon { power, direction } = self.photon;
-        let power = S::unpack(power);
-        let channels = (0..S::CHANNELS).map(|channel| S::channel_f32(power, channel));
+        let power = S::unpack_single(power);
+        let channels = (0..S::CHANNELS).map(|channel| S::number_f32(power, channel));
         let numbers = self.place.into_iter().chain(channels).map(f32::to_bits);
         let words = numbers.chain(H::KNOWN.then(|| direction.to_bits()));
         for (bytes, word) in bytes.chunks_exact_mut(4).zip(words) {
@@ -143,7 +143,9 @@ impl<S: Spectrum, H: PhotonDirection> PhotonAt<S, H> {
             u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
         };
         let number = |index: usize| f32::from_bits(word(index));
-        let power = S::pack(S::from_channels(|channel| number(3 + channel)));
+        let power = S::pack_single(S::from_numbers_f32(|channel| {
+            if channel < S::CHANNELS { number(3 + channel) } else { 0.0 }
+        }));
         let direction = H::from_bits(if H::KNOWN { word(3 + S::CHANNELS) } else { 0 });
         Self { place: [0, 1, 2].map(number), photon: Photon { power, direction } }
     }

@@ -4,9 +4,10 @@
 use std::io::{self, Read, Write};
 
 use serde::{Deserialize, Serialize};
+use smallvec::SmallVec;
 
 use crate::cache::LazyCells;
-use crate::math::Spectrum;
+use crate::math::{MOST_NUMBERS, Spectrum};
 
 use super::state_file::Hashing;
 
@@ -33,7 +34,7 @@ impl CellsHead {
         Self {
             cells: cache.count() as u64,
             known: known.count() as u64,
-            channels: S::CHANNELS as u64,
+            channels: S::NUMBERS as u64,
             width: cache.width(),
         }
     }
@@ -41,7 +42,7 @@ impl CellsHead {
     /// Whether the cells are those of `cache`.
     pub fn fits<S: Spectrum>(&self, cache: &LazyCells<S>) -> bool {
         let Self { cells, channels, width, .. } = *self;
-        (cells, channels, width) == (cache.count() as u64, S::CHANNELS as u64, cache.width())
+        (cells, channels, width) == (cache.count() as u64, S::NUMBERS as u64, cache.width())
     }
 
     /// Bytes in the body; `None` where the number overflows.
@@ -50,7 +51,7 @@ impl CellsHead {
         bits.checked_add(self.known.checked_mul(self.channels.checked_mul(4)?)?)
     }
 
-    /// Reads the cells, and calls `fill` with number and value of each that is filled, as
+    /// Reads the cells, and calls `fill` with number and bits of each that is filled, as
     /// [`LazyCells::restore`] takes them.
     ///
     /// # Errors
@@ -58,7 +59,7 @@ impl CellsHead {
     pub fn read<R: Read>(
         &self,
         input: &mut Hashing<R>,
-        mut fill: impl FnMut(usize, [u32; 3]),
+        mut fill: impl FnMut(usize, &[u32]),
     ) -> io::Result<()> {
         let wrong = || io::Error::new(io::ErrorKind::InvalidData, "other cells");
         let mut filled = Vec::with_capacity(self.known.min(MAX_RESERVED) as usize);
@@ -67,7 +68,8 @@ impl CellsHead {
             let set = (0..64).filter(|bit| bits >> bit & 1 == 1);
             filled.extend(set.map(|bit| first + bit));
         }
-        let channels = usize::try_from(self.channels).ok().filter(|n| (1..=3).contains(n));
+        let channels =
+            usize::try_from(self.channels).ok().filter(|n| [1, 3, MOST_NUMBERS].contains(n));
         let channels = channels.ok_or_else(wrong)?;
         if filled.len() as u64 != self.known
             || filled.last().is_some_and(|cell| *cell >= self.cells)
@@ -75,12 +77,9 @@ impl CellsHead {
             return Err(wrong());
         }
         for cell in filled {
-            let mut value = [[0; 4]; 3];
+            let mut value = [[0; 4]; MOST_NUMBERS];
             input.fill(value[..channels].as_flattened_mut())?;
-            let mut value = value.map(u32::from_le_bytes);
-            let first = value[0];
-            value[channels..].fill(first);
-            fill(cell as usize, value);
+            fill(cell as usize, &value.map(u32::from_le_bytes)[..channels]);
         }
         Ok(())
     }
@@ -101,7 +100,8 @@ pub(super) fn write<S: Spectrum, W: Write>(
         out.put(&bits.to_le_bytes())?;
     }
     for value in (0..cache.count()).filter_map(|cell| cache.stored(cell)) {
-        out.put(value.map(u32::to_le_bytes)[..S::CHANNELS].as_flattened())?;
+        let bytes: SmallVec<[[u8; 4]; MOST_NUMBERS]> = value.map(u32::to_le_bytes).collect();
+        out.put(bytes.as_flattened())?;
     }
     Ok(())
 }
@@ -110,7 +110,7 @@ pub(super) fn write<S: Spectrum, W: Write>(
 mod tests {
     use super::*;
     use crate::cache::DirectLightCache;
-    use crate::math::{Rgb, Stage, Stream, WorldPoint};
+    use crate::math::{GroupedRgb, Rgb, Stage, Stream, WorldPoint};
     use crate::medium::SparseCells;
     use crate::scene::Scene;
     use crate::scene::plan::Needs;
@@ -151,10 +151,11 @@ mod tests {
         write(&mut Hashing::new(&mut bytes), from).unwrap();
         assert_eq!(head.bytes(), Some(bytes.len() as u64));
         let read = |head: CellsHead, bytes: &[u8]| {
-            head.read(&mut Hashing::new(bytes), |cell, value| to.restore(cell, value))
+            head.read(&mut Hashing::new(bytes), |cell, bits| to.restore(cell, bits))
         };
         read(head, &bytes).unwrap();
-        assert!((0..from.count()).all(|cell| from.stored(cell) == to.stored(cell)));
+        let stored = |cells: &LazyCells<S>, cell| cells.stored(cell).map(Vec::from_iter);
+        assert!((0..from.count()).all(|cell| stored(from, cell) == stored(to, cell)));
         for wrong in [
             CellsHead { known: head.known - 1, ..head },
             CellsHead { cells: head.cells + 64, ..head },
@@ -171,5 +172,6 @@ mod tests {
     fn cells_are_read_as_they_were_written() {
         check::<f64>();
         check::<Rgb>();
+        check::<GroupedRgb>();
     }
 }

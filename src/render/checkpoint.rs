@@ -112,8 +112,9 @@ impl Checkpoints {
                 "has caches of another size than this machine makes; delete it to start anew",
             ));
         }
-        for (CacheState { known, .. }, cache) in state.caches.drain(..).zip(caches) {
-            known.iter().for_each(|(cell, value)| cache.restore(*cell, *value));
+        for (CacheState { known, bits, .. }, cache) in state.caches.drain(..).zip(caches) {
+            let bits = bits.chunks_exact(S::NUMBERS);
+            known.iter().zip(bits).for_each(|(cell, bits)| cache.restore(*cell, bits));
         }
         Ok(())
     }

@@ -29,8 +29,10 @@ use super::state_file::{FileKind, Hashing, Opened};
 pub(super) struct CacheState {
     /// What they are.
     pub head: CellsHead,
-    /// Index and value of those that are filled.
-    pub known: Vec<(usize, [u32; 3])>,
+    /// Indices of those that are filled.
+    pub known: Vec<usize>,
+    /// Their bits, cell by cell.
+    pub bits: Vec<u32>,
 }
 
 /// The state of an exposure between two rays.
@@ -189,9 +191,12 @@ fn body(input: &mut Hashing<BufReader<File>>, head: &Head) -> io::Result<Checkpo
     }
     let mut caches = Vec::with_capacity(head.caches.len());
     for head in &head.caches {
-        let mut known = Vec::new();
-        head.read(input, |cell, value| known.push((cell, value)))?;
-        caches.push(CacheState { head: *head, known });
+        let (mut known, mut bits) = (Vec::new(), Vec::new());
+        head.read(input, |cell, of_cell| {
+            known.push(cell);
+            bits.extend_from_slice(of_cell);
+        })?;
+        caches.push(CacheState { head: *head, known, bits });
     }
     let film = FilmState { samples, features, components, aovs, importance };
     Ok(CheckpointState { work: head.work, rounds: head.rounds.clone(), film, caches })

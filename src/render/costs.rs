@@ -4,6 +4,7 @@
 //!   time as in [`PhotonRate`].
 //! - Rays: the film is rendered twice in few pixels. The second time finds the caches filled: its
 //!   counters and time scale with the pixels of the film. What the first took more is added once.
+//! - Pilot of strategies: it runs, and takes what it takes.
 //! - Director: its maps are made, at a lower resolution where the film is large; their time scales with
 //!   their pixels. The budgets that follow tell what share of the rays is shot.
 
@@ -22,6 +23,7 @@ use super::pixel_sampling::{CameraRay, FilmPlace, Workspace};
 use super::progress::Stages;
 use super::stage_settings::{
     film_contents, finest_step, pass_settings, sampled_pass_settings, specialised,
+    specialised_for_film,
 };
 use crate::cache::LazyCells;
 use crate::director::PixelBudget;
@@ -58,7 +60,7 @@ pub struct Costs {
 /// Wall-clock time of the stages of a render, in seconds, without loading, metering and writing.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct StageSeconds {
-    /// Pilot and director.
+    /// Pilot of strategies and director.
     pub director: f64,
     /// Photons, with building their maps.
     pub photons: f64,
@@ -79,7 +81,7 @@ impl StageSeconds {
 /// # Errors
 /// As [`render`](super::render()).
 pub fn costs(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Costs> {
-    specialised!(Needs::new(scene, settings), estimate(scene, settings, program))
+    specialised_for_film!(Needs::new(scene, settings), estimate(scene, settings, program))
 }
 
 fn estimate<S: Spectrum, H: PhotonDirection>(
@@ -87,7 +89,10 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     settings: &RenderSettings,
     program: u64,
 ) -> Result<Costs> {
-    let assignment = strategies::<S, H>(scene, &pass_settings(scene, settings))?;
+    let start = Instant::now();
+    let assignment = chosen_strategies(scene, settings)?;
+    let is_measured = !assignment.measured.is_empty();
+    let pilot = if is_measured { start.elapsed().as_secs_f64() } else { 0.0 };
     let start = Instant::now();
     let (photons, mut work) = sample_photons::<S, H>(scene, settings, &assignment)?;
     let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
@@ -100,11 +105,15 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     work += scaled(&second, sample.ratio);
     work += first.less(&second);
 
+    // Each half of the photons has cells of its own.
+    let has_own = settings.in_halves() && photons.caches.own_lazy().next().is_some();
+    let fills = if has_own { 2.0 } else { 1.0 };
+    let once = fills * (first_seconds - seconds).max(0.0);
     let directed = directed_share(scene, settings, gold)?;
     let seconds = StageSeconds {
-        director: directed.seconds,
+        director: pilot + directed.seconds,
         photons: rate.map_or(0.0, |rate| rate.time(settings.photons).as_secs_f64()),
-        march: directed.share * seconds * sample.ratio + (first_seconds - seconds).max(0.0),
+        march: directed.share * seconds * sample.ratio + once,
     };
     let measuring = match settings.director {
         Director::Variance => FIRST_RAYS.min(settings.rays),
@@ -187,15 +196,22 @@ impl RaySample {
 /// # Errors
 /// As [`costs`].
 pub fn memory_needed(scene: &Scene, settings: &RenderSettings, program: u64) -> Result<Memory> {
-    let photons = specialised!(Needs::new(scene, settings), photon_memory(scene, settings))?;
+    let needs = Needs::new(scene, settings);
+    let photons = specialised_for_film!(needs, photon_memory(scene, settings))?;
     Ok(memory_with(scene, settings, photons, program))
+}
+
+/// The strategies of the picture, which do not tell groups of emitters apart.
+fn chosen_strategies(scene: &Scene, settings: &RenderSettings) -> Result<Assignment> {
+    let pass = pass_settings(scene, settings);
+    specialised!(Needs::new(scene, settings), strategies(scene, &pass))
 }
 
 fn photon_memory<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
 ) -> Result<PhotonMemory> {
-    let assignment = strategies::<S, H>(scene, &pass_settings(scene, settings))?;
+    let assignment = chosen_strategies(scene, settings)?;
     let (photons, work) = sample_photons::<S, H>(scene, settings, &assignment)?;
     Ok(photon_pass_memory(&work, (scene, settings), &photons, assignment.pilot_bytes))
 }

@@ -102,7 +102,7 @@ impl DeepTracer<'_> {
         pixel: &mut DeepPixel,
         workspace: &mut Workspace<S>,
     ) {
-        let Workspace { ctx, profiles } = workspace;
+        let Workspace { ctx, profiles, .. } = workspace;
         let of_pixel = 1.0 / f64::from(RAYS);
         let near = self.scene.camera.near(ray);
         let hit = camera_view::first_surface(self.scene, ray, ctx);
@@ -118,7 +118,7 @@ impl DeepTracer<'_> {
         match &hit {
             Some(hit) if camera_view::is_holdout(self.scene, hit) => {}
             Some(hit) => pixel.add_surface(near + hit.t, seen),
-            None if camera_view::emission(self.scene, ray, None, ctx) != Rgb::ZERO => {
+            None if camera_view::emission::<Rgb>(self.scene, ray, None, ctx) != Rgb::ZERO => {
                 // It covers nothing.
                 pixel.add_surface(FAR, 0.0);
             }
@@ -164,7 +164,7 @@ impl<'a> FlatPicture<'a> {
         let radiance = ["R", "G", "B"].map(layer);
         let noisy = NOISY_LAYERS.map(layer);
         let raw = if noisy[0].is_empty() { radiance } else { noisy };
-        let media = Aov::Media.layers().map(|name| layer(&name));
+        let media = Aov::Media.layers("").map(|name| layer(&name));
         Self { radiance, alpha: layer("A"), raw, media }
     }
 

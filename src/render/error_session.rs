@@ -11,7 +11,7 @@ use super::pixel_sampling::{CameraRay, Workspace};
 use super::progress::Stages;
 use super::reconstruction::finish;
 use super::rendered::{Ended, ReachedError, Rendered};
-use super::rounds::{Extent, Round, Schedule, total};
+use super::rounds::{Extent, Round, Schedule, pooled, total};
 use super::stage_settings::{finest_step, pass_settings, render_region};
 use super::stated_error::StatedError;
 use crate::director::PixelBudget;
@@ -76,9 +76,13 @@ impl RoundsDone {
         }
     }
 
-    /// The error of the picture so far.
-    fn stated(&self, goal: ErrorGoal) -> Option<StatedError> {
-        StatedError::new(&self.sampled.film.component_film(), goal)
+    /// Finds the error of the picture so far: by all rounds, or of one that was cut short by what it left.
+    fn find_error(&mut self, goal: ErrorGoal) -> Option<StatedError> {
+        let found = StatedError::new(&self.sampled.film.component_film(), goal);
+        if let Some(last) = self.rounds.last_mut() {
+            last.found = found;
+        }
+        if self.sampled.ended == Ended::Complete { pooled(&self.rounds) } else { found }
     }
 }
 
@@ -93,8 +97,8 @@ pub(super) fn foretell<S: Spectrum, H: PhotonDirection>(
     let region = render_region(job.scene, job.settings, Stage::March);
     let none = RoundsDone::none(&region, &control);
     let stages = &mut Stages::default();
-    let done = expose_round::<S, H>(job, &region, none, schedule.first(), &control, stages)?;
-    let stated = done.stated(job.goal);
+    let mut done = expose_round::<S, H>(job, &region, none, schedule.first(), &control, stages)?;
+    let stated = done.find_error(job.goal);
     Ok(stated.map(|stated| schedule.whole(&done.rounds, stated)))
 }
 
@@ -117,7 +121,7 @@ pub(super) fn render_to_error<S: Spectrum, H: PhotonDirection>(
     while let Some(round) = next {
         done = expose_round::<S, H>(job, &region, done, round, control, &mut stages)?;
         let start = Instant::now();
-        stated = done.stated(goal);
+        stated = done.find_error(goal);
         stages.done("error", start);
         control.progress.reached(&done.reached(goal, stated));
         if done.sampled.ended != Ended::Complete {

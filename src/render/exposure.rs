@@ -354,7 +354,7 @@ where
                 components.add(half, &sample);
             }
             if !aovs.is_empty() {
-                contents.aovs.add(aovs, &sample);
+                contents.aovs.add(aovs, &sample, &of.workspace.objects);
             }
             of.workspace.ctx.work.dropped_samples += samples.dropped() - dropped;
             // Filling cells of caches may have taken long.

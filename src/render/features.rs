@@ -1,5 +1,5 @@
 //! Features of the first diffuse surfaces and of media, for a denoiser and for passes: albedo and normal. And for passes, where
-//! the opacity along a ray lies.
+//! the opacity along a ray lies, and which objects it belongs to.
 //!
 //! Albedo and normals are those of Open Image Denoise's documentation ("Inputs" of its filter "RT"): of
 //! the first surface that scatters diffusely, mirrors and glass followed to it, averaged over the rays
@@ -13,11 +13,12 @@ use crate::film::{FilmContents, OpacityDepths, Sample, VisibleSurface};
 use crate::image::Features;
 use crate::math::{Ray, Rgb, Span, Spectrum, World, WorldPoint, luminance};
 use crate::medium::{Albedo, Media, Profile};
-use crate::scene::Scene;
+use crate::scene::{Aov, Scene};
 use crate::surface::SurfaceHit;
 use crate::transport::specular::MAX_PROBE_BOUNCES;
 use crate::transport::{EnclosingSolids, PathContext, camera_view};
 
+use super::object_coverage::objects_along;
 use super::opacity_depths::{motion, opacity_depths, visible_depth};
 use super::pixel_sampling::{CameraRay, Workspace};
 
@@ -36,6 +37,10 @@ pub(super) struct FeatureTracer<'a> {
     features: bool,
     /// Whether it is gathered where opacity lies.
     depths: bool,
+    /// Whether objects are gathered.
+    objects: bool,
+    /// Whether anything of that follows from a march through media: a medium alone has all of their opacity.
+    marches: bool,
     /// The albedo of all media, where it is the same everywhere.
     albedo: Option<Rgb>,
 }
@@ -57,8 +62,9 @@ impl<'a> FeatureTracer<'a> {
     /// A tracer for `scene`, of what `contents` need.
     pub(super) fn new(scene: &'a Scene, contents: FilmContents) -> Self {
         let FilmContents { features, aovs, .. } = contents;
-        let depths = aovs.0.has_depths();
-        Self { scene, features, depths, albedo: common_albedo(&scene.media) }
+        let (depths, objects) = (aovs.passes.has_depths(), aovs.passes.has(Aov::Cryptomatte));
+        let marches = features || depths || scene.media.len() > 1;
+        Self { scene, features, depths, objects, marches, albedo: common_albedo(&scene.media) }
     }
 
     /// `sample` with what `camera_ray` sees, as far as that is gathered.
@@ -68,11 +74,11 @@ impl<'a> FeatureTracer<'a> {
         camera_ray: &CameraRay<'_>,
         workspace: &mut Workspace<S>,
     ) -> Sample {
-        if !self.features && !self.depths {
+        if !self.features && !self.depths && !self.objects {
             return sample;
         }
         let CameraRay { ray, budget, .. } = camera_ray;
-        let (features, depths) = self.along(*ray, budget.step, workspace);
+        let (features, depths) = self.along(*ray, budget.step, &sample, workspace);
         Sample { features: self.features.then_some(features), depths, ..sample }
     }
 
@@ -83,7 +89,7 @@ impl<'a> FeatureTracer<'a> {
         camera_ray: &CameraRay<'_>,
         workspace: &mut Workspace<S>,
     ) -> Sample {
-        let Workspace { ctx, profiles } = workspace;
+        let Workspace { ctx, profiles, .. } = workspace;
         if ctx.needs.media {
             let CameraRay { ray, budget, .. } = camera_ray;
             let [near, end] = [self.scene.camera.near(ray), self.scene.camera.end(ray)];
@@ -97,15 +103,16 @@ impl<'a> FeatureTracer<'a> {
     }
 
     /// The features along `ray`, one of the camera's, and where its opacity lies; `step` is the march step through media in
-    /// metres.
+    /// metres, `sample` what else is known of it. The workspace gets the objects that it sees.
     fn along<S: Spectrum>(
         &self,
         ray: Ray<World>,
         step: f64,
+        sample: &Sample,
         workspace: &mut Workspace<S>,
     ) -> (Features, Option<OpacityDepths>) {
         let (mut albedo, mut normal) = (Rgb::ZERO, glam::DVec3::ZERO);
-        let Workspace { ctx, profiles } = workspace;
+        let Workspace { ctx, profiles, objects } = workspace;
         let (end, solids) = (self.scene.camera.end(&ray), EnclosingSolids::NONE);
         let mut pending: SmallVec<[FeatureRay; 4]> =
             smallvec![FeatureRay { ray, end, weight: Rgb::ONE, solids, bounces: 0 }];
@@ -113,7 +120,7 @@ impl<'a> FeatureTracer<'a> {
         while let Some(mut next) = pending.pop() {
             let from_camera = next.bounces == 0;
             let hit = camera_view::surface_along(self.scene, &next.ray, from_camera, ctx);
-            let marches = next.solids.is_none() && ctx.needs.media;
+            let marches = self.marches && next.solids.is_none() && ctx.needs.media;
             if marches {
                 let span = Span::new(0.0, hit.as_ref().map_or(next.end, |hit| hit.t));
                 let profile = &mut profiles.path;
@@ -122,8 +129,11 @@ impl<'a> FeatureTracer<'a> {
                 albedo += next.weight * media;
                 next.weight *= transmittance;
             }
+            let profile = marches.then_some(&profiles.path);
+            if self.objects && from_camera {
+                objects_along(self.scene, &next.ray, profile, hit.as_ref(), sample, objects);
+            }
             if self.depths && from_camera {
-                let profile = marches.then_some(&profiles.path);
                 let covering = hit.as_ref().filter(|hit| camera_view::covers(self.scene, hit));
                 let from_origin = opacity_depths(&next.ray, profile, covering.map(|hit| hit.t));
                 depths = from_origin.map(|depths| {

@@ -32,6 +32,7 @@ mod exposure;
 mod features;
 mod integrator;
 mod memory;
+mod object_coverage;
 mod opacity_depths;
 mod pass_settings;
 mod photon_file;

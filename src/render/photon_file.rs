@@ -181,6 +181,13 @@ impl SavedPhotons {
         let Opened { head, .. } = PHOTONS.open(path, Head::body)?;
         PHOTONS.check_key(path, &head.key, &key(scene, &scene.render, head.any_camera))?;
         let needs = Needs::new(scene, &scene.render);
+        if needs.groups {
+            return Err(Error::Usage(format!(
+                "{}: saved photons do not tell from which light they come; leave groups out of the passes, or \
+                 --photons-from",
+                path.display()
+            )));
+        }
         if (head.colors, head.directions) != (needs.colors, needs.directions) {
             return Err(PHOTONS.damaged(path, "its photons are not as the scene needs them"));
         }
@@ -243,9 +250,9 @@ impl SavedPhotons {
             && head.direct.iter().zip(&direct).all(|(head, cells)| head.fits(cells));
         for (index, head) in head.direct.iter().enumerate() {
             let cells = direct.get(index).filter(|_| fits);
-            let fill = |cell, value| {
+            let fill = |cell: usize, bits: &[u32]| {
                 if let Some(cells) = cells {
-                    cells.restore(cell, value);
+                    cells.restore(cell, bits);
                 }
             };
             head.read(&mut input, fill).map_err(|e| PHOTONS.cut(&self.path, &e))?;

@@ -4,7 +4,9 @@ use std::time::{Duration, Instant};
 
 use super::pass_settings::PassSettings;
 use super::photon_pass::{PhotonPass, strategies};
-use super::stage_settings::{pass_settings, sampled_pass_settings, specialised};
+use super::stage_settings::{
+    pass_settings, sampled_pass_settings, specialised, specialised_for_film,
+};
 use crate::error::Result;
 use crate::math::Spectrum;
 use crate::photon::PhotonDirection;
@@ -56,7 +58,7 @@ impl PhotonRate {
         let (shooting, _) = sampled_pass_settings(scene, settings);
         let assignment = specialised!(needs, strategies(scene, &pass_settings(scene, settings)))?;
         let start = Instant::now();
-        specialised!(needs, shoot(scene, &shooting, &assignment))?;
+        specialised_for_film!(needs, shoot(scene, &shooting, &assignment))?;
         Self::from_sample(scene, settings, &assignment, start.elapsed())
     }
 
@@ -75,7 +77,7 @@ impl PhotonRate {
         let (shooting, many) = sampled_pass_settings(scene, settings);
         let few = many / SAMPLE_RATIO;
         let start = Instant::now();
-        specialised!(needs, shoot(scene, &shooting.pilot(few), assignment))?;
+        specialised_for_film!(needs, shoot(scene, &shooting.pilot(few), assignment))?;
         let (short, long) = (start.elapsed().as_secs_f64(), long.as_secs_f64());
         let path = (long - short) / (many - few) as f64;
         let path = path.max(MIN_PATH_SHARE * long / many as f64).max(f64::MIN_POSITIVE);

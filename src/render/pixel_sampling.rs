@@ -131,6 +131,8 @@ pub struct Workspace<S> {
     pub ctx: PathContext,
     /// Memory for marches.
     pub profiles: Profiles<S>,
+    /// Objects that the current ray sees, by their identifiers, with their coverages; empty where none are gathered.
+    pub objects: Vec<(u32, f64)>,
 }
 
 /// Optical thickness along the rays in hand, in memory that is reused.
@@ -145,7 +147,7 @@ pub struct Profiles<S> {
 impl<S: Spectrum> Workspace<S> {
     /// Empty memory, and a context to draw from.
     pub(super) fn new(ctx: PathContext) -> Self {
-        Self { ctx, profiles: Profiles::default() }
+        Self { ctx, profiles: Profiles::default(), objects: Vec::new() }
     }
 }
 

@@ -12,7 +12,7 @@ use super::rendered::Ended;
 use super::stage_settings::finest_step;
 use crate::film::{Antialiased, ComponentFilm, PixelComponents, Reconstruction, VisibilityRay};
 use crate::image::Film;
-use crate::math::{Ray, Spectrum, Stage, Stream, World, luminance};
+use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
 use crate::scene::{RenderSettings, Scene};
 use crate::transport::{PathContext, SobolPoint, camera_position, camera_view};
 use crate::work::Work;
@@ -123,7 +123,7 @@ impl<'a> Visibility<'a> {
         ray: &Ray<World>,
         workspace: &mut Workspace<S>,
     ) -> VisibilityRay {
-        let Workspace { ctx, profiles } = workspace;
+        let Workspace { ctx, profiles, .. } = workspace;
         ctx.work.visibility_rays += 1;
         let hit = camera_view::first_surface(scene, ray, ctx);
         let mut transmittance = S::ONE;
@@ -134,7 +134,7 @@ impl<'a> Visibility<'a> {
             transmittance = profiles.path.transmittance();
         }
         let transmittance = transmittance.rgb();
-        let emitted = camera_view::emission(scene, ray, hit.as_ref(), ctx);
+        let emitted: Rgb = camera_view::emission(scene, ray, hit.as_ref(), ctx);
         let hit = hit.filter(|hit| !camera_view::is_holdout(scene, hit));
         let is_specular =
             hit.as_ref().is_some_and(|hit| hit.material.is_specular() || hit.material.is_rough());

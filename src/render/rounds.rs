@@ -46,6 +46,8 @@ pub struct Round {
     pub adds: Extent,
     /// What all rounds are expected to have together, for which cells and kernels are sized.
     pub whole: Extent,
+    /// The error of the picture of all rounds so far, once it is finished.
+    pub found: Option<StatedError>,
 }
 
 /// The sum of `rounds`.
@@ -54,6 +56,24 @@ pub fn total(rounds: &[Round]) -> Extent {
         photons: sum.photons + round.adds.photons,
         rays: sum.rays + round.adds.rays,
     })
+}
+
+/// The error of the picture of all `rounds`: the larger of what the last one found and of the mean of what each found, scaled
+/// to all rays. By the last alone, rounds would end where their noise seems small by chance.
+pub fn pooled(rounds: &[Round]) -> Option<StatedError> {
+    let last = rounds.last()?.found?;
+    let all = f64::from(total(rounds).rays);
+    let [mut rays, mut weights, mut square] = [0.0; 3];
+    for round in rounds {
+        let weight = f64::from(round.adds.rays);
+        rays += weight;
+        if let Some(found) = round.found {
+            weights += weight;
+            square += weight * found.value.powi(2) * rays / all;
+        }
+    }
+    let mean = (square / weights).sqrt();
+    Some(StatedError { value: mean.max(last.value), ..last })
 }
 
 /// How rounds follow from what was measured.
@@ -103,11 +123,11 @@ impl Schedule {
             (ErrorGoal::Relative(goal), Some(error)) => error / goal.powi(2),
             _ => 1.0,
         };
-        Round { adds, whole: grown(adds, growth.max(1.0)) }
+        Round { adds, whole: grown(adds, growth.max(1.0)), found: None }
     }
 
-    /// The round after `rounds`, after which the picture has the error `stated`; `None` where it is small enough, or
-    /// there can be no more rays. `time` is what all rounds took and what is left, where there is a deadline.
+    /// The round after `rounds`, after which the picture has the error `stated`; `None` where that is small enough even one
+    /// standard error higher, or there can be no more rays. `time` is what all rounds took and what is left, where there is a deadline.
     pub fn next(
         &self,
         rounds: &[Round],
@@ -117,8 +137,8 @@ impl Schedule {
         let done = total(rounds);
         let [least, most] = GROWTH;
         let wanted = match stated {
-            Some(stated) if stated.reaches(self.goal) => return None,
-            Some(stated) => MARGIN * stated.work_to(self.goal),
+            Some(stated) if stated.upper().reaches(self.goal) => return None,
+            Some(stated) => MARGIN * stated.upper().work_to(self.goal),
             None if done.rays >= BLACK_RAYS => return None,
             None => most,
         };
@@ -141,17 +161,14 @@ impl Schedule {
         let photons = ((part * done.photons as f64) as u64).min(MAX_ROUND_PHOTONS);
         let adds = Extent { photons, rays };
         let whole = grown(done, wanted.min(affordable).max(1.0 + part));
-        Some(Round { adds, whole })
+        Some(Round { adds, whole, found: None })
     }
 
     /// What the picture should have in the end, where it has the error `stated` after `rounds`.
     pub fn whole(&self, rounds: &[Round], stated: StatedError) -> Extent {
         let done = total(rounds);
-        if stated.reaches(self.goal) {
-            done
-        } else {
-            grown(done, MARGIN * stated.work_to(self.goal))
-        }
+        let upper = stated.upper();
+        if upper.reaches(self.goal) { done } else { grown(done, MARGIN * upper.work_to(self.goal)) }
     }
 
     /// So many rays, with the photons that belong to them.
@@ -238,6 +255,26 @@ mod tests {
             prop_assert!(rays >= wanted.min(f64::from(MAX_RAYS)) * 0.999, "{rays} for {wanted}");
             prop_assert!(rays <= (1.4 * wanted + 2.0).max(4.0), "{rays} for {wanted}");
         }
+    }
+
+    /// An error that is small by chance does not stand alone, and one that is found late counts whole.
+    #[test]
+    fn all_rounds_tell_the_error() {
+        let round = |rays: u32, value: f64| Round {
+            adds: Extent { photons: 0, rays },
+            whole: Extent::default(),
+            found: Some(StatedError { value, uncertainty: 0.1 }),
+        };
+        let value = |rounds: &[Round]| pooled(rounds).unwrap().value;
+        assert_eq!(pooled(&[]), None);
+        assert_eq!(value(&[round(4, 0.2)]), 0.2);
+        // The first says 0.2² / 2 of all eight rays.
+        let mean = ((0.02 + 0.1 * 0.1) / 2.0_f64).sqrt();
+        assert!((value(&[round(4, 0.2), round(4, 0.1)]) - mean).abs() < 1e-12);
+        assert_eq!(value(&[round(4, 0.1), round(4, 0.3)]), 0.3);
+        let unknown = Round { found: None, ..round(4, 0.0) };
+        assert_eq!(value(&[unknown, round(4, 0.1)]), 0.1);
+        assert_eq!(pooled(&[round(4, 0.1), unknown]), None);
     }
 
     #[test]

@@ -15,7 +15,9 @@ use super::progress::Stages;
 use super::reconstruction::finish;
 use super::rendered::Rendered;
 use super::rounds::Extent;
-use super::stage_settings::{finest_step, pass_settings, render_region, specialised};
+use super::stage_settings::{
+    finest_step, pass_settings, render_region, specialised, specialised_for_film,
+};
 use super::variance_pilot::budgets_by_variance;
 use crate::director::{PhotonDemand, PixelBudget};
 use crate::error::{Error, Result};
@@ -109,9 +111,9 @@ pub fn render_next<'a>(
     let rendered = match settings.error {
         Some(goal) => {
             let job = ErrorJob { scene, settings, goal, strategies };
-            specialised!(needs, render_to_error(&job, &control, stages))?
+            specialised_for_film!(needs, render_to_error(&job, &control, stages))?
         }
-        None => specialised!(needs, render_directed(&job, aimed, &control, stages))?,
+        None => specialised_for_film!(needs, render_directed(&job, aimed, &control, stages))?,
     };
     Ok(Rendered { director, snapshot, ..rendered })
 }

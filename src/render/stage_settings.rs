@@ -33,6 +33,23 @@ macro_rules! specialised {
 }
 pub(super) use specialised;
 
+/// As [`specialised`], with a spectrum that tells groups of emitters apart where a pass asks for that: for all that makes the
+/// film of a picture.
+macro_rules! specialised_for_film {
+    ($needs:expr, $f:ident($($argument:expr),* $(,)?)) => {
+        match ($needs.groups, $needs.directions) {
+            (true, true) => {
+                $f::<crate::math::GroupedRgb, crate::photon::Octahedral>($($argument),*)
+            }
+            (true, false) => {
+                $f::<crate::math::GroupedRgb, crate::photon::NoDirection>($($argument),*)
+            }
+            (false, _) => specialised!($needs, $f($($argument),*)),
+        }
+    };
+}
+pub(super) use specialised_for_film;
+
 /// Settings of a photon pass with all paths of `settings`, and with the full photon map alone.
 pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSettings {
     PassSettings {
@@ -114,6 +131,6 @@ pub(super) fn film_contents(scene: &Scene, settings: &RenderSettings) -> FilmCon
     FilmContents {
         features: settings.denoise || passes.has_features(),
         components: settings.in_halves(),
-        aovs: AovSums(passes),
+        aovs: AovSums { passes, groups: scene.groups.names },
     }
 }

@@ -4,7 +4,7 @@
 //! mean: its largest squares are as large as the largest of the true ones. It is the error of the picture as it is
 //! rendered: what takes noise off in the end is not counted.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::director::visible_differences;
 use crate::film::{ComponentFilm, PixelComponents};
@@ -25,8 +25,13 @@ const EPSILON: f64 = 0.5;
 /// Unit: none. Derivation: of noise with a normal distribution three pixels in a thousand are further off.
 const DEVIATIONS: f64 = 3.0;
 
+/// Relative variance of the square of a number with a normal distribution over the mean of its fourth power: (3 - 1) / 3.
+///
+/// Unit: none. Derivation: of the moments of that distribution.
+const SQUARE_VARIANCE: f64 = 2.0 / 3.0;
+
 /// Error of a picture: of the worst hundredth of its blocks of 8 x 8 pixels.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StatedError {
     /// Root of the mean square over those blocks: relative to the mean radiance of each and half of that of the picture, or
     /// three times as much in least visible differences, so that hardly a pixel is further off.
@@ -52,8 +57,7 @@ impl StatedError {
         }
         let [width, height] = components.size();
         let picture = Image::new(width, height, components.pixels.iter().map(radiance).collect());
-        let squares: Vec<f32> =
-            components.pixels.iter().map(PixelComponents::squared_error).collect();
+        let noises: Vec<f32> = components.pixels.iter().map(PixelComponents::noise).collect();
         let lights: Vec<f64> = picture.luminances().collect();
         let mean = lights.iter().sum::<f64>() / lights.len().max(1) as f64;
         if mean <= 0.0 {
@@ -63,13 +67,14 @@ impl StatedError {
             ErrorGoal::Relative(_) => block_errors([width, height], |block| {
                 let light = block.iter().map(|&pixel| lights[pixel]).sum::<f64>();
                 let light = light / block.len() as f64;
-                let scale = 1.0 / (light.powi(2) + (EPSILON * mean).powi(2));
-                block.iter().map(|&pixel| scale * f64::from(squares[pixel])).collect()
+                let scale = 1.0 / light.hypot(EPSILON * mean);
+                block.iter().map(|&pixel| scale * f64::from(noises[pixel])).collect()
             }),
             ErrorGoal::Visible => {
+                let squares: Vec<f32> = noises.iter().map(|noise| noise * noise).collect();
                 let visible = visible_differences(&picture, &squares);
                 let in_differences = |&pixel: &usize| {
-                    f64::from(squares[pixel]) * (DEVIATIONS / f64::from(visible[pixel])).powi(2)
+                    f64::from(noises[pixel]) * DEVIATIONS / f64::from(visible[pixel])
                 };
                 block_errors([width, height], |block| block.iter().map(in_differences).collect())
             }
@@ -94,6 +99,12 @@ impl StatedError {
         [self.value, self.value * self.uncertainty].map(|error| 100.0 * error)
     }
 
+    /// The error at the upper end of what it may be, one standard error above.
+    #[must_use]
+    pub fn upper(&self) -> Self {
+        Self { value: self.value * (1.0 + self.uncertainty), ..*self }
+    }
+
     /// Factor on all rays and photons after which the error is that of `goal`: variance falls as one over their number.
     pub fn work_to(&self, goal: ErrorGoal) -> f64 {
         (self.value / goal.value()).powi(2)
@@ -111,20 +122,23 @@ fn radiance(pixel: &PixelComponents) -> [f32; 3] {
     ((a.radiance + b.radiance) / pixel.rays().max(1.0)).to_array()
 }
 
-/// The errors of all blocks of a picture of the size (width, height), of which `squares` tells those of some pixels.
+/// The errors of all blocks of a picture of the size (width, height), of which `noises` tells that of some pixels. What all
+/// pixels of a block have in common, as the noise of photons, is one number.
 fn block_errors(
     [width, height]: [usize; 2],
-    squares: impl Fn(&[usize]) -> Vec<f64>,
+    noises: impl Fn(&[usize]) -> Vec<f64>,
 ) -> Vec<BlockError> {
     let of_block = |left: usize, top: usize| {
         let rows = top..height.min(top + BLOCK);
         let columns = left..width.min(left + BLOCK);
         let pixels = rows.flat_map(|row| columns.clone().map(move |column| row * width + column));
-        let squares = squares(&pixels.collect::<Vec<usize>>());
-        let count = squares.len() as f64;
-        let mean = squares.iter().sum::<f64>() / count;
-        let spread = squares.iter().map(|square| (square - mean).powi(2)).sum::<f64>();
-        BlockError { mean, variance: spread / (count * (count - 1.0)).max(1.0) }
+        let noises = noises(&pixels.collect::<Vec<usize>>());
+        let count = noises.len() as f64;
+        let mean = noises.iter().map(|noise| noise.powi(2)).sum::<f64>() / count;
+        let spread = noises.iter().map(|noise| (noise.powi(2) - mean).powi(2)).sum::<f64>();
+        let common = (noises.iter().sum::<f64>() / count).powi(4);
+        let variance = spread / (count * (count - 1.0)).max(1.0) + SQUARE_VARIANCE * common;
+        BlockError { mean, variance }
     };
     let tops = (0..height).step_by(BLOCK);
     tops.flat_map(|top| (0..width).step_by(BLOCK).map(move |left| (left, top)))
@@ -171,7 +185,8 @@ mod tests {
     /// The true error of the worst blocks in `errors`, relative to `light` everywhere and half of it.
     fn true_error(errors: &[f64], light: f64) -> f64 {
         let scale = 1.0 / (light.powi(2) * 1.25);
-        let blocks = block_errors(SIZE, |block| block.iter().map(|&p| scale * errors[p]).collect());
+        let of = |block: &[usize]| block.iter().map(|&p| (scale * errors[p]).sqrt()).collect();
+        let blocks = block_errors(SIZE, of);
         StatedError::of_blocks(blocks).value
     }
 
@@ -199,7 +214,8 @@ mod tests {
         let (dark, errors) = film(2, lit, |x, y| if x > 150 && y < 8 { 0.1 } else { 0.0 });
         let stated = StatedError::new(&dark, ErrorGoal::Relative(0.1)).unwrap();
         let scale = 1.0 / (0.5_f64 * 0.5).powi(2);
-        let of = |block: &[usize]| block.iter().map(|&pixel| scale * errors[pixel]).collect();
+        let of =
+            |block: &[usize]| block.iter().map(|&pixel| (scale * errors[pixel]).sqrt()).collect();
         let truth = StatedError::of_blocks(block_errors(SIZE, of)).value;
         assert!((stated.value / truth - 1.0).abs() < 0.35, "{stated:?} for {truth}");
     }
@@ -217,10 +233,26 @@ mod tests {
         let (film, errors) = film(4, |_, _| 1.0, |_, _| 0.1);
         let even = Image::new(SIZE[0], SIZE[1], vec![[1.0; 3]; errors.len()]);
         let visible = f64::from(visible_differences(&even, &vec![0.0; errors.len()])[0]);
-        let seen = |block: &[usize]| block.iter().map(|&p| errors[p] / visible.powi(2)).collect();
+        let seen = |block: &[usize]| block.iter().map(|&p| errors[p].sqrt() / visible).collect();
         let truth = 3.0 * StatedError::of_blocks(block_errors(SIZE, seen)).value;
         let stated = StatedError::new(&film, ErrorGoal::Visible).unwrap();
         assert!((stated.value / truth - 1.0).abs() < 0.25, "{stated:?} for {truth}");
+    }
+
+    /// Noise that a block has in common is one number z of a normal distribution. The variance of z² is 2/3 of the mean of z⁴,
+    /// and the relative deviation of the root is half of that of the square.
+    #[test]
+    fn what_pixels_have_in_common_is_known_badly() {
+        let of = |common: &dyn Fn(&[usize]) -> f64| {
+            let blocks = block_errors(SIZE, |block| {
+                let sign = |&pixel: &usize| if pixel % 2 == 0 { 1.0 } else { -1.0 };
+                block.iter().map(|pixel| common(block) + 0.1 * sign(pixel)).collect()
+            });
+            StatedError::of_blocks(blocks).uncertainty
+        };
+        assert!(of(&|_| 0.0) < 1e-9, "pixels of the same square");
+        let one = of(&|block| if block[0] == 0 { 10.0 } else { 0.0 });
+        assert!((one / (1.0 / 6.0_f64).sqrt() - 1.0).abs() < 0.01, "{one}");
     }
 
     #[test]

@@ -13,7 +13,7 @@ use super::rendered::{Ended, Rendered};
 use super::stage_settings::{film_contents, finest_step, render_region};
 use crate::director::PixelBudget;
 use crate::film::FilmContents;
-use crate::math::{Rgb, Spectrum, Stage};
+use crate::math::{GroupedRgb, Rgb, Spectrum, Stage};
 use crate::scene::plan::Needs;
 use crate::scene::{RenderSettings, Scene};
 use crate::work::Work;
@@ -27,10 +27,11 @@ pub fn render_reference<'a>(
     control: impl Into<Control<'a>>,
 ) -> Rendered {
     let control = control.into();
-    if Needs::new(scene, settings).colors {
-        trace_reference::<Rgb>(scene, settings, &control)
-    } else {
-        trace_reference::<f64>(scene, settings, &control)
+    let Needs { groups, colors, .. } = Needs::new(scene, settings);
+    match (groups, colors) {
+        (true, _) => trace_reference::<GroupedRgb>(scene, settings, &control),
+        (false, true) => trace_reference::<Rgb>(scene, settings, &control),
+        (false, false) => trace_reference::<f64>(scene, settings, &control),
     }
 }
 

@@ -26,6 +26,10 @@ pub enum Aov {
     Emission,
     /// All other light: what mirrors and glass show.
     Specular,
+    /// Which objects are seen, and how much of each.
+    Cryptomatte,
+    /// Light of each group of emitters, which is of all kinds above.
+    Groups,
 }
 
 impl Aov {
@@ -41,6 +45,8 @@ impl Aov {
         ("indirect", Self::Indirect),
         ("emission", Self::Emission),
         ("specular", Self::Specular),
+        ("cryptomatte", Self::Cryptomatte),
+        ("groups", Self::Groups),
     ];
 
     /// Those that add up to the picture, in the order in which they are stored.
@@ -61,9 +67,10 @@ impl Aov {
         Self::ALL.iter().find(|(_, aov)| *aov == self).map_or("", |(name, _)| name)
     }
 
-    /// The names of its layers.
-    pub fn layers(self) -> [String; 3] {
-        self.channels().map(|channel| format!("{}.{channel}", self.name()))
+    /// The names of its layers, of the pass of groups those of the group `group`; Cryptomatte has layers of its own.
+    pub fn layers(self, group: &str) -> [String; 3] {
+        let name = if self == Self::Groups { format!("group.{group}") } else { self.name().into() };
+        self.channels().map(|channel| format!("{name}.{channel}"))
     }
 
     const fn bit(self) -> u16 {
@@ -168,8 +175,9 @@ mod tests {
 
     #[test]
     fn layers_have_usual_names() {
-        assert_eq!(Aov::Depth.layers(), ["depth.first", "depth.mean", "depth.last"]);
-        assert_eq!(Aov::Normal.layers(), ["normal.X", "normal.Y", "normal.Z"]);
-        assert_eq!(Aov::Media.layers(), ["media.R", "media.G", "media.B"]);
+        assert_eq!(Aov::Depth.layers(""), ["depth.first", "depth.mean", "depth.last"]);
+        assert_eq!(Aov::Normal.layers(""), ["normal.X", "normal.Y", "normal.Z"]);
+        assert_eq!(Aov::Media.layers(""), ["media.R", "media.G", "media.B"]);
+        assert_eq!(Aov::Groups.layers("key"), ["group.key.R", "group.key.G", "group.key.B"]);
     }
 }

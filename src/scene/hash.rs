@@ -40,7 +40,8 @@ impl Sources {
         let mut add = |bytes: &[u8]| {
             content.update(bytes);
         };
-        let MeshData { positions, triangles, normals, uvs, slots } = mesh;
+        // What parts are called changes no light.
+        let MeshData { positions, triangles, normals, uvs, slots, parts: _ } = mesh;
         positions.iter().for_each(|p| p.to_array().iter().for_each(|x| add(&x.to_le_bytes())));
         normals.iter().for_each(|n| n.to_array().iter().for_each(|x| add(&x.to_le_bytes())));
         uvs.iter().for_each(|uv| uv.to_array().iter().for_each(|x| add(&x.to_le_bytes())));

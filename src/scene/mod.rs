@@ -11,9 +11,11 @@ mod directing;
 mod draft;
 pub mod file;
 mod frame_motion;
+mod groups;
 mod hash;
 mod keys;
 mod load;
+mod objects;
 mod open;
 mod options;
 mod outline;
@@ -42,7 +44,9 @@ pub use directing::{
 };
 pub use draft::Draft;
 pub use frame_motion::FrameMotion;
+pub use groups::{GroupName, GroupNames, Groups};
 pub use keys::{Key, Kind, TABLES, Table, Without, flagged, reference};
+pub use objects::{ObjectName, Objects};
 pub use open::{OpenScene, read_shot};
 pub use options::LoadOptions;
 pub use picture_pass::PicturePass;
@@ -65,6 +69,10 @@ pub struct Scene {
     pub surfaces: Arc<Surfaces>,
     /// Lights, those of the file first, then emissive surfaces.
     pub lights: Arc<Lights>,
+    /// Names of media and surfaces, where the picture tells of objects.
+    pub objects: Objects,
+    /// Groups of lights, and of media that glow.
+    pub groups: Groups,
     /// Size and looks of the picture.
     pub film: FilmSettings,
     /// How it is computed.

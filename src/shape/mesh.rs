@@ -1,6 +1,7 @@
 //! Triangle meshes.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3};
 
@@ -25,7 +26,12 @@ pub struct MeshData {
     pub uvs: Vec<Vec2>,
     /// Material slot of each triangle, or empty: all 0.
     pub slots: Vec<u32>,
+    /// Parts that have names: the first triangle of each, in their order, or empty.
+    pub parts: MeshParts,
 }
+
+/// Parts of a mesh, which copies of it share: the first triangle of each, in their order, and its name.
+pub type MeshParts = Arc<[(u32, String)]>;
 
 /// A triangle mesh in the world, with a BVH of its own.
 #[derive(Debug, Clone)]
@@ -98,13 +104,14 @@ impl Mesh {
 
     /// About the bytes it takes in memory, its tree included: two nodes a triangle.
     pub fn memory_bytes(&self) -> usize {
-        let MeshData { positions, triangles, normals, uvs, slots } = &self.data;
+        let MeshData { positions, triangles, normals, uvs, slots, parts } = &self.data;
         let tree = size_of::<u32>() + 2 * size_of::<obvhs::bvh2::node::Bvh2Node>();
         size_of_val(&positions[..])
             + size_of_val(&triangles[..])
             + size_of_val(&normals[..])
             + size_of_val(&uvs[..])
             + size_of_val(&slots[..])
+            + parts.iter().map(|part| size_of_val(part) + part.1.len()).sum::<usize>()
             + triangles.len() * tree
     }
 
@@ -116,6 +123,11 @@ impl Mesh {
     /// The material slot of a triangle.
     pub fn slot(&self, triangle: u32) -> u32 {
         self.data.slots.get(triangle as usize).copied().unwrap_or(0)
+    }
+
+    /// Its parts that have names, by their first triangles.
+    pub fn parts(&self) -> &[(u32, String)] {
+        &self.data.parts
     }
 
     /// How many material slots its triangles name.

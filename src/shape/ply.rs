@@ -10,6 +10,7 @@ use ply_rs_bw::ply::{DefaultElement, Property, PropertyAccess, PropertyAccessRes
 
 use super::MeshData;
 use super::parsed::{Parsed, fan};
+use super::ply_write::PART;
 
 pub(super) fn read(path: &Path) -> Result<Parsed, String> {
     // The crate dumps the parser's state and the file's bytes behind the first line.
@@ -64,7 +65,16 @@ pub(super) fn read(path: &Path) -> Result<Parsed, String> {
         };
         data.triangles.extend(fan(&corners));
     }
+    if data.triangles.len() == faces.len() {
+        data.parts = header.comments.iter().filter_map(|comment| part(comment)).collect();
+    }
     Ok(Parsed { data, materials: Vec::new(), beside: Vec::new() })
+}
+
+/// The part that a `comment` of fogbow names: its first face and its name.
+fn part(comment: &str) -> Option<(u32, String)> {
+    let (first, name) = comment.strip_prefix(PART)?.split_once(' ')?;
+    Some((first.parse().ok()?, name.to_owned()))
 }
 
 #[derive(Debug, Default)]

@@ -13,8 +13,11 @@ use super::MeshData;
 use crate::error::Result;
 use crate::file;
 
+/// What a comment that names a part of the mesh begins with, before its first face and its name.
+pub(super) const PART: &str = "fogbow part ";
+
 /// Writes the positions, the normals and texture coordinates where there are any, and the triangles of `mesh`
-/// as a binary PLY file, in 32 bits each.
+/// as a binary PLY file, in 32 bits each. Its parts are told by comments.
 ///
 /// # Errors
 /// Where the file cannot be written; an earlier one is intact then.
@@ -32,6 +35,8 @@ pub fn write_ply(path: &Path, mesh: &MeshData) -> Result<()> {
     face.properties.add(PropertyDef::new(CORNERS.into(), list));
     let mut ply = Ply::<DefaultElement>::new();
     ply.header.encoding = Encoding::BinaryLittleEndian;
+    ply.header.comments =
+        mesh.parts.iter().map(|(first, name)| format!("{PART}{first} {name}")).collect();
     ply.header.elements.add(vertex);
     ply.header.elements.add(face);
     ply.payload.insert("vertex".into(), vertices(mesh, names));

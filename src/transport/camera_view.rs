@@ -2,7 +2,7 @@
 //!
 //! All that asks for it asks here, or, without a context, [`Surfaces::intersect_seen`](crate::surface::Surfaces::intersect_seen).
 
-use crate::math::{Ray, Rgb, Span, World};
+use crate::math::{Ray, Span, Spectrum, World};
 use crate::scene::Scene;
 use crate::surface::{CameraView, SurfaceHit};
 
@@ -58,19 +58,20 @@ pub fn is_clear(scene: &Scene, ray: &Ray<World>, distance: f64, ctx: &mut PathCo
 
 /// Radiance, W/(m² sr), that `ray` (unit direction) sees of what the surface at `hit` emits, or of lights infinitely
 /// far away where there is none.
-pub fn emission(
+pub fn emission<S: Spectrum>(
     scene: &Scene,
     ray: &Ray<World>,
     hit: Option<&SurfaceHit<'_>>,
     ctx: &mut PathContext,
-) -> Rgb {
+) -> S {
     match hit {
-        Some(hit) if is_holdout(scene, hit) => Rgb::ZERO,
+        Some(hit) if is_holdout(scene, hit) => S::ZERO,
         Some(hit) => direct_light::emitted(scene, ray, hit),
-        None if !ctx.needs.environment => Rgb::ZERO,
+        None if !ctx.needs.environment => S::ZERO,
         None => {
             ctx.work.environment_lookups += 1;
-            scene.lights.seen_environment_radiance(ray.direction)
+            let is_seen = |light: usize| !scene.lights.hidden.contains(&light);
+            direct_light::environment_radiance(scene, ray, is_seen)
         }
     }
 }

@@ -4,6 +4,8 @@
 //! [`sample_lights`] too, but estimates transmittance by ratio tracking of its own: that keeps it
 //! unbiased whatever the march does.
 
+use std::ops::Add;
+
 use glam::DVec3;
 
 use crate::light::{EmitterHit, LightOrigin, LightSample};
@@ -49,9 +51,12 @@ impl LightNumbers {
 pub type Scatterer<'a, S = Rgb> = (&'a Phase, S);
 
 /// Radiance that the surface at `hit` emits back along `ray`, W/(m² sr).
-pub fn emitted(scene: &Scene, ray: &Ray<World>, hit: &SurfaceHit<'_>) -> Rgb {
-    hit.light.map_or(Rgb::ZERO, |light| {
-        scene.lights.lights[light as usize].radiance_from(ray.direction, Some(emitter(hit)))
+pub fn emitted<S: Spectrum>(scene: &Scene, ray: &Ray<World>, hit: &SurfaceHit<'_>) -> S {
+    hit.light.map_or(S::ZERO, |light| {
+        let light = light as usize;
+        let emits = &scene.lights.lights[light];
+        let radiance = emits.radiance_from(ray.direction, Some(emitter(hit)));
+        S::of_group(radiance, scene.groups.of_light(light))
     })
 }
 
@@ -74,12 +79,26 @@ pub fn first_surface<'s>(
 }
 
 /// Radiance, W/(m² sr), that `ray` (unit direction) sees of lights infinitely far away.
-pub fn environment(scene: &Scene, ray: &Ray<World>, ctx: &mut PathContext) -> Rgb {
+pub fn environment<S: Spectrum>(scene: &Scene, ray: &Ray<World>, ctx: &mut PathContext) -> S {
     if !ctx.needs.environment {
-        return Rgb::ZERO;
+        return S::ZERO;
     }
     ctx.work.environment_lookups += 1;
-    scene.lights.environment_radiance(ray.direction)
+    environment_radiance(scene, ray, |_| true)
+}
+
+/// Radiance, W/(m² sr), that `ray` (unit direction) sees of those lights infinitely far away that `is_seen` says of their
+/// index.
+pub(super) fn environment_radiance<S: Spectrum>(
+    scene: &Scene,
+    ray: &Ray<World>,
+    is_seen: impl Fn(usize) -> bool,
+) -> S {
+    let lights = scene.lights.lights.iter().enumerate().filter(|(index, _)| is_seen(*index));
+    let radiance = lights.map(|(index, light)| {
+        S::of_group(light.radiance_from(ray.direction, None), scene.groups.of_light(index))
+    });
+    radiance.fold(S::ZERO, Add::add)
 }
 
 /// Samples lights as seen from `at` and sums `contribution`, which gets the light's index, the
@@ -94,7 +113,8 @@ pub fn sample_lights<S: Spectrum>(
     let mut of = |index: usize, probability: f64, ctx: &mut PathContext| {
         let sample = scene.lights.lights[index].sample(at, u.position(index));
         let light = sample.filter(LightSample::shines);
-        light.map_or(S::ZERO, |light| contribution(index, &light, probability, ctx))
+        let sum = light.map_or(S::ZERO, |light| contribution(index, &light, probability, ctx));
+        sum.in_group(scene.groups.of_light(index))
     };
     if !ctx.needs.light_choice {
         return if scene.lights.lights.is_empty() { S::ZERO } else { of(0, 1.0, ctx) };
@@ -274,7 +294,8 @@ pub(super) fn emitters_behind<S: Spectrum>(
         if is_hit {
             let emitted = light.radiance_from(ray.direction, at);
             if emitted != Rgb::ZERO {
-                radiance += S::from_rgb(emitted) * weight(index, at);
+                let emitted = S::of_group(emitted, scene.groups.of_light(index));
+                radiance += emitted * weight(index, at);
             }
         }
     }

@@ -15,7 +15,7 @@ const SPREAD: u32 = 0x9e37_79b9;
 /// What a camera path takes stratified numbers for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Decision {
-    /// Distances at which caches are read, and channels.
+    /// Distances at which caches are read, channels, and cells around.
     CachedPlaces,
     /// Distances sampled by opacity at which direct light is evaluated, and channels.
     OpacityPlaces,

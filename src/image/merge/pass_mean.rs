@@ -6,6 +6,7 @@
 //! | `saliency` `xs` `radius` `step` | the weighted mean: what a pixel was worth, and the widths it was rendered with |
 //! | `Z` | the least, as of the rays of one picture: the nearest surface that any ray met |
 //! | `depth.*` `position.*` `motion.*` | the mean weighed by coverage as well, as rays are in one picture; FAR and 0 where nothing is seen |
+//! | `CryptoObject00.*` … | the weighted mean of the coverage of each object, ranked anew |
 //! | other passes | the weighted mean |
 //! | `rays` | the sum |
 //! | `variance` | that of the mean, from the spread between passes: see `variance.rs` |
@@ -15,7 +16,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::{Channels, FAR, Layers, NOISY_LAYERS, Window};
+use super::super::{Channels, FAR, Layers, NOISY_LAYERS, Window, cryptomatte};
 use super::variance::Spread;
 use crate::math::{Rgb, luminance};
 
@@ -35,6 +36,8 @@ enum Rule {
     Sum,
     /// Variance of the mean of luminance.
     Variance,
+    /// Objects by coverage, which are merged together.
+    Objects,
 }
 
 impl Rule {
@@ -47,6 +50,7 @@ impl Rule {
             "Z" => Some(Self::Least),
             "rays" => Some(Self::Sum),
             "variance" => Some(Self::Variance),
+            _ if cryptomatte::is_layer(layer) => Some(Self::Objects),
             _ => Self::of_pass(layer),
         }
     }
@@ -57,15 +61,14 @@ impl Rule {
         match pass {
             "depth" => Some(Self::Seen { nothing: FAR }),
             "position" | "motion" => Some(Self::Seen { nothing: 0.0 }),
-            "albedo" | "normal" | "media" | "direct" | "indirect" | "emission" | "specular" => {
-                Some(Self::Mean)
-            }
+            "albedo" | "normal" => Some(Self::Mean),
+            "media" | "direct" | "indirect" | "emission" | "specular" | "group" => Some(Self::Mean),
             _ => None,
         }
     }
 }
 
-/// A layer of the sum: of weighted values, of values or their least; empty for the variance.
+/// A layer of the sum: of weighted values, of values or their least; empty for the variance and for objects.
 #[derive(Debug)]
 struct LayerSum {
     rule: Rule,
@@ -79,6 +82,8 @@ pub struct PassMean {
     layers: BTreeMap<String, LayerSum>,
     /// Weight of what each pixel has seen, where layers are weighed by that.
     seen: Vec<f64>,
+    /// The list of objects of each pixel with their weighted coverages, where there are layers of them.
+    objects: Vec<f64>,
     /// Luminance of the passes, where there is a layer of variance.
     spread: Option<Spread>,
     passes: usize,
@@ -97,7 +102,8 @@ impl PassMean {
         let [width, height] = size.map(|side| side as usize);
         let layer = |name: &String| {
             let rule = Rule::new(name).ok_or_else(|| name.clone())?;
-            let pixels = if rule == Rule::Variance { 0 } else { width * height };
+            let has_values = !matches!(rule, Rule::Variance | Rule::Objects);
+            let pixels = if has_values { width * height } else { 0 };
             Ok((name.clone(), LayerSum { rule, values: vec![0.0; pixels] }))
         };
         let layers = layers.iter().map(layer).collect::<Result<BTreeMap<_, _>, String>>()?;
@@ -106,7 +112,10 @@ impl PassMean {
         let by_coverage = |layer: &LayerSum| matches!(layer.rule, Rule::Seen { .. });
         let pixels = if layers.values().any(by_coverage) { width * height } else { 0 };
         let seen = vec![0.0; pixels];
-        Ok(Self { width, layers, seen, spread, passes: 0, weight: 0.0, total: 0.0 })
+        let has_objects = layers.values().any(|layer| layer.rule == Rule::Objects);
+        let numbers = if has_objects { cryptomatte::NUMBERS } else { 0 };
+        let objects = vec![0.0; width * height * numbers];
+        Ok(Self { width, layers, seen, objects, spread, passes: 0, weight: 0.0, total: 0.0 })
     }
 
     /// Begins the next pass, of a positive `weight`. The order of passes is that of summation.
@@ -133,7 +142,7 @@ impl PassMean {
                     add_seen(sums, [values, coverage(part)], weight, window, self.width);
                     continue;
                 }
-                Rule::Variance => continue,
+                Rule::Variance | Rule::Objects => continue,
             };
             for (pixels, own) in window.rows(self.width) {
                 let values = values[own].iter().copied().map(f64::from);
@@ -144,7 +153,26 @@ impl PassMean {
             let ones = vec![1.0; coverage(part).len()];
             add_seen(&mut self.seen, [&ones, coverage(part)], weight, window, self.width);
         }
+        self.add_objects(window, part);
         self.add_spread(window, part);
+    }
+
+    fn add_objects(&mut self, window: Window, part: &Layers) {
+        let (lists, _) = self.objects.as_chunks_mut::<{ cryptomatte::NUMBERS }>();
+        if lists.is_empty() {
+            return;
+        }
+        let layers = cryptomatte::layers();
+        for [identifier, coverage] in layers.as_chunks().0 {
+            let pair = part.get(identifier).zip(part.get(coverage));
+            let Some((identifiers, coverages)) = pair else { continue };
+            for (pixels, own) in window.rows(self.width) {
+                for (list, own) in lists[pixels].iter_mut().zip(own) {
+                    let coverage = self.weight * f64::from(coverages[own]);
+                    cryptomatte::add(list, identifiers[own].to_bits(), coverage);
+                }
+            }
+        }
     }
 
     fn add_spread(&mut self, window: Window, part: &Layers) {
@@ -162,7 +190,7 @@ impl PassMean {
 
     /// The layers of the mean.
     pub fn finish(self) -> Channels {
-        let Self { width, layers, seen, mut spread, passes, total, .. } = self;
+        let Self { width, layers, seen, objects, mut spread, passes, total, .. } = self;
         let resolved = |(name, LayerSum { rule, mut values }): (String, LayerSum)| {
             match rule {
                 Rule::Mean => values.iter_mut().for_each(|value| *value /= total),
@@ -171,7 +199,7 @@ impl PassMean {
                         *value = if *seen > 0.0 { *value / seen } else { nothing };
                     }
                 }
-                Rule::Sum | Rule::Least => {}
+                Rule::Sum | Rule::Least | Rule::Objects => {}
                 Rule::Variance => {
                     let spread = spread.take();
                     values = spread.map_or(values, |spread| spread.variances(width, passes, total));
@@ -179,8 +207,20 @@ impl PassMean {
             }
             (name, values.into_iter().map(|value| value as f32).collect())
         };
-        layers.into_iter().map(resolved).collect()
+        let mut channels: Channels = layers.into_iter().map(resolved).collect();
+        for (name, plane) in object_planes(&objects, total) {
+            channels.entry(name).and_modify(|values| *values = plane);
+        }
+        channels
     }
+}
+
+/// The layers of objects by the `lists` of all pixels, whose coverages are shares of `whole`.
+fn object_planes(lists: &[f64], whole: f64) -> impl Iterator<Item = (String, Vec<f32>)> {
+    let (lists, _) = lists.as_chunks::<{ cryptomatte::NUMBERS }>();
+    let ranks: Vec<_> = lists.iter().map(|list| cryptomatte::ranks(list, whole)).collect();
+    let plane = move |layer: usize| ranks.iter().map(|values| values[layer]).collect();
+    cryptomatte::layers().into_iter().enumerate().map(move |(layer, name)| (name, plane(layer)))
 }
 
 /// Coverage of each pixel of `part`: how much of a pixel is seen, and so the opacity of its rays.
@@ -260,6 +300,28 @@ mod tests {
         assert_eq!((found["depth.mean"], found["position.X"]), (8.0, 5.0));
         let found = mean(&[(1.0, &pass(0.0, far, 0.0, 0.0)), (1.0, &pass(0.0, far, 0.0, 0.0))]);
         assert_eq!((found["depth.mean"], found["position.X"]), (far, 0.0));
+    }
+
+    #[test]
+    fn objects_are_merged_by_their_identifiers() {
+        let [a, b, c] = ["a", "b", "c"].map(|name| f32::from_bits(cryptomatte::identifier(name)));
+        let pass = |first: f32, second: f32, coverages: [f32; 2]| {
+            let names =
+                ["CryptoObject00.R", "CryptoObject00.G", "CryptoObject00.B", "CryptoObject00.A"];
+            let values = [first, coverages[0], second, coverages[1]];
+            names.into_iter().zip(values).collect::<Vec<_>>()
+        };
+        // a: (1/2 + 3/8) / 4, b: (1/4 + 3 · 5/8) / 4, which comes first.
+        let passes = [pass(a, b, [0.5, 0.25]), pass(b, a, [0.625, 0.125])];
+        let found = mean(&[(1.0, &passes[0]), (3.0, &passes[1])]);
+        let bits = |name: &str| found[name].to_bits();
+        assert_eq!([bits("CryptoObject00.R"), bits("CryptoObject00.B")], [b, a].map(f32::to_bits));
+        assert_eq!((found["CryptoObject00.G"], found["CryptoObject00.A"]), (0.53125, 0.21875));
+        // One that the other pass does not have, and none.
+        let found = mean(&[(1.0, &pass(c, 0.0, [0.5, 0.0])), (1.0, &pass(0.0, 0.0, [0.0; 2]))]);
+        let bits = |name: &str| found[name].to_bits();
+        assert_eq!([bits("CryptoObject00.R"), bits("CryptoObject00.B")], [c.to_bits(), 0]);
+        assert_eq!((found["CryptoObject00.G"], found["CryptoObject00.A"]), (0.25, 0.0));
     }
 
     #[test]

@@ -100,7 +100,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Estimates the radiance that arrives along a camera ray at its origin: the path to the first
     /// diffuse surface, and the rays that forward peaks deflect on its way.
     pub fn radiance(&self, camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>) -> Sample {
-        let Workspace { ctx, profiles } = workspace;
+        let Workspace { ctx, profiles, .. } = workspace;
         let mut pending = PendingRays::new();
         let start = PendingRay {
             ray: camera_ray.ray,
@@ -119,8 +119,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         path.depth += near;
         path.seen.media_distance = path.seen.media_distance.map(|distance| near + distance);
         let others = self.trace_pending(pending, camera_ray, ctx, profiles);
+        let radiance = path.light.radiance + others.light.radiance;
         Sample {
-            radiance: (path.light.radiance + others.light.radiance).rgb(),
+            radiance: radiance.rgb(),
+            groups: radiance.parts(),
             indirect: (path.light.indirect + others.light.indirect).rgb(),
             visible_emission: path.visible_emission.rgb(),
             components: Components {
@@ -254,12 +256,12 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             return surface_light::emission_after(self.scene, from, &segment.ray, hit, ctx);
         }
         if segment.from_camera {
-            return S::from_rgb(camera_view::emission(self.scene, &segment.ray, hit, ctx));
+            return camera_view::emission(self.scene, &segment.ray, hit, ctx);
         }
-        S::from_rgb(match hit {
+        match hit {
             Some(hit) => direct_light::emitted(self.scene, &segment.ray, hit),
             None => direct_light::environment(self.scene, &segment.ray, ctx),
-        })
+        }
     }
 
     /// Traces `pending` rays and all that are deflected or split off from them.

@@ -180,7 +180,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 let nee = MediumNee::new(self.scene, p, -ray.direction, &scatterers);
                 let choice = lights.pick_probability(p, index);
                 let density = sampling.density(&place, &nee.connection(index, &light, choice));
-                sum += place.weight * nee.in_scattered(&light, ctx) / density;
+                let light = place.weight * nee.in_scattered(&light, ctx) / density;
+                sum += light.in_group(self.scene.groups.of_light(index));
             }
         }
         sum

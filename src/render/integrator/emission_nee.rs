@@ -96,6 +96,7 @@ impl<'a> EmissionNee<'a> {
         let through: S = scene.media.transmittance_counted(&ray, span, &mut ctx.work);
         // The weight over the squared distance, which is finite where that is 0.
         let weight = sampled / (distance * distance) / (sampled + hit);
-        through * S::from_rgb(emission) * (value * weight / (self.choice.probability(index) * pdf))
+        let emitted = S::of_group(emission, scene.media.group(index));
+        through * emitted * (value * weight / (self.choice.probability(index) * pdf))
     }
 }

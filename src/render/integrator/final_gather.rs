@@ -124,7 +124,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             return false;
         };
         let emitted = match &path.scattering {
-            None => S::from_rgb(direct_light::emitted(self.scene, &path.ray, &hit)),
+            None => direct_light::emitted(self.scene, &path.ray, &hit),
             Some(from) if from.medium.is_none() => {
                 surface_light::emission_after(self.scene, from, &path.ray, Some(&hit), ctx)
             }
@@ -230,8 +230,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Adds the environments that the path's ray hits.
     fn add_environment(&self, path: &mut PathState<S>, ctx: &mut PathContext) {
         let Some(last) = path.scattering else {
-            let radiance = direct_light::environment(self.scene, &path.ray, ctx);
-            path.radiance += path.throughput * S::from_rgb(radiance);
+            let radiance: S = direct_light::environment(self.scene, &path.ray, ctx);
+            path.radiance += path.throughput * radiance;
             return;
         };
         if last.medium.is_none() {
@@ -249,7 +249,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let direction = path.ray.direction;
             let choice = lights.pick_probability(last.position, index);
             let light_pdf = if light.is_even() { 0.0 } else { choice * light.pdf(direction, None) };
-            let radiance = S::from_rgb(light.radiance_from(direction, None));
+            let radiance = light.radiance_from(direction, None);
+            let radiance = S::of_group(radiance, self.scene.groups.of_light(index));
             path.radiance += path.throughput * radiance * (last.pdf / (last.pdf + light_pdf));
         }
     }

@@ -66,7 +66,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let (through, flux) = self.through(&ray, t, ctx);
             let choice = lights.pick_probability(p, lamp.index);
             let pdf = lamps.pdf(lamp.index, &origin, t) + choice * flux;
-            sum += through * light_in / (pdf * sample.pdf);
+            let light = through * light_in / (pdf * sample.pdf);
+            sum += light.in_group(self.scene.groups.of_light(lamp.index));
         }
         sum
     }

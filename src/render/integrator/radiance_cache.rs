@@ -12,6 +12,17 @@ use super::final_gather::GatherPath;
 use super::ray_estimators::RayEstimators;
 use super::setup::Integrator;
 
+/// Where caches are read, and how.
+#[derive(Debug, Clone, Copy)]
+struct CacheLookup {
+    p: WorldPoint,
+    /// Number in [0, 1) that draws one of the cells around.
+    u: f64,
+    /// Level of fluence grids.
+    level: usize,
+    pass: SamplePass,
+}
+
 impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Cached light that media scatter along `ray` to its origin, W/(m² sr), looked up at points
     /// sampled by opacity.
@@ -29,15 +40,16 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let mut sum = S::ZERO;
         let draws = ctx.stratified.draws(Decision::CachedPlaces, count);
         for index in 0..count {
-            let [u, channel, ..] = draws.numbers(index, &mut ctx.rng);
+            let [u, channel, cell, _] = draws.numbers(index, &mut ctx.rng);
             let Some(place) = profile.sample([u, channel]) else { break };
             let p = ray.at(place.t);
+            let lookup = CacheLookup { p, u: cell, level, pass };
             ctx.work.gathers += 1;
             ctx.work.grid_lookups += self.media.albedo_lookups;
             for (medium, albedo) in self.albedos(p) {
                 if by.reads_caches(medium) {
                     let strategy = by.strategy_at(medium, place.t);
-                    let light = self.cached_at(strategy, medium, p, level, pass, ctx);
+                    let light = self.cached_at(strategy, medium, lookup, ctx);
                     sum += place.weight * albedo * light;
                 }
             }
@@ -45,17 +57,16 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         sum / f64::from(count)
     }
 
-    /// Cached light that a medium scatters at `p` toward the camera, per unit of sigma_s: direct
+    /// Cached light that a medium scatters toward the camera, per unit of sigma_s: direct
     /// light, and either fluence or final gathers.
     fn cached_at(
         &self,
         strategy: Strategy,
         medium: usize,
-        p: WorldPoint,
-        level: usize,
-        pass: SamplePass,
+        lookup: CacheLookup,
         ctx: &mut PathContext,
     ) -> S {
+        let CacheLookup { p, level, .. } = lookup;
         let direct = self.caches.direct.get(medium).and_then(Option::as_ref);
         let direct = direct.map_or(S::ZERO, |cache| cache.at(self.scene, p, ctx));
         let indirect = match strategy {
@@ -63,22 +74,17 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 let grid = self.caches.fluence[medium].as_ref();
                 grid.map_or(S::ZERO, |grid| grid.toward_camera(p, level))
             }
-            Strategy::SharedGathers => self.cached_gather(medium, p, pass, ctx),
+            Strategy::SharedGathers => self.cached_gather(medium, lookup, ctx),
             Strategy::Beams | Strategy::Moments | Strategy::Traced => S::ZERO,
         };
         direct + indirect
     }
 
-    /// The final gathers of the cell round `p`; an empty cell makes its own.
-    fn cached_gather(
-        &self,
-        medium: usize,
-        p: WorldPoint,
-        pass: SamplePass,
-        ctx: &mut PathContext,
-    ) -> S {
+    /// The final gathers of a cell round the place; an empty cell makes its own.
+    fn cached_gather(&self, medium: usize, lookup: CacheLookup, ctx: &mut PathContext) -> S {
+        let CacheLookup { p, u, pass, .. } = lookup;
         let Some(cache) = &self.caches.final_gathers[medium] else { return S::ZERO };
-        cache.sample(self.scene, p, pass, ctx, |origins, points, ctx| {
+        cache.sample(self.scene, p, u, pass, ctx, |origins, points, ctx| {
             self.mean_of_gathers(medium, origins, &points, ctx)
         })
     }

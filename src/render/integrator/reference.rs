@@ -47,6 +47,7 @@ impl PathTracer<'_> {
         let seen = if catches { transmittance } else { 0.0 };
         Sample {
             radiance: path.state.radiance.rgb(),
+            groups: path.state.radiance.parts(),
             alpha: if is_covered { 1.0 } else { 1.0 - transmittance },
             caught: CaughtShadow { seen, shadowed, unshadowed },
             depth: hit.map_or(f64::INFINITY, |hit| self.scene.camera.near(&ray) + hit.t),
@@ -108,7 +109,8 @@ impl PathTracer<'_> {
                 let choice = self.scene.lights.pick_probability(last.position, index);
                 last.pdf / (last.pdf + choice * light.pdf(path.ray.direction, at))
             });
-            path.radiance += path.throughput * S::from_rgb(radiance) * weight;
+            let radiance = S::of_group(radiance, self.scene.groups.of_light(index));
+            path.radiance += path.throughput * radiance * weight;
         }
     }
 

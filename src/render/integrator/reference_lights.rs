@@ -187,7 +187,8 @@ impl PathTracer<'_> {
             let through: S = self.transmittance(ray, t, ctx);
             let through = through * self.transmittance::<S>(&shadow, light.distance, ctx);
             let pdf = punctual.pdf(index, &origin, t) + other_pdf(index, p, t, ctx);
-            sum += S::from_rgb(light.radiance) * through * scattering / pdf;
+            let light = S::from_rgb(light.radiance) * through * scattering / pdf;
+            sum += light.in_group(self.scene.groups.of_light(index));
         }
         sum
     }

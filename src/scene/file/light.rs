@@ -2,9 +2,11 @@
 
 use glam::DVec3;
 
+use super::group;
 use super::surface::half_sides;
 use crate::error::Result;
 use crate::math::Rgb;
+use crate::scene::groups::GroupName;
 use crate::scene::keys::light as keys;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 
@@ -17,6 +19,8 @@ pub struct LightSection {
     pub kind: LightKind,
     /// `visible`: whether rays from the camera see it.
     pub visible: bool,
+    /// `group`: the group of its light.
+    pub group: Option<GroupName>,
 }
 
 /// A light.
@@ -137,7 +141,12 @@ pub(super) fn read(section: &Section<'_>) -> Result<LightSection> {
         Kind::Environment => environment,
     };
     let kind = read(section)?;
-    Ok(LightSection { at: section.place(), kind, visible: section.switch(&keys::VISIBLE)? })
+    Ok(LightSection {
+        at: section.place(),
+        kind,
+        visible: section.switch(&keys::VISIBLE)?,
+        group: group(section)?,
+    })
 }
 
 fn point(section: &Section<'_>) -> Result<LightKind> {

@@ -3,11 +3,13 @@
 use glam::{DAffine3, DVec3};
 
 use super::motion::{self, MotionStep, VelocitySection};
-use super::placement;
 use super::transfer::{self, TransferSection};
+use super::{group, placement};
 use crate::error::Result;
 use crate::math::Rgb;
+use crate::scene::groups::GroupName;
 use crate::scene::keys::{Key, medium as keys, transfer as transfer_keys};
+use crate::scene::objects::ObjectName;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 
 /// One `[[medium]]`.
@@ -17,6 +19,8 @@ pub struct MediumSection {
     pub at: Place,
     /// `name`, or `medium[i]`.
     pub name: String,
+    /// What it is called in pictures.
+    pub object: ObjectName,
     /// `file` or `region`.
     pub density: DensitySection,
     /// `sigma_t`: extinction coefficient for density 1, in 1/m.
@@ -27,6 +31,8 @@ pub struct MediumSection {
     pub phase: PhaseSection,
     /// `emission`.
     pub emission: Option<EmissionSection>,
+    /// `group`: the group of its emission.
+    pub group: Option<GroupName>,
     /// `translate`, `rotate`, `scale`.
     pub placement: DAffine3,
     /// `motion`.
@@ -167,14 +173,18 @@ pub(super) fn read(section: &Section<'_>) -> Result<MediumSection> {
     section.only(&keys::MEDIUM)?;
     section.at_most_one(&[&keys::FILE, &keys::REGION_KEY])?;
     let at = section.place();
+    let (name, density) = (section.maybe_text(&keys::NAME)?, density(section)?);
+    let file = section.maybe_text(&keys::FILE)?;
     Ok(MediumSection {
-        name: section.maybe_text(&keys::NAME)?.unwrap_or_else(|| at.key.clone()),
+        name: name.clone().unwrap_or_else(|| at.key.clone()),
+        object: ObjectName::new(name, file.as_deref(), "medium"),
         at,
-        density: density(section)?,
+        density,
         sigma_t: section.splat(&keys::SIGMA_T)?,
         albedo: section.read(&keys::ALBEDO, |v| albedo(section, v))?,
         phase: section.read(&keys::PHASE_KEY, phase)?,
         emission: section.maybe(&keys::EMISSION, |v| emission(section, v))?,
+        group: group(section)?,
         placement: placement(section)?,
         motion: motion::step(section)?,
         velocity: motion::velocity(section)?,

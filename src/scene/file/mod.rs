@@ -40,6 +40,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DQuat, DVec3, EulerRot};
 
 use super::directing::Directing;
+use super::groups::GroupName;
 use super::keys::{shot as shot_keys, surface as keys};
 use super::reader::{Document, FileReference, Range, Section, Value, with_empty};
 use super::settings::{FilmSettings, RenderSettings};
@@ -207,6 +208,14 @@ fn placement(section: &Section<'_>) -> Result<DAffine3> {
         ));
     }
     Ok(placement)
+}
+
+/// The name that `group` gives.
+fn group(section: &Section<'_>) -> Result<Option<GroupName>> {
+    section.maybe(&keys::GROUP, |v| {
+        let name = v.string(GroupName::RIGHT)?;
+        GroupName::new(name).ok_or_else(|| v.wrong(GroupName::RIGHT))
+    })
 }
 
 /// The turn about x, y and z in this order, in degrees.

@@ -3,10 +3,12 @@
 use glam::{DAffine3, DVec3};
 
 use super::motion::{self, MotionStep};
-use super::{ColorSection, color_or_texture, placement};
+use super::{ColorSection, color_or_texture, group, placement};
 use crate::error::Result;
 use crate::math::Rgb;
+use crate::scene::groups::GroupName;
 use crate::scene::keys::surface as keys;
+use crate::scene::objects::ObjectName;
 use crate::scene::reader::{FileReference, Place, Range, Section, Value};
 use crate::surface::CameraView;
 
@@ -15,12 +17,16 @@ use crate::surface::CameraView;
 pub struct SurfaceSection {
     /// Where the table stands.
     pub at: Place,
+    /// `name`, or what it is called in pictures without one.
+    pub object: ObjectName,
     /// `shape` with its keys.
     pub shape: ShapeSection,
     /// `material`; without one a mesh has its own, everything else is diffuse, 0.5.
     pub material: Option<MaterialSection>,
     /// `emission`: radiance in W/(m² sr).
     pub emission: Option<Rgb>,
+    /// `group`: the group of its emission.
+    pub group: Option<GroupName>,
     /// `visible`, `holdout`, `shadow_catcher`: how the camera sees it.
     pub view: CameraView,
     /// `translate`, `rotate`, `scale`.
@@ -143,12 +149,23 @@ pub(super) fn read(section: &Section<'_>) -> Result<SurfaceSection> {
         v.color(Range::NOT_NEGATIVE)
     })?;
     let material = section.maybe(&keys::MATERIAL, material)?;
+    let shape = shape(section, kind)?;
+    let name = section.maybe_text(&keys::NAME)?;
+    let (file, kind) = match kind {
+        Kind::Mesh => (section.maybe_text(&keys::MESH_FILE)?, "mesh"),
+        Kind::Sphere => (None, "sphere"),
+        Kind::Quad => (None, "quad"),
+        Kind::Box => (None, "box"),
+        Kind::Plane => (None, "plane"),
+    };
     Ok(SurfaceSection {
         at: section.place(),
-        shape: shape(section, kind)?,
+        object: ObjectName::new(name, file.as_deref(), kind),
+        shape,
         view: view(section, material.as_ref(), emission)?,
         material,
         emission,
+        group: group(section)?,
         placement: placement(section)?,
         motion: motion::step(section)?,
         next_file: match section.get(&keys::NEXT_FILE) {

@@ -36,8 +36,9 @@ pub(in crate::scene) const PASSES: Key = Key::new(
     Kind::Text("names with commas between them, such as \"depth,albedo\""),
     "",
     Other("none"),
-    "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, motion, media, direct, indirect, emission \
-     and specular; the last five add up to the picture.",
+    "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, motion, media, direct, indirect, emission, \
+     specular, cryptomatte and groups. The five from media to specular add up to the picture, and so do groups: the light of each \
+     group of emitters.",
 )
 .flag("passes");
 pub(in crate::scene) const HALF: Key = Key::new(

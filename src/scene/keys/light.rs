@@ -1,7 +1,7 @@
 //! Keys of `[[light]]`.
 
 use super::Without::{Default, Needed, Other};
-pub(in crate::scene) use super::surface::VISIBLE;
+pub(in crate::scene) use super::surface::{GROUP, VISIBLE};
 use super::surface::{U, V};
 use super::{Key, Kind, Table};
 use crate::scene::reader::Range;
@@ -155,19 +155,19 @@ pub(in crate::scene) const UNSEEN: Key = Key::new(
 );
 
 pub(in crate::scene) const POINT: Table =
-    Table { what: "a point light", keys: &[&TYPE, &POSITION, &INTENSITY, &POWER, &UNSEEN] };
+    Table { what: "a point light", keys: &[&TYPE, &POSITION, &INTENSITY, &POWER, &GROUP, &UNSEEN] };
 pub(in crate::scene) const SPOT: Table = Table {
     what: "a spot light",
     keys: &[
         &TYPE, &POSITION, &TARGET, &DIRECTION, &INTENSITY, &POWER, &ANGLE, &FALLOFF, &EXPONENT,
-        &BEAM, &UNSEEN,
+        &BEAM, &GROUP, &UNSEEN,
     ],
 };
 pub(in crate::scene) const SUN: Table =
-    Table { what: "a sun", keys: &[&TYPE, &TRAVEL, &IRRADIANCE, &DIAMETER, &VISIBLE] };
+    Table { what: "a sun", keys: &[&TYPE, &TRAVEL, &IRRADIANCE, &DIAMETER, &GROUP, &VISIBLE] };
 pub(in crate::scene) const AREA: Table =
-    Table { what: "an area light", keys: &[&TYPE, &CENTER, &U, &V, &RADIANCE, &VISIBLE] };
+    Table { what: "an area light", keys: &[&TYPE, &CENTER, &U, &V, &RADIANCE, &GROUP, &VISIBLE] };
 pub(in crate::scene) const ENVIRONMENT: Table = Table {
     what: "an environment",
-    keys: &[&TYPE, &SKY_RADIANCE, &GRADIENT, &SKY, &SKY_SCALE, &SKY_ROTATE, &VISIBLE],
+    keys: &[&TYPE, &SKY_RADIANCE, &GRADIENT, &SKY, &SKY_SCALE, &SKY_ROTATE, &GROUP, &VISIBLE],
 };

@@ -1,6 +1,7 @@
 //! Keys of `[[medium]]`.
 
 use super::Without::{Default, Needed, Other};
+pub(in crate::scene) use super::surface::GROUP;
 use super::surface::{BOX_MAX, BOX_MIN, MOVES, ROTATE, SCALE, TRANSLATE};
 use super::transfer::{CLAMP, FROM, GAMMA, RAMP};
 use super::{Key, Kind, Table};
@@ -18,8 +19,13 @@ pub(in crate::scene) const UNIT_ALBEDO: Range = Range::new(
 /// Largest occurrence of a grid's name.
 pub(in crate::scene) const MAX_INDEX: u64 = 65_535;
 
-pub(in crate::scene) const NAME: Key =
-    Key::new("name", Kind::Text("a name"), "", Other("medium[i]"), "What messages call it.");
+pub(in crate::scene) const NAME: Key = Key::new(
+    "name",
+    Kind::Text("a name"),
+    "",
+    Other("medium[i]"),
+    "What messages and the pass cryptomatte call it; without one that calls it by its file.",
+);
 pub(in crate::scene) const FILE: Key = Key::new(
     "file",
     Kind::File("a VDB file"),
@@ -125,6 +131,7 @@ pub(in crate::scene) const MEDIUM: Table = Table {
         &ALBEDO,
         &PHASE_KEY,
         &EMISSION,
+        &GROUP,
         &GRID,
         &INDEX,
         &LEVEL_SET,

@@ -2,6 +2,7 @@
 
 use super::Without::{Default, Needed, Other};
 use super::{Key, Kind, Table};
+use crate::scene::groups::GroupName;
 use crate::scene::reader::Range;
 
 const REFRACTION: Range =
@@ -30,6 +31,13 @@ pub(in crate::scene) const ROTATE: Key = Key::new(
 pub(in crate::scene) const SCALE: Key =
     Key::new("scale", Kind::Splat(Range::NOT_ZERO), "", Default("1.0"), "Placement: scaled first.");
 
+pub(in crate::scene) const NAME: Key = Key::new(
+    "name",
+    Kind::Text("a name"),
+    "",
+    Other("that of its file or its shape"),
+    "What the pass cryptomatte calls it; surfaces of the same name are one object.",
+);
 pub(in crate::scene) const SHAPE: Key = Key::new(
     "shape",
     Kind::Word(|| vec!["sphere", "quad", "box", "plane", "mesh"]),
@@ -96,6 +104,13 @@ pub(in crate::scene) const VISIBLE: Key = Key::new(
     Default("true"),
     "Whether rays from the camera see it; where they don't, light, shadows and mirrors still meet it.",
 );
+pub(in crate::scene) const GROUP: Key = Key::new(
+    "group",
+    Kind::Text(GroupName::RIGHT),
+    "",
+    Other("the group rest"),
+    "The group that its light belongs to, for the pass groups; a scene has at most 8, with the group rest.",
+);
 pub(in crate::scene) const HOLDOUT: Key = Key::new(
     "holdout",
     Kind::Switch,
@@ -142,10 +157,12 @@ pub(in crate::scene) const SPHERE: Table = Table {
     what: "a sphere",
     keys: &[
         &SHAPE,
+        &NAME,
         &CENTER,
         &RADIUS,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,
@@ -159,11 +176,13 @@ pub(in crate::scene) const QUAD: Table = Table {
     what: "a quad",
     keys: &[
         &SHAPE,
+        &NAME,
         &CENTER,
         &U,
         &V,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,
@@ -177,10 +196,12 @@ pub(in crate::scene) const BOX: Table = Table {
     what: "a box",
     keys: &[
         &SHAPE,
+        &NAME,
         &BOX_MIN,
         &BOX_MAX,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,
@@ -194,10 +215,12 @@ pub(in crate::scene) const PLANE: Table = Table {
     what: "a plane",
     keys: &[
         &SHAPE,
+        &NAME,
         &POINT,
         &NORMAL,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,
@@ -211,10 +234,12 @@ pub(in crate::scene) const MESH: Table = Table {
     what: "a mesh",
     keys: &[
         &SHAPE,
+        &NAME,
         &MESH_FILE,
         &NEXT_FILE,
         &MATERIAL,
         &EMISSION,
+        &GROUP,
         &VISIBLE,
         &HOLDOUT,
         &SHADOW_CATCHER,

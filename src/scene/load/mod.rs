@@ -3,6 +3,7 @@
 mod context;
 mod files;
 mod grids;
+mod groups;
 mod kind;
 mod lights;
 mod media;
@@ -20,6 +21,7 @@ use super::camera::Camera;
 use super::file::{self, AlbedoSection, CameraSection, SceneFile};
 use super::frame_motion::FrameMotion;
 use super::hash::Sources;
+use super::objects::{ObjectName, Objects};
 use super::outline;
 use super::reader::{Document, ShotText};
 use super::sanity;
@@ -45,6 +47,8 @@ pub(super) struct StaticScene {
     camera: Camera,
     surfaces: Arc<Surfaces>,
     lights: Arc<Lights>,
+    /// The names of the surfaces.
+    names: Vec<ObjectName>,
     sources: Sources,
     warnings: Vec<String>,
     notes: Vec<String>,
@@ -172,15 +176,17 @@ impl StaticScene {
         let mut context = Context { meshes: text.meshes(), ..Context::default() };
         let camera = camera_at(frames, file)?;
         let mut lights = Vec::new();
-        let mut surfaces = Vec::new();
+        let (mut surfaces, mut names) = (Vec::new(), Vec::new());
         for section in &file.lights {
             let (light, surface) = lights::build(section, lights.len() as u32, &mut context)?;
             lights.push(light);
+            names.extend(surface.as_ref().map(|_| ObjectName::Chosen("light".into())));
             surfaces.extend(surface);
         }
         for section in &file.surfaces {
             let built = surfaces::build(section, frames, lights.len() as u32, &mut context)?;
             surfaces.push(built.surface);
+            names.push(section.object.clone());
             lights.extend(built.light);
         }
         let is_hidden = |index: &usize| !file.lights[*index].visible;
@@ -189,6 +195,7 @@ impl StaticScene {
             camera,
             surfaces: Arc::new(Surfaces::new(surfaces)),
             lights: Arc::new(Lights { lights, hidden }),
+            names,
             hash: String::new(),
             sources: context.sources,
             warnings: context.warnings,
@@ -240,11 +247,14 @@ pub(super) fn build(
     let (of_grids, notes_of_grids) =
         (take(&mut context.grids.warnings), take(&mut context.grids.notes));
     *grids = take(&mut context.grids);
-    let ((media, motion), times) = media?;
-    let StaticScene { camera, surfaces, lights, hash: static_hash, .. } = still;
+    let (moved, times) = media?;
+    let StaticScene { camera, surfaces, lights, names, hash: static_hash, .. } = still;
     if let Some(warning) = lights::endless_fog(file) {
         context.warnings.push(warning);
     }
+    let (groups, of_media) = groups::build(file)?;
+    let in_groups = |(media, motion): Moved| (media.in_groups(of_media.clone()), motion);
+    let (media, motion) = in_groups(moved);
     context.warnings.extend(of_grids);
     context.warnings.extend(sanity::notes(&media, &camera));
     context.notes.extend(notes_of_grids);
@@ -257,11 +267,24 @@ pub(super) fn build(
     notes.append(&mut context.notes);
     let mut warnings = text.warnings();
     warnings.append(&mut context.warnings);
+    let objects = if file.film.passes.has(Aov::Cryptomatte) {
+        let of_surfaces = names.iter().zip(surfaces.surfaces());
+        Objects::new(
+            file.media.iter().map(|medium| &medium.object),
+            of_surfaces.map(|(name, surface)| {
+                (name, surface.shape().mesh().map_or(&[][..], |mesh| mesh.parts()))
+            }),
+        )
+    } else {
+        Objects::default()
+    };
     let mut scene = Scene {
         camera,
         media,
+        objects,
         surfaces,
         lights,
+        groups,
         film: file.film,
         render: RenderSettings { planning: options.planning, ..file.render },
         path: path.to_path_buf(),
@@ -275,7 +298,8 @@ pub(super) fn build(
         motion,
         times: Vec::new(),
     };
-    scene.times = times.into_iter().map(|(still, moved)| at_time(&scene, still, moved)).collect();
+    let at = |(still, moved)| at_time(&scene, still, in_groups(moved));
+    scene.times = times.into_iter().map(at).collect();
     Ok((scene, context.sources))
 }
 
@@ -291,6 +315,8 @@ fn at_time(
         media,
         surfaces,
         lights,
+        objects: scene.objects.clone(),
+        groups: scene.groups.clone(),
         path: scene.path.clone(),
         hash: scene.hash.clone(),
         static_hash: scene.static_hash.clone(),

@@ -41,6 +41,8 @@ struct Group {
     prim: String,
     count: usize,
     mesh: MeshData,
+    /// The prims by their first triangles.
+    parts: Vec<(u32, String)>,
 }
 
 /// Surfaces gathered by their looks, in the order of their first prims.
@@ -61,11 +63,12 @@ impl Geometry {
         let groups = &mut self.groups;
         let index = *self.known.entry(key).or_insert_with(|| {
             let (look, mesh) = (look.clone(), MeshData::default());
-            groups.push(Group { look, prim: prim.into(), count: 0, mesh });
+            groups.push(Group { look, prim: prim.into(), count: 0, mesh, parts: Vec::new() });
             groups.len() - 1
         });
         let group = &mut groups[index];
         group.count += 1;
+        group.parts.push((group.mesh.triangles.len() as u32, prim.into()));
         join(&mut group.mesh, mesh);
     }
 
@@ -83,8 +86,9 @@ impl Geometry {
 
     /// Writes a surface for each look, its mesh among `files`.
     pub(super) fn write(self, draft: &mut Draft, files: &mut Files) {
-        for Group { look, prim, count, mesh } in self.groups {
+        for Group { look, prim, count, mut mesh, parts } in self.groups {
             let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
+            mesh.parts = parts.into();
             let file = files.mesh(&look.name, Arc::new(mesh));
             draft
                 .listed("surface", &format!("{prim}: {}{more}", look.name))
