@@ -18,25 +18,26 @@ const BLOCK: usize = 4;
 /// the 16 blocks of a picture.
 const ERRORS: f64 = 6.0;
 
-/// Edge of a voxel in metres, and voxels on either side of the origin.
+/// Edge of a voxel in metres; of files beside Cycles, whose voxels should not be seen.
 const VOXEL: f64 = 0.125;
-const HALF: i32 = 16;
+const FINE: f64 = 0.05;
 
 /// Three channels of what is at places in metres.
 type Field = fn(DVec3) -> [f32; 3];
 
 /// A grid of what `field` has within 2 m of the origin along each axis.
-fn grid(name: &str, is_vector: bool, field: Field) -> GridToWrite {
-    let mut grid = GridToWrite::fog(name, VOXEL, DVec3::ZERO);
+fn grid(name: &str, voxel: f64, is_vector: bool, field: Field) -> GridToWrite {
+    let mut grid = GridToWrite::fog(name, voxel, DVec3::ZERO);
     if is_vector {
         (grid.value_type, grid.class) = (ValueType::Vec3, "unknown".into());
     }
-    let blocks = -HALF / 8..HALF / 8;
+    let half = (2.0 / voxel / 8.0).round() as i32;
+    let blocks = -half..half;
     for x in blocks.clone() {
         for (y, z) in blocks.clone().flat_map(|y| blocks.clone().map(move |z| (y, z))) {
             let origin = IVec3::new(x, y, z) * 8;
             let at = |slot: i32| origin + IVec3::new(slot >> 6, slot >> 3 & 7, slot & 7);
-            let values = (0..512).map(|slot| field(at(slot).as_dvec3() * VOXEL));
+            let values = (0..512).map(|slot| field(at(slot).as_dvec3() * voxel));
             let count = if is_vector { 3 } else { 1 };
             let values: Vec<f32> = values.flat_map(|v| v.into_iter().take(count)).collect();
             if values.iter().any(|v| *v != 0.0) {
@@ -65,11 +66,11 @@ const WIND: DVec3 = DVec3::new(0.9, 0.5, 0.0);
 /// Radians a second about the z axis.
 const SPIN: f64 = 0.8;
 
-fn files(folder: &Path) {
+fn files(folder: &Path, voxel: f64) {
     let wind: Field = |_| WIND.as_vec3().to_array();
     let spin: Field = |p| (DVec3::Z.cross(p) * SPIN).as_vec3().to_array();
     for (name, field) in [("wind", wind), ("spin", spin)] {
-        let grids = [grid("density", false, smoke), grid("vel", true, field)];
+        let grids = [grid("density", voxel, false, smoke), grid("vel", voxel, true, field)];
         write(&folder.join(format!("{name}.vdb")), &grids).unwrap();
     }
 }
@@ -171,14 +172,14 @@ fn agree(
 #[test]
 #[ignore = "tests/check/motion.sh runs it"]
 fn the_files_beside_cycles() {
-    files(Path::new(&std::env::var("FOGBOW_FOLDER").unwrap()));
+    files(Path::new(&std::env::var("FOGBOW_FOLDER").unwrap()), FINE);
 }
 
 /// A wind moves smoke past a lamp: 64 pictures of it at other places.
 #[test]
 fn wind_blurs_as_moved_smoke_does() {
     let folder = tempfile::tempdir().unwrap();
-    files(folder.path());
+    files(folder.path(), VOXEL);
     let still = |t: f64| {
         let [x, y, z] = (WIND * t).to_array();
         lamp_lit("wind", "", &format!("translate = [{x}, {y}, {z}]"))
@@ -192,7 +193,7 @@ fn wind_blurs_as_moved_smoke_does() {
 #[test]
 fn a_vortex_blurs_as_turned_smoke_does() {
     let folder = tempfile::tempdir().unwrap();
-    files(folder.path());
+    files(folder.path(), VOXEL);
     let still = |t: f64| {
         let turned = format!("rotate = [0.0, 0.0, {}]", (SPIN * t).to_degrees());
         lamp_lit("spin", "", &turned)
@@ -204,7 +205,7 @@ fn a_vortex_blurs_as_turned_smoke_does() {
 #[test]
 fn cameras_blur_as_moved_ones_do() {
     let folder = tempfile::tempdir().unwrap();
-    files(folder.path());
+    files(folder.path(), VOXEL);
     let next = "next = { position = [0.8, 0.0, 6.0], target = [0.8, 0.0, 0.0] }";
     let moving = lamp_lit("wind", next, "velocity = 'none'");
     let still = |t: f64| {
@@ -234,7 +235,7 @@ fn cameras_blur_as_moved_ones_do() {
 fn surfaces_blur_as_moved_ones_do() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    files(folder);
+    files(folder, VOXEL);
     std::fs::write(
         folder.join("a.obj"),
         "v -0.5 -0.5 0\nv 0.5 -0.5 0\nv 0.5 0.5 0\nv -0.5 0.5 0\nf 1 2 3\nf 1 3 4\n",
@@ -277,7 +278,7 @@ fn bytes(film: &Film) -> Vec<u32> {
 #[test]
 fn threads_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    files(folder.path());
+    files(folder.path(), VOXEL);
     let text = blurred(&lamp_lit("spin", "", ""), 4);
     let on = |threads: usize, more: &str| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -296,7 +297,7 @@ fn threads_change_nothing() {
 #[test]
 fn without_motion_nothing_changes() {
     let folder = tempfile::tempdir().unwrap();
-    files(folder.path());
+    files(folder.path(), VOXEL);
     let picture = |text: &str, warnings: usize| {
         let scene = scene(folder.path(), text, 8, 2000);
         assert_eq!(scene.warnings.len(), warnings, "{:?}", scene.warnings);
