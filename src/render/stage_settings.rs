@@ -34,17 +34,13 @@ macro_rules! specialised {
 pub(super) use specialised;
 
 /// As [`specialised`], with a spectrum that tells groups of emitters apart where a pass asks for that: for all that makes the
-/// film of a picture.
+/// film of a picture. Photons then have directions, needed or not, which saves an instance.
 macro_rules! specialised_for_film {
     ($needs:expr, $f:ident($($argument:expr),* $(,)?)) => {
-        match ($needs.groups, $needs.directions) {
-            (true, true) => {
-                $f::<crate::math::GroupedRgb, crate::photon::Octahedral>($($argument),*)
-            }
-            (true, false) => {
-                $f::<crate::math::GroupedRgb, crate::photon::NoDirection>($($argument),*)
-            }
-            (false, _) => specialised!($needs, $f($($argument),*)),
+        if $needs.groups {
+            $f::<crate::math::GroupedRgb, crate::photon::Octahedral>($($argument),*)
+        } else {
+            specialised!($needs, $f($($argument),*))
         }
     };
 }
