@@ -131,14 +131,15 @@ fn means(film: impl Fn(u64) -> Film) -> Vec<Mean> {
 }
 
 /// Pictures of `moving`, blurred over `times`, are the means of those of what `still` is at each, but for noise and a part
-/// `bias` of the brightest block.
+/// `bias` of the brightest block; and of what blur changes, summed over all blocks, a share of at most `missing` is not there. A
+/// sharp picture, of which all is missing, would not agree.
 fn agree(
     folder: &Path,
     method: Method,
     (rays, photons, times): (u32, u64, u32),
     moving: &str,
     still: impl Fn(f64) -> String,
-    bias: f64,
+    [bias, missing]: [f64; 2],
 ) {
     let moving = scene(folder, &blurred(moving, times), rays * 8, photons);
     assert_eq!(moving.times.len(), times as usize);
@@ -154,18 +155,26 @@ fn agree(
         sum.unwrap().into_iter().map(|v| v / f64::from(times)).collect::<Vec<f64>>()
     });
     let theirs: Vec<_> = theirs.collect();
+    let sharp = scene(folder, &still(0.0), rays * 8, photons);
+    let sharp = means(|seed| method(&sharp, 100 + seed));
     let brightest = ours.iter().map(|mean| mean.value).fold(0.0, f64::max);
-    let sharp = blocks(&method(&scene(folder, &still(0.0), rays * 8, photons), 7));
-    let mut is_told = false;
-    for (i, ours) in ours.into_iter().enumerate() {
+    // Sums of products with what blur changes: of that itself, of what is missing, and the variance of this.
+    let [mut blur, mut lost, mut variance] = [0.0; 3];
+    for (i, (ours, sharp)) in ours.into_iter().zip(sharp).enumerate() {
         let theirs = Mean::of(&theirs.iter().map(|set| set[i]).collect::<Vec<_>>());
-        let noise = ERRORS * ours.error.hypot(theirs.error);
-        let off = (ours.value - theirs.value).abs();
-        let bound = noise + bias * brightest + ROUNDING;
-        assert!(off <= bound, "block {i}: {ours:?} not {theirs:?}: {off} above {bound}");
-        is_told |= (sharp[i] - theirs.value).abs() > 2.0 * bound;
+        let squares = ours.error.powi(2) + theirs.error.powi(2);
+        let off = ours.value - theirs.value;
+        let bound = ERRORS * squares.sqrt() + bias * brightest + ROUNDING;
+        assert!(off.abs() <= bound, "block {i}: {ours:?} not {theirs:?}: {off} above {bound}");
+        let change = sharp.value - theirs.value;
+        // The noise of the mean is in both factors.
+        blur += change.powi(2) - sharp.error.powi(2) - theirs.error.powi(2);
+        lost += off * change - theirs.error.powi(2);
+        variance += squares * change.powi(2);
     }
-    assert!(is_told, "a sharp picture would agree as well: {sharp:?}");
+    let (share, noise) = (lost / blur, ERRORS * variance.sqrt() / blur);
+    assert!(noise > 0.0 && missing + noise < 0.8, "too much noise: {noise}");
+    assert!(share.abs() < missing + noise, "{share} of the blur is missing, above {noise}");
 }
 
 /// Writes the files of tests/check/motion.sh.
@@ -185,8 +194,8 @@ fn wind_blurs_as_moved_smoke_does() {
         lamp_lit("wind", "", &format!("translate = [{x}, {y}, {z}]"))
     };
     let moving = lamp_lit("wind", "", "");
-    agree(folder.path(), REFERENCE, (2, 1000, 64), &moving, still, 0.0);
-    agree(folder.path(), PHOTONS, (2, 4000, 4), &moving, still, 0.02);
+    agree(folder.path(), REFERENCE, (2, 1000, 64), &moving, still, [0.0; 2]);
+    agree(folder.path(), PHOTONS, (2, 4000, 4), &moving, still, [0.02, 0.25]);
 }
 
 /// A vortex turns smoke: 64 pictures of it turned. Voxels that are made anew are a little smoother.
@@ -195,11 +204,11 @@ fn a_vortex_blurs_as_turned_smoke_does() {
     let folder = tempfile::tempdir().unwrap();
     files(folder.path(), VOXEL);
     let still = |t: f64| {
-        let turned = format!("rotate = [0.0, 0.0, {}]", (SPIN * t).to_degrees());
+        let turned = format!("rotate = [0.0, 0.0, {}]", (1.5 * SPIN * t).to_degrees());
         lamp_lit("spin", "", &turned)
     };
-    let moving = lamp_lit("spin", "", "");
-    agree(folder.path(), REFERENCE, (2, 1000, 64), &moving, still, 0.02);
+    let moving = lamp_lit("spin", "", "velocity_scale = 1.5");
+    agree(folder.path(), REFERENCE, (4, 1000, 64), &moving, still, [0.02, 0.25]);
 }
 
 #[test]
@@ -214,7 +223,7 @@ fn cameras_blur_as_moved_ones_do() {
             .replace("position = [0.0, 0.0, 6.0]", &format!("position = [{x}, 0.0, 6.0]"))
             .replace("target = [0.0, 0.0, 0.0]", &format!("target = [{x}, 0.0, 0.0]"))
     };
-    agree(folder.path(), REFERENCE, (2, 1000, 64), &moving, still, 0.0);
+    agree(folder.path(), REFERENCE, (2, 1000, 64), &moving, still, [0.0; 2]);
     // A camera that turns by 8 degrees.
     let angle = 8.0_f64.to_radians();
     let target = |t: f64| {
@@ -227,7 +236,7 @@ fn cameras_blur_as_moved_ones_do() {
         lamp_lit("wind", "", "")
             .replace("target = [0.0, 0.0, 0.0]", &format!("target = {:?}", target(t)))
     };
-    agree(folder.path(), PHOTONS, (2, 4000, 4), &moving, still, 0.02);
+    agree(folder.path(), PHOTONS, (2, 4000, 4), &moving, still, [0.02, 0.25]);
 }
 
 /// A box that moves and turns casts its shadow into fog: as a placed box, and as a mesh of which two frames are known.
@@ -238,12 +247,12 @@ fn surfaces_blur_as_moved_ones_do() {
     files(folder, VOXEL);
     std::fs::write(
         folder.join("a.obj"),
-        "v -0.5 -0.5 0\nv 0.5 -0.5 0\nv 0.5 0.5 0\nv -0.5 0.5 0\nf 1 2 3\nf 1 3 4\n",
+        "v -0.5 -0.5 -0.3\nv 0.5 -0.5 -0.3\nv 0.5 0.5 -0.3\nv -0.5 0.5 -0.3\nf 1 2 3\nf 1 3 4\n",
     )
     .unwrap();
     std::fs::write(
         folder.join("b.obj"),
-        "v 0.3 -0.5 0\nv 1.3 -0.5 0\nv 1.3 0.5 0\nv 0.3 0.5 0\nf 1 2 3\nf 1 3 4\n",
+        "v 1.1 -0.5 -0.3\nv 2.1 -0.5 -0.3\nv 2.1 0.5 -0.3\nv 1.1 0.5 -0.3\nf 1 2 3\nf 1 3 4\n",
     )
     .unwrap();
     let with = |surface: &str| {
@@ -257,13 +266,13 @@ fn surfaces_blur_as_moved_ones_do() {
         let (x, z, angle) = (0.9 * t, 0.4 * t, 90.0 * t);
         with(&format!("{cube}translate = [{x}, 0.0, {z}]\nrotate = [0.0, 0.0, {angle}]\n"))
     };
-    agree(folder, REFERENCE, (2, 1000, 16), &moving, still, 0.0);
-    agree(folder, PHOTONS, (2, 4000, 4), &moving, still, 0.02);
+    agree(folder, REFERENCE, (4, 1000, 16), &moving, still, [0.0; 2]);
+    agree(folder, PHOTONS, (2, 4000, 4), &moving, still, [0.02, 0.25]);
     let moving = with("shape = 'mesh'\nfile = 'a.obj'\nnext_file = 'b.obj'\n");
     let still = |t: f64| {
-        with(&format!("shape = 'mesh'\nfile = 'a.obj'\ntranslate = [{}, 0.0, 0.0]\n", 0.8 * t))
+        with(&format!("shape = 'mesh'\nfile = 'a.obj'\ntranslate = [{}, 0.0, 0.0]\n", 1.6 * t))
     };
-    agree(folder, REFERENCE, (2, 1000, 16), &moving, still, 0.0);
+    agree(folder, REFERENCE, (4, 1000, 16), &moving, still, [0.0; 2]);
 }
 
 /// The bytes of all layers of a film.
