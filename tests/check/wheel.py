@@ -3,7 +3,7 @@
 notebooks NAME...   runs notebooks of volumes/notebooks and fails where a cell does
 arrays FOGBOW       arrays beside the EXR of the command, read by OpenEXR; errors; Ctrl-C
 memory              peak memory of a large picture, with and without all of its arrays
-time FOGBOW         processor time of renders beside those of the program FOGBOW
+time FOGBOW [N]     processor time of renders beside those of the program FOGBOW, of N ratios
 beside NAME         bpy or mitsuba in one process, imported before fogbow and after it
 """
 
@@ -177,7 +177,7 @@ for _ in sys.stdin:
 """
 
 
-def timed(program: str) -> None:
+def timed(program: str, ratios: str = "160") -> None:
     """Renders by the module beside those by the program, whose build must be of the same profile.
 
     Both run at once, on a core each that they change every time, so that other programs slow both alike. A ratio is that
@@ -196,7 +196,7 @@ def timed(program: str) -> None:
         workers = {core: worker(code, core) for core in cores}
         for core in cores:
             rendered(workers[core])
-        for _ in range(160):
+        for _ in range(int(ratios)):
             pair = []
             for core, other in (cores, cores[::-1]):
                 process = start(call, other)
@@ -208,7 +208,7 @@ def timed(program: str) -> None:
         for process in workers.values():
             process.communicate()
     # Of logarithms, so that it does not matter which of both is over the other.
-    half = 1.975 * statistics.stdev(logs) / len(logs) ** 0.5  # Student's t, 159 degrees of freedom, 95 %
+    half = 2.0 * statistics.stdev(logs) / len(logs) ** 0.5  # Student's t, 60 degrees of freedom or more, 95 %
     low, mean, high = (math.exp(statistics.mean(logs) + by) for by in (-half, 0, half))
     print(f"processor time over that of the command: {mean:.4f}, 95 % interval {low:.4f} to {high:.4f}")
     assert high < 1.02
