@@ -12,25 +12,19 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-read -ra blender <<< "${BLENDER_PYTHON:-python3.13}"
+. tests/check/blender_common.sh
+
 system=${SYSTEM_PYTHON:-/usr/bin/python3}
-"${blender[@]}" -c 'import bpy' > /dev/null 2>&1 || { echo "skipped: ${blender[*]} has no bpy"; exit 0; }
 "$system" -c 'import pyopenvdb, numpy' 2> /dev/null ||
     { echo "skipped: $system has no pyopenvdb or numpy"; exit 0; }
 
-if [ -z "${FOLDER:-}" ]; then
-    FOLDER=$(mktemp -d)
-    trap 'rm -r "$FOLDER"' EXIT
-fi
+needs_blender bpy
 mkdir -p "$FOLDER/blender" "$FOLDER/system"
 "${blender[@]}" - "$FOLDER/blender" < tests/check/blender.py 2> "$FOLDER/blender/messages" |
     tail -n 1 || { cat "$FOLDER/blender/messages"; exit 1; }
 "$system" - "$FOLDER/system" < tests/check/blender.py
 
-if [ -z "${FOGBOW:-}" ]; then
-    cargo build --release
-    FOGBOW=${CARGO_TARGET_DIR:-target}/release/fogbow
-fi
+needs_fogbow
 for name in smoke fire cloud; do
     for writer in blender system; do
         picture=$FOLDER/$writer/$name

@@ -10,19 +10,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-read -ra blender <<< "${BLENDER_PYTHON:-python3.13}"
-"${blender[@]}" -c 'import bpy, OpenEXR' > /dev/null 2>&1 ||
-    { echo "skipped: ${blender[*]} has no bpy or no OpenEXR"; exit 0; }
+. tests/check/blender_common.sh
 
-if [ -z "${FOLDER:-}" ]; then
-    FOLDER=$(mktemp -d)
-    trap 'rm -r "$FOLDER"' EXIT
-fi
-mkdir -p "$FOLDER"
+needs_blender "bpy, OpenEXR"
 FOLDER=$(cd "$FOLDER" && pwd)
 FOGBOW_FOLDER=$FOLDER cargo test --quiet --test physics the_files_beside_cycles -- --ignored > "$FOLDER/messages"
-if [ -z "${FOGBOW:-}" ]; then
-    cargo build --release
-    FOGBOW=${CARGO_TARGET_DIR:-target}/release/fogbow
-fi
+needs_fogbow
 "${blender[@]}" tests/check/motion.py "$FOLDER" "$FOGBOW"

@@ -16,19 +16,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
-read -ra blender <<< "${BLENDER_PYTHON:-python3.13}"
-"${blender[@]}" -c 'import bpy, OpenEXR' > /dev/null 2>&1 ||
-    { echo "skipped: ${blender[*]} has no bpy or no OpenEXR"; exit 0; }
+. tests/check/blender_common.sh
 
-if [ -z "${FOLDER:-}" ]; then
-    FOLDER=$(mktemp -d)
-    trap 'rm -r "$FOLDER"' EXIT
-fi
-mkdir -p "$FOLDER"
-if [ -z "${FOGBOW:-}" ]; then
-    cargo build --release
-    FOGBOW=${CARGO_TARGET_DIR:-target}/release/fogbow
-fi
+needs_blender "bpy, OpenEXR"
+needs_fogbow
 for frame in 1 2 3; do
     cp volumes/smoke.vdb "$FOLDER/smoke_000$frame.vdb"
 done
