@@ -55,6 +55,11 @@ impl MotionStep {
         let matrix3 = turn * placement.matrix3;
         DAffine3 { matrix3, translation: placement.translation + self.translate * frames }
     }
+
+    /// What takes places of what `placement` puts there from the time `from` to the time `to`, in frames.
+    pub fn displacement(&self, placement: &DAffine3, from: f64, to: f64) -> DAffine3 {
+        self.placed(placement, to) * self.placed(placement, from).inverse()
+    }
 }
 
 /// Where the velocities of a medium are, and what they are given in.

@@ -37,6 +37,13 @@ pub struct SurfaceSection {
     pub next_file: Option<FileReference>,
 }
 
+impl SurfaceSection {
+    /// Whether it, or its vertices, are elsewhere at other times.
+    pub const fn moves(&self) -> bool {
+        self.motion.is_some() || self.next_file.is_some()
+    }
+}
+
 /// The shape of a surface before placement, in metres.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ShapeSection {

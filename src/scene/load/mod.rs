@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use super::bare::{self, BareScene};
 use super::camera::Camera;
-use super::file::{self, AlbedoSection, CameraSection, SceneFile};
+use super::file::{self, AlbedoSection, CameraSection, SceneFile, SurfaceSection};
 use super::frame_motion::FrameMotion;
 use super::hash::Sources;
 use super::objects::{ObjectName, Objects};
@@ -160,19 +160,7 @@ impl Text {
 impl StaticScene {
     /// Camera, lights and surfaces of `file`, whose text is `text`, in the middle of the time that the shutter is open.
     pub(super) fn build(text: &Text, file: &SceneFile, options: &LoadOptions) -> Result<Self> {
-        let frames = file.motion.middle();
-        let mut built = Self::build_at(frames, text, file)?;
-        let (camera, size) = (built.camera, file.film.size);
-        let is_moving = motion::is_static_scene_moving(file);
-        let moved = if is_moving { format!("{frames}\n") } else { String::new() };
-        let tables = outline::static_tables(text.as_str());
-        let hashed = format!("{camera:?} {size:?}\n{moved}{tables}{}", options.hashed_static());
-        built.hash = built.sources.hash(&hashed)?;
-        Ok(built)
-    }
-
-    /// The same so many `frames` after the time of the scene, without hash.
-    fn build_at(frames: f64, text: &Text, file: &SceneFile) -> Result<Self> {
+        let (frames, size) = (file.motion.middle(), file.film.size);
         let mut context = Context { meshes: text.meshes(), ..Context::default() };
         let camera = camera_at(frames, file)?;
         let mut lights = Vec::new();
@@ -191,16 +179,45 @@ impl StaticScene {
         }
         let is_hidden = |index: &usize| !file.lights[*index].visible;
         let hidden = (0..file.lights.len()).filter(is_hidden).collect();
+        let is_moving = motion::camera_or_surfaces_move(file);
+        let moved = if is_moving { format!("{frames}\n") } else { String::new() };
+        let tables = outline::static_tables(text.as_str());
+        let hashed = format!("{camera:?} {size:?}\n{moved}{tables}{}", options.hashed_static());
         Ok(Self {
             camera,
             surfaces: Arc::new(Surfaces::new(surfaces)),
             lights: Arc::new(Lights { lights, hidden }),
             names,
-            hash: String::new(),
+            hash: context.sources.hash(&hashed)?,
             sources: context.sources,
             warnings: context.warnings,
             notes: context.notes,
         })
+    }
+
+    /// The same so many `frames` after the time of the scene `file`: what stands still is shared.
+    fn moved(&self, frames: f64, text: &Text, file: &SceneFile) -> Result<Self> {
+        let mut moved = Self { camera: camera_at(frames, file)?, ..self.clone() };
+        if file.surfaces.iter().any(SurfaceSection::moves) {
+            let mut context = Context { meshes: text.meshes(), ..Context::default() };
+            let mut surfaces = self.surfaces.surfaces().to_vec();
+            let mut lights = Lights::clone(&self.lights);
+            // Those of lights come first.
+            let first = surfaces.len() - file.surfaces.len();
+            for (section, surface) in file.surfaces.iter().zip(&mut surfaces[first..]) {
+                if section.moves() {
+                    let own = surface.light().unwrap_or_default();
+                    let built = surfaces::build(section, frames, own, &mut context)?;
+                    *surface = built.surface;
+                    if let Some(light) = built.light {
+                        lights.lights[own as usize] = light;
+                    }
+                }
+            }
+            moved.surfaces = Arc::new(Surfaces::new(surfaces));
+            moved.lights = Arc::new(lights);
+        }
+        Ok(moved)
     }
 
     /// The same, where the content of some files is known.
@@ -343,16 +360,12 @@ fn media_and_times(
 ) -> Result<(Moved, Vec<(StaticScene, Moved)>)> {
     let motion = &file.motion;
     let drifts = motion::drifts(file, context)?;
-    let is_static = !motion::is_static_scene_moving(file);
-    let static_at = |frames| {
-        if is_static { Ok(still.clone()) } else { StaticScene::build_at(frames, text, file) }
-    };
     let moved_at = |frames, still: &StaticScene, context: &mut Context| -> Result<Moved> {
         let media = motion::media(frames, file, &drifts, &still.camera, context)?;
         if !file.film.passes.has(Aov::Motion) {
             return Ok((media, None));
         }
-        let StaticScene { camera, surfaces, .. } = static_at(frames + 1.0)?;
+        let StaticScene { camera, surfaces, .. } = still.moved(frames + 1.0, text, file)?;
         let here = (&still.camera, &*still.surfaces);
         let motion = motion::frame_motion(frames, file, &drifts, here, (camera, surfaces));
         Ok((media, Some(motion)))
@@ -371,7 +384,7 @@ fn media_and_times(
     };
     let count = moving.count(context);
     let at = |frames| {
-        let still = static_at(frames)?;
+        let still = still.moved(frames, text, file)?;
         let moved = moved_at(frames, &still, context)?;
         Ok((still, moved))
     };

@@ -7,13 +7,13 @@ use glam::{DAffine3, DMat3, DVec3};
 use super::context::{Context, at};
 use super::{grids, media};
 use crate::error::Result;
-use crate::math::{Aabb, World};
+use crate::math::{Aabb, Spectrum, World};
 use crate::medium::{Albedo, Density, Emission, Media, Medium, Ramped};
 use crate::scene::Aov;
 use crate::scene::camera::{Camera, CameraMatrices};
 use crate::scene::file::{
-    DensitySection, MediumSection, MotionSection, MotionStep, SceneFile, VelocitySection,
-    VelocityUnit,
+    DensitySection, MediumSection, MotionSection, MotionStep, SceneFile, SurfaceSection,
+    VelocitySection, VelocityUnit,
 };
 use crate::scene::frame_motion::{FrameMotion, MediumStep};
 use crate::surface::Surfaces;
@@ -96,58 +96,39 @@ fn medium(
 }
 
 /// `medium`, all of whose grids are carried by `drift` for so many `frames`.
-fn carried(medium: Medium, drift: &Drift, frames: f64) -> Result<Medium, String> {
-    fn moved<V: Voxel>(grid: Grid<V>, drift: &Drift, frames: f64) -> Result<Grid<V>, String> {
-        drift.moved(grid, frames)
+fn carried(mut medium: Medium, drift: &Drift, frames: f64) -> Result<Medium, String> {
+    fn carry<V: Voxel>(grid: &mut Grid<V>, drift: &Drift, frames: f64) -> Result<(), String> {
+        *grid = drift.moved(grid.clone(), frames)?;
+        Ok(())
     }
-    let grid = |grid| moved(grid, drift, frames);
-    Ok(Medium {
-        density: match medium.density {
-            Density::Voxel(voxels) => Density::Voxel(grid(voxels)?),
-            Density::Ramped(ramped) => {
-                let voxels = grid(ramped.grid().clone())?;
-                Density::Ramped(Ramped::new(voxels, ramped.transfer().clone()))
-            }
-            Density::Homogeneous(region) => Density::Homogeneous(region),
-        },
-        albedo: match medium.albedo {
-            Albedo::Constant(albedo) => Albedo::Constant(albedo),
-            Albedo::Color { grid, scale } => {
-                Albedo::Color { grid: moved(grid, drift, frames)?, scale }
-            }
-            Albedo::Scalar { grid: voxels, scale } => Albedo::Scalar { grid: grid(voxels)?, scale },
-            Albedo::Ramped(ramped) => {
-                let voxels = grid(ramped.grid().clone())?;
-                Albedo::Ramped(Ramped::new(voxels, ramped.transfer().clone()))
-            }
-        },
-        emission: match medium.emission {
-            Some(Emission::Grid { grid: voxels, color }) => {
-                Some(Emission::Grid { grid: grid(voxels)?, color })
-            }
-            Some(Emission::Ramped(ramped)) => {
-                let voxels = grid(ramped.grid().clone())?;
-                Some(Emission::Ramped(Ramped::new(voxels, ramped.transfer().clone())))
-            }
-            Some(Emission::Blackbody {
-                grid: voxels,
-                ramp,
-                kelvin_scale,
-                kelvin_offset,
-                scale,
-                table,
-            }) => Some(Emission::Blackbody {
-                grid: grid(voxels)?,
-                ramp,
-                kelvin_scale,
-                kelvin_offset,
-                scale,
-                table,
-            }),
-            other @ (Some(Emission::Density(_)) | None) => other,
-        },
-        ..medium
-    })
+    fn carry_ramped<V: Spectrum>(
+        ramped: &mut Ramped<V>,
+        drift: &Drift,
+        frames: f64,
+    ) -> Result<(), String> {
+        let grid = drift.moved(ramped.grid().clone(), frames)?;
+        *ramped = Ramped::new(grid, ramped.transfer().clone());
+        Ok(())
+    }
+    match &mut medium.density {
+        Density::Voxel(grid) => carry(grid, drift, frames)?,
+        Density::Ramped(ramped) => carry_ramped(ramped, drift, frames)?,
+        Density::Homogeneous(_) => {}
+    }
+    match &mut medium.albedo {
+        Albedo::Color { grid, .. } => carry(grid, drift, frames)?,
+        Albedo::Scalar { grid, .. } => carry(grid, drift, frames)?,
+        Albedo::Ramped(ramped) => carry_ramped(ramped, drift, frames)?,
+        Albedo::Constant(_) => {}
+    }
+    match &mut medium.emission {
+        Some(Emission::Grid { grid, .. } | Emission::Blackbody { grid, .. }) => {
+            carry(grid, drift, frames)?;
+        }
+        Some(Emission::Ramped(ramped)) => carry_ramped(ramped, drift, frames)?,
+        Some(Emission::Density(_)) | None => {}
+    }
+    Ok(medium)
 }
 
 /// Where all of `file` is one frame after the time `frames`, where motion vectors are asked for: from `here` to what is `later`, each
@@ -160,10 +141,8 @@ pub(super) fn frame_motion(
     later: (Camera, Arc<Surfaces>),
 ) -> FrameMotion {
     let placed = |motion: Option<&MotionStep>, still: &DAffine3| {
-        motion.map_or(DAffine3::IDENTITY, |motion| {
-            let [from, to] = [frames, frames + 1.0].map(|t| motion.placed(still, t));
-            to * from.inverse()
-        })
+        let displacement = |step: &MotionStep| step.displacement(still, frames, frames + 1.0);
+        motion.map_or(DAffine3::IDENTITY, displacement)
     };
     let media = file.media.iter().zip(drifts).map(|(section, drift)| match drift {
         Some(drift) => MediumStep::Carried(Arc::clone(drift)),
@@ -214,7 +193,7 @@ impl Moving<'_> {
     /// Whether anything moves.
     fn is_any(&self) -> bool {
         let file = self.file;
-        is_static_scene_moving(file)
+        camera_or_surfaces_move(file)
             || self.drifts.iter().flatten().any(|drift| drift.fastest() > 0.0)
             || file.media.iter().any(|medium| medium.motion.is_some())
     }
@@ -233,6 +212,10 @@ impl Moving<'_> {
                 most = most.max(film.distance(from, to));
             }
         };
+        let displaced = |step: &MotionStep, still: &DAffine3| {
+            let (step, still) = (*step, *still);
+            move |p, t| step.displacement(&still, middle, middle + t).transform_point3(p)
+        };
         let media = self.file.media.iter().zip(self.drifts).zip(&self.media);
         for ((section, drift), bounds) in media {
             let Some(bounds) = bounds else { continue };
@@ -240,18 +223,16 @@ impl Moving<'_> {
             for axis in DVec3::AXES {
                 see(bounds, &|p, t| p + axis * (speed * t));
             }
-            if let Some(motion) = &section.motion {
-                let placed = |t| motion.placed(&section.placement, t);
-                see(bounds, &|p, t| between(placed(middle), placed(middle + t), p));
+            if let Some(step) = &section.motion {
+                see(bounds, &displaced(step, &section.placement));
             }
         }
         for (section, bounds) in self.file.surfaces.iter().zip(&self.surfaces) {
             let Some(bounds) = bounds else { continue };
-            let placed = |t| {
-                let still = section.placement;
-                section.motion.as_ref().map_or(still, |motion| motion.placed(&still, t))
-            };
-            see(bounds, &|p, t| between(placed(middle), placed(middle + t), p));
+            match &section.motion {
+                Some(step) => see(bounds, &displaced(step, &section.placement)),
+                None => see(bounds, &|p, _| p),
+            }
         }
         Some(most)
     }
@@ -269,15 +250,8 @@ impl Moving<'_> {
 }
 
 /// Whether camera or surfaces move.
-pub(super) fn is_static_scene_moving(file: &SceneFile) -> bool {
-    let moves =
-        |s: &crate::scene::file::SurfaceSection| s.motion.is_some() || s.next_file.is_some();
-    file.camera.next.is_some() || file.surfaces.iter().any(moves)
-}
-
-/// Where `p`, a place of what one placement puts there, is put by another.
-fn between(from: DAffine3, to: DAffine3, p: DVec3) -> DVec3 {
-    (to * from.inverse()).transform_point3(p)
+pub(super) fn camera_or_surfaces_move(file: &SceneFile) -> bool {
+    file.camera.next.is_some() || file.surfaces.iter().any(SurfaceSection::moves)
 }
 
 /// The film when the shutter opens and closes.
