@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Mapping, Union
 
@@ -22,27 +23,27 @@ class Image:
     """A rendered picture. Its arrays are read-only views of the renderer's own memory; `numpy.array` copies them."""
 
     def __init__(self, picture: _fogbow.Picture) -> None:
-        import numpy as np
-
         self._picture = picture
-        self._rgb = np.asarray(picture.rgb())
-        self._layers = {name: np.asarray(values) for name, values in picture.layers()}
         self._report: dict[str, Any] = json.loads(picture.report)
 
-    @property
+    @cached_property
     def rgb(self) -> NDArray[np.float32]:
         """Radiance in W/(m² sr), linear Rec.709, premultiplied by `alpha`: rows from the top, columns, channels."""
-        return self._rgb
+        import numpy as np
+
+        return np.asarray(self._picture.rgb())
 
     @property
     def alpha(self) -> NDArray[np.float32]:
         """Coverage, 0 to 1: rows from the top, columns."""
-        return self._layers["A"]
+        return self.layers["A"]
 
-    @property
+    @cached_property
     def layers(self) -> Mapping[str, NDArray[np.float32]]:
         """Each layer of the EXR by its name, such as ``Z`` (metres), ``transmittance``, ``rays`` and ``variance``."""
-        return MappingProxyType(self._layers)
+        import numpy as np
+
+        return MappingProxyType({name: np.asarray(values) for name, values in self._picture.layers()})
 
     @property
     def size(self) -> tuple[int, int]:
@@ -82,8 +83,8 @@ class Image:
         import numpy as np
 
         if copy:
-            return np.array(self._rgb, dtype=dtype)
-        return np.asarray(self._rgb, dtype=dtype)
+            return np.array(self.rgb, dtype=dtype)
+        return np.asarray(self.rgb, dtype=dtype)
 
     def __repr__(self) -> str:
         width, height = self.size

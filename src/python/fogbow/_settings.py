@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-from difflib import get_close_matches
 from typing import Any
 
 from ._errors import SettingError
@@ -31,6 +30,8 @@ def words(command: str, settings: dict[str, Any]) -> tuple[list[str], int | None
 
 
 def _unknown(name: str, known: dict[str, Any]) -> str:
+    from difflib import get_close_matches
+
     near = get_close_matches(name, known, 1)
     right = f"did you mean {near[0]}?" if near else "fogbow.settings() lists those that there are"
     return f"{name} is no setting; {right}"

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
-import weakref
 from typing import TYPE_CHECKING, Any
 
 from . import _fogbow
@@ -18,6 +15,10 @@ class Volume:
     """Grids in a temporary VDB file, which vanishes with the volume. It stands wherever the path of a VDB file may."""
 
     def __init__(self, grids: list[tuple[str, Any]], voxel_size: list[float], origin: list[float]) -> None:
+        import shutil
+        import tempfile
+        import weakref
+
         folder = tempfile.mkdtemp(prefix="fogbow-")
         self._vanish = weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
         self._path = os.path.join(folder, "volume.vdb")
@@ -36,6 +37,8 @@ class Volume:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the VDB file to `path`."""
+        import shutil
+
         temporary = f"{os.fspath(path)}.part"
         shutil.copyfile(self._path, temporary)
         os.replace(temporary, path)
