@@ -51,9 +51,9 @@ pub(super) fn report(args: &Args, open: &mut OpenScene) -> Result<String> {
     let program = memory_limit::program();
     let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
     let (mut scene, pool, _) = load::scene(open, options, &args.run)?;
-    scene.render = pool.install(|| render::foretold(&scene, &scene.render))?;
-    let plan = RenderPlan::new(&scene, &scene.render);
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
+    (scene.render.rays, scene.render.photons) = (costs.rays, costs.photons);
+    let plan = RenderPlan::new(&scene, &scene.render);
     let advice: Vec<_> = scene::advice(&scene).into_iter().chain(slow(&scene, &costs)).collect();
     console::warn(&advice);
     let warnings = [scene.warnings.as_slice(), &advice].concat();

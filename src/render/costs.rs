@@ -5,6 +5,8 @@
 //! - Rays: the film is rendered twice in few pixels. The second time finds the caches filled: its
 //!   counters and time scale with the pixels of the film. What the first took more is added once.
 //! - Pilot of strategies: it runs, and takes what it takes.
+//! - Rounds of a picture that is rendered to an error: the first is rendered, and its error tells how many follow. Each fills
+//!   its own caches.
 //! - Director: its maps are made, at a lower resolution where the film is large; their time scales with
 //!   their pixels. The budgets that follow tell what share of the rays is shot.
 
@@ -14,6 +16,7 @@ use serde::Serialize;
 
 use super::control::Control;
 use super::director_pass::{DirectorMaps, Earlier};
+use super::error_session::{ErrorJob, foretell};
 use super::exposure::{self, RenderRegion};
 use super::features::FeatureTracer;
 use super::memory::{Memory, map_pixels, memory_with};
@@ -21,6 +24,7 @@ use super::photon_pass::{PhotonPass, strategies};
 use super::photon_rate::PhotonRate;
 use super::pixel_sampling::{CameraRay, FilmPlace, Workspace};
 use super::progress::Stages;
+use super::rounds::{Extent, total};
 use super::stage_settings::{
     film_contents, finest_step, pass_settings, sampled_pass_settings, specialised,
     specialised_for_film,
@@ -46,6 +50,10 @@ const MAP_PIXELS: f64 = 262_144.0;
 /// What a render takes, estimated.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Costs {
+    /// Rays of a pixel, those that the error asks for where one is the goal.
+    pub rays: u32,
+    /// Photon paths, likewise.
+    pub photons: u64,
     /// How light in media is estimated, and why.
     pub strategy: Summary,
     /// Work, by the counters that the render itself will report; an upper bound where a director
@@ -93,8 +101,11 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let assignment = chosen_strategies(scene, settings)?;
     let is_measured = !assignment.measured.is_empty();
     let pilot = if is_measured { start.elapsed().as_secs_f64() } else { 0.0 };
+    let rounds = Rounds::new::<S, H>(scene, settings, &assignment)?;
+    let settings = &RenderSettings { photons: rounds.photons, rays: rounds.rays, ..*settings };
     let start = Instant::now();
     let (photons, mut work) = sample_photons::<S, H>(scene, settings, &assignment)?;
+    let held = scaled(&work, rounds.most_photons as f64 / rounds.photons.max(1) as f64);
     let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
 
     let gold = PixelBudget::fixed(settings.rays, photons.radius, finest_step(scene, settings));
@@ -108,11 +119,11 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     // Each half of the photons has cells of its own.
     let has_own = settings.in_halves() && photons.caches.own_lazy().next().is_some();
     let fills = if has_own { 2.0 } else { 1.0 };
-    let once = fills * (first_seconds - seconds).max(0.0);
+    let once = rounds.count * fills * (first_seconds - seconds).max(0.0);
     let directed = directed_share(scene, settings, gold)?;
     let seconds = StageSeconds {
         director: pilot + directed.seconds,
-        photons: rate.map_or(0.0, |rate| rate.time(settings.photons).as_secs_f64()),
+        photons: rate.map_or(0.0, |rate| rate.seconds(settings.photons, rounds.count)),
         march: directed.share * seconds * sample.ratio + once,
     };
     let measuring = match settings.director {
@@ -126,11 +137,42 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let memory = memory_with(
         scene,
         settings,
-        photon_pass_memory(&work, (scene, settings), &photons, assignment.pilot_bytes),
+        photon_pass_memory(&held, (scene, settings), &photons, assignment.pilot_bytes),
         program,
     );
     let strategy = photons.choice.summary();
-    Ok(Costs { strategy, work, memory, seconds })
+    Ok(Costs { rays: settings.rays, photons: settings.photons, strategy, work, memory, seconds })
+}
+
+/// The rounds of a render: one, unless an error is its goal.
+struct Rounds {
+    count: f64,
+    /// Rays of a pixel of all together.
+    rays: u32,
+    /// Photon paths of all together.
+    photons: u64,
+    /// Photon paths of the largest, which are in memory at once.
+    most_photons: u64,
+}
+
+impl Rounds {
+    /// Those of `scene` under `settings`, by the first of them; one where that shows no light.
+    fn new<S: Spectrum, H: PhotonDirection>(
+        scene: &Scene,
+        settings: &RenderSettings,
+        strategies: &Assignment,
+    ) -> Result<Self> {
+        let foretold = match settings.error {
+            Some(goal) => foretell::<S, H>(&ErrorJob { scene, settings, goal, strategies })?,
+            None => None,
+        };
+        let RenderSettings { rays, photons, .. } = *settings;
+        Ok(foretold.map_or(Self { count: 1.0, rays, photons, most_photons: photons }, |rounds| {
+            let Extent { photons, rays } = total(&rounds);
+            let most_photons = rounds.iter().map(|round| round.adds.photons).max().unwrap_or(0);
+            Self { count: rounds.len() as f64, rays, photons, most_photons }
+        }))
+    }
 }
 
 /// The film of an estimate of rays, with fewer pixels than the picture's.

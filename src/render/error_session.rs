@@ -86,20 +86,20 @@ impl RoundsDone {
     }
 }
 
-/// The photons and rays of a pixel that the picture of `job` should take, by its first round; `None` where that shows no light.
+/// The rounds that the picture of `job` should take, by the first of them; `None` where that shows no light.
 ///
 /// # Errors
 /// Where an emitter cannot be sampled.
 pub(super) fn foretell<S: Spectrum, H: PhotonDirection>(
     job: &ErrorJob<'_>,
-) -> Result<Option<Extent>> {
+) -> Result<Option<Vec<Round>>> {
     let (schedule, control) = (job.schedule(), Control::silent());
     let region = render_region(job.scene, job.settings, Stage::March);
     let none = RoundsDone::none(&region, &control);
     let stages = &mut Stages::default();
-    let mut done = expose_round::<S, H>(job, &region, none, schedule.first(), &control, stages)?;
-    let stated = done.find_error(job.goal);
-    Ok(stated.map(|stated| schedule.whole(&done.rounds, stated)))
+    let first = schedule.first();
+    let mut done = expose_round::<S, H>(job, &region, none, first, &control, stages)?;
+    Ok(done.find_error(job.goal).map(|stated| schedule.foretold(first, stated)))
 }
 
 /// Renders the picture of `job` in rounds. `stages` are those that ran before.

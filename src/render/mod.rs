@@ -70,6 +70,6 @@ pub use pilot::{exposure, metered};
 pub use progress::{Progress, Silent, Stages};
 pub use rendered::{DirectorWork, Ended, ReachedError, Rendered};
 pub use save_photons::{PhotonsReport, save_photons};
-pub use session::{foretold, render, render_next, shot_strategies};
+pub use session::{render, render_next, shot_strategies};
 pub use stated_error::StatedError;
 pub use without_photons::{preview, render_reference};

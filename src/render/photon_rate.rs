@@ -85,10 +85,9 @@ impl PhotonRate {
         Ok(Some(Self { fixed: Duration::from_secs_f64(fixed), rate: 1.0 / path }))
     }
 
-    /// Time that `photons` paths take.
-    pub(super) fn time(&self, photons: u64) -> Duration {
-        let paths = Duration::try_from_secs_f64(photons as f64 / self.rate);
-        self.fixed.saturating_add(paths.unwrap_or(Duration::MAX))
+    /// Seconds that `photons` paths in so many `passes` take.
+    pub(super) fn seconds(&self, photons: u64, passes: f64) -> f64 {
+        passes * self.fixed.as_secs_f64() + photons as f64 / self.rate
     }
 }
 

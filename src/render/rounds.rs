@@ -164,11 +164,17 @@ impl Schedule {
         Some(Round { adds, whole, found: None })
     }
 
-    /// What the picture should have in the end, where it has the error `stated` after `rounds`.
-    pub fn whole(&self, rounds: &[Round], stated: StatedError) -> Extent {
-        let done = total(rounds);
-        let upper = stated.upper();
-        if upper.reaches(self.goal) { done } else { grown(done, MARGIN * upper.work_to(self.goal)) }
+    /// The rounds that the picture should take, of which the `first` leaves the error `stated`.
+    pub fn foretold(&self, first: Round, stated: StatedError) -> Vec<Round> {
+        let mut rounds = vec![first];
+        let left = |rounds: &[Round]| {
+            let share = f64::from(first.adds.rays) / f64::from(total(rounds).rays);
+            StatedError { value: stated.value * share.sqrt(), ..stated }
+        };
+        while let Some(next) = self.next(&rounds, Some(left(&rounds)), None) {
+            rounds.push(next);
+        }
+        rounds
     }
 
     /// So many rays, with the photons that belong to them.
@@ -251,6 +257,9 @@ mod tests {
                 prop_assert!(rounds.len() < 1000);
             }
             let rays = f64::from(total(&rounds).rays);
+            let foretold = schedule.foretold(rounds[0], stated(&rounds[..1]).unwrap());
+            prop_assert!((f64::from(total(&foretold).rays) - rays).abs() <= 0.01 * rays + 2.0);
+            prop_assert!(foretold.len().abs_diff(rounds.len()) <= 1);
             let wanted = 4.0 * (at_first / goal).powi(2);
             prop_assert!(rays >= wanted.min(f64::from(MAX_RAYS)) * 0.999, "{rays} for {wanted}");
             prop_assert!(rays <= (1.4 * wanted + 2.0).max(4.0), "{rays} for {wanted}");

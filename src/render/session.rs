@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::control::Control;
 use super::director_pass::{DirectorMaps, Earlier};
 use super::error_pilot::{ErrorMaps, after_pilot, budgets, measure_importance, photon_demand};
-use super::error_session::{ErrorJob, foretell, render_to_error};
+use super::error_session::{ErrorJob, render_to_error};
 use super::exposure::{Exposure, RenderRegion, Sampled, resolve, sample};
 use super::photon_file::SavedPhotons;
 use super::photon_pass::{PhotonPass, ShotPaths, aim, strategies, strategies_by};
@@ -14,7 +14,6 @@ use super::pixel_sampling::{CameraRay, FilmPlace, Workspace};
 use super::progress::Stages;
 use super::reconstruction::finish;
 use super::rendered::Rendered;
-use super::rounds::Extent;
 use super::stage_settings::{
     finest_step, pass_settings, render_region, specialised, specialised_for_film,
 };
@@ -51,24 +50,6 @@ pub fn render<'a>(
 pub fn shot_strategies(scene: &Scene, settings: &RenderSettings) -> Result<Assignment> {
     let pass = pass_settings(scene, settings);
     specialised!(pass.photons.needs, strategies(scene, &pass))
-}
-
-/// `settings` with the rays and photons that their goal of an error should take, by a first round of both; as they are where
-/// they have no such goal, or no light is found.
-///
-/// # Errors
-/// As [`render()`].
-pub fn foretold(scene: &Scene, settings: &RenderSettings) -> Result<RenderSettings> {
-    let Some(goal) = settings.error else { return Ok(*settings) };
-    let needs = Needs::new(scene, settings);
-    let strategies = &shot_strategies(scene, settings)?;
-    let job = ErrorJob { scene, settings, goal, strategies };
-    let extent = specialised!(needs, foretell(&job))?;
-    Ok(extent.map_or(*settings, |Extent { photons, rays }| RenderSettings {
-        photons,
-        rays,
-        ..*settings
-    }))
 }
 
 /// As [`render()`], for the next frame of a sequence.
