@@ -189,8 +189,8 @@ type Mean = (f64, f64);
 fn means_of_orders(text: &str, how: &[&str]) -> [[Mean; 3]; 3] {
     let folder = folder(text);
     let of_seed = |seed: u32| {
-        let more = [how, &["--seed", &seed.to_string()]].concat();
-        let found = rendered(folder.path(), "scattered", &more);
+        let seed = seed.to_string();
+        let found = rendered(folder.path(), "scattered", &[how, &["--seed", &seed]].concat());
         ORDERS.map(|order| means(&found, |channel| format!("scattered.{order}.{channel}")))
     };
     let pictures: [_; 8] = std::array::from_fn(|seed| of_seed(1 + seed as u32));
