@@ -118,7 +118,7 @@ albedo = 0.5
 emission = { color = [6.0, 2.0, 0.5], scale = 1.0 }
 ";
 
-/// A wall that the spot light shines at, and nothing else of what the camera sees.
+/// A wall below the smoke that alone a spot light shines at.
 const LIT_WALL: &str = "
 [[surface]]
 shape = \"quad\"
@@ -128,10 +128,10 @@ v = [0, 0, -3]
 material = { type = \"diffuse\", reflectance = 0.8 }
 [[light]]
 type = \"spot\"
-position = [4, -2, 0]
-target = [0, -4, 0]
-angle = 12
-intensity = 400
+position = [1.5, -2, 0]
+target = [0.6, -4, 0]
+angle = 40
+intensity = 50
 ";
 
 #[test]
@@ -153,13 +153,20 @@ fn light_of_a_lamp_a_sky_or_a_flame_that_smoke_scatters_once_is_the_first_order(
 }
 
 #[test]
-fn light_of_a_wall_is_more_than_the_first_order() {
+fn light_of_a_wall_or_a_mirror_is_more_than_the_first_order() {
+    let mirror = LIT_WALL.replace("diffuse", "mirror");
     for times in [1, 9] {
-        let folder = folder(&smoke(times, LIT_WALL));
-        for how in [&["--strategy", "beams"][..], &["--reference", "--rays", "64"]] {
+        // No path from the camera finds a lamp without a surface in a mirror.
+        for (wall, how) in [
+            (LIT_WALL, &["--strategy", "beams"][..]),
+            (LIT_WALL, &["--reference", "--rays", "64"]),
+            (&mirror, &["--strategy", "beams"]),
+        ] {
+            let folder = folder(&smoke(times, wall));
             let found = rendered(folder.path(), "scattered", how);
-            assert!(is_black(&found, "first") && is_black(&found, "emitted"), "{times} {how:?}");
-            assert!(!is_black(&found, "more"), "{times} {how:?}");
+            let says = format!("{wall} {times} {how:?}");
+            assert!(is_black(&found, "first") && is_black(&found, "emitted"), "{says}");
+            assert!(!is_black(&found, "more"), "{says}");
         }
     }
 }
