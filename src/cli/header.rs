@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::partial::COMPLETE;
 use crate::image::cryptomatte;
 use crate::render::Rendered;
-use crate::scene::{Aov, Director, Planning, Scene};
+use crate::scene::{Director, Planning, Scene};
 
 /// What names of attributes of fogbow begin with.
 pub(super) const PREFIX: &str = "fogbow:";
@@ -91,7 +91,7 @@ pub(super) fn settings(
     if !film.passes.is_empty() {
         settings.insert("film_passes".into(), json!(film.passes.to_string()));
     }
-    let has_light = film.passes.has_light() || film.passes.has(Aov::Groups);
+    let has_light = film.passes.has_light() || film.passes.has_parts();
     if has_light && rendered.is_some() {
         let is_clean = |r: &Rendered| r.film.denoiser().is_some() || r.film.is_reconstructed();
         let noisy = rendered.is_some_and(is_clean);

@@ -79,7 +79,7 @@ fn key(args: &Args, scene: &Scene) -> Option<String> {
         || render.error.is_some()
         || render.pass.is_some()
         || render.photons == 0
-        || Needs::new(scene, render).groups
+        || Needs::new(scene, render).parts
         || !scene.times.is_empty()
         || !Needs::new(scene, render).photons();
     (!has_own).then(|| format!("{} {}", render::photons_key(scene), render.rays))

@@ -1,14 +1,14 @@
 //! Sums over the rays of a pixel, from which its passes follow.
 //!
 //! How many numbers there are follows from the passes: the coverages of objects, a block of those of opacity, one of light by
-//! component, and one of light by group, each where a pass needs it.
+//! component, and one of its parts by group or by order of scattering, each where a pass needs it.
 
 use glam::DVec3;
 use smallvec::SmallVec;
 
 use super::sample::{OpacityDepths, Sample};
 use crate::image::{FAR, Features, cryptomatte};
-use crate::math::{MAX_GROUPS, Rgb};
+use crate::math::{MAX_GROUPS, ORDERS, Rgb};
 use crate::scene::{Aov, Aovs, GroupNames};
 
 /// Opacity, the three depths and the three coordinates of the position, these six weighed by opacity.
@@ -56,7 +56,7 @@ impl AovSums {
         self.blocks().into_iter().sum()
     }
 
-    /// How many of the numbers are those of objects, of opacity, of light by component, and of light by group.
+    /// How many of the numbers are those of objects, of opacity, of light by component, and of its parts by group or order.
     fn blocks(&self) -> [usize; 4] {
         let Self { passes, groups } = self;
         let of = |is_asked: bool, numbers: usize| if is_asked { numbers } else { 0 };
@@ -64,8 +64,10 @@ impl AovSums {
         [
             of(passes.has(Aov::Cryptomatte), cryptomatte::NUMBERS),
             of(passes.has_depths(), DEPTHS + motion),
-            of(passes.has_light(), LIGHT),
-            of(passes.has(Aov::Groups), 3 * groups.len()),
+            // Light by order is shared out as that of media is.
+            of(passes.has_light() || passes.has(Aov::Scattered), LIGHT),
+            of(passes.has(Aov::Groups), 3 * groups.len())
+                + of(passes.has(Aov::Scattered), 3 * ORDERS),
         ]
     }
 
@@ -79,6 +81,7 @@ impl AovSums {
         let of_pass = |aov: Aov| match aov {
             Aov::Cryptomatte => cryptomatte::layers().to_vec(),
             Aov::Groups => self.groups.iter().flat_map(|group| aov.layers(group)).collect(),
+            Aov::Scattered => Aov::ORDERS.iter().flat_map(|order| aov.layers(order)).collect(),
             _ => aov.layers("").to_vec(),
         };
         self.passes.iter().flat_map(of_pass).collect()
@@ -93,7 +96,7 @@ impl AovSums {
         let [list, depths, light, _] = self.blocks();
         let (list, rest) = sums.split_at_mut(list);
         let (depths, rest) = rest.split_at_mut(depths);
-        let (light, groups) = rest.split_at_mut(light);
+        let (light, told_apart) = rest.split_at_mut(light);
         objects.iter().for_each(|(identifier, coverage)| {
             cryptomatte::add(list, *identifier, *coverage);
         });
@@ -107,9 +110,9 @@ impl AovSums {
         let parts = [parts.media, parts.direct, parts.indirect, sample.visible_emission];
         let numbers = parts.into_iter().flat_map(|rgb| rgb.to_array());
         light.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
-        let parts = sample.groups.unwrap_or_default();
+        let parts = sample.parts.unwrap_or_default();
         let numbers = parts.as_flattened().iter().copied().map(f64::from);
-        groups.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
+        told_apart.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
     }
 
     /// The values of the layers of `pixel`.
@@ -118,7 +121,7 @@ impl AovSums {
         let [list, depths, light, _] = if missing { [0; 4] } else { self.blocks() };
         let (list, rest) = pixel.sums.split_at(list);
         let (depths, rest) = rest.split_at(depths);
-        let (light, groups) = rest.split_at(light);
+        let (light, told_apart) = rest.split_at(light);
         let opacity = depths.first().copied().unwrap_or(0.0);
         let seen = opacity > 0.0;
         let mean = move |sum: f64, nothing: f64| if seen { sum / opacity } else { nothing };
@@ -147,8 +150,10 @@ impl AovSums {
                     values.extend(ranks.into_iter().map(f64::from));
                     continue;
                 }
-                Aov::Groups => {
-                    values.extend(group_parts(groups, pixel).flat_map(|part| part.to_array()));
+                Aov::Groups | Aov::Scattered => {
+                    let all = if aov == Aov::Groups { pixel.shown } else { parts[0] };
+                    let told_apart = shared(told_apart, pixel.rays, all);
+                    values.extend(told_apart.flat_map(|part| part.to_array()));
                     continue;
                 }
             });
@@ -176,18 +181,18 @@ fn parts(sums: &[f64], pixel: &AovPixel<'_>) -> [Rgb; 5] {
     [media + share(media), direct, indirect + share(indirect), emission, specular + others]
 }
 
-/// The light of each group in a pixel, W/(m² sr), from these sums: together it is what the picture shows. What that shows of
-/// light gathered for other rays, and what rounding leaves, is shared as the rest of the light is.
-fn group_parts(sums: &[f64], pixel: &AovPixel<'_>) -> impl Iterator<Item = Rgb> {
-    let rays = pixel.rays.max(1) as f64;
-    let groups: SmallVec<[Rgb; MAX_GROUPS]> =
+/// The light of each group in a pixel, or of each order, W/(m² sr), from their sums over these rays: together it is `all`. What
+/// that has of light gathered for other rays, and what rounding leaves, is shared as the rest of the light is.
+fn shared(sums: &[f64], rays: u64, all: Rgb) -> impl Iterator<Item = Rgb> {
+    let rays = rays.max(1) as f64;
+    let parts: SmallVec<[Rgb; MAX_GROUPS]> =
         sums.chunks_exact(3).map(|sum| DVec3::from_slice(sum) / rays).collect();
-    let size: Rgb = groups.iter().map(|group| group.abs()).sum();
-    let left = pixel.shown - groups.iter().sum::<Rgb>();
+    let size: Rgb = parts.iter().map(|part| part.abs()).sum();
+    let left = all - parts.iter().sum::<Rgb>();
     let is_lit = size.cmpgt(Rgb::ZERO);
-    groups.into_iter().enumerate().map(move |(index, group)| {
+    parts.into_iter().enumerate().map(move |(index, part)| {
         let dark = if index == 0 { left } else { Rgb::ZERO };
-        group + Rgb::select(is_lit, left * group.abs() / size, dark)
+        part + Rgb::select(is_lit, left * part.abs() / size, dark)
     })
 }
 
@@ -255,7 +260,7 @@ mod tests {
         }
         for light in [6.0, 6.0 + 1e-9] {
             let radiance = Rgb::new(light, 0.0, 0.1 * light);
-            let sample = Sample { radiance, groups: Some(groups), ..Sample::default() };
+            let sample = Sample { radiance, parts: Some(groups), ..Sample::default() };
             layout.add(&mut sums, &sample, &[]);
             layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[]);
             samples.add(sample);
@@ -265,6 +270,32 @@ mod tests {
         let right = [2.0, 0.5, 0.0, 4.0, 0.0, 0.0, 6.0, 0.0, 0.0];
         let off = values.iter().zip(right).map(|(value, right)| (value - right).abs());
         assert!(values.len() == 9 && off.fold(0.0, f64::max) < 1e-6, "{values:?}");
+    }
+
+    /// Of light of media that is 1, 2 and 5 parts by order, beside a surface, with what is gathered for other rays.
+    #[test]
+    fn orders_add_up_to_the_light_of_media() {
+        let layout = AovSums { passes: "media,scattered".parse().unwrap(), ..AovSums::default() };
+        assert_eq!((layout.len(), layout.layers()[9].as_str()), (LIGHT + 9, "scattered.more.R"));
+        let (mut sums, mut samples) = (vec![0.0; layout.len()], Accumulator::default());
+        let mut parts = [[0.0; 3]; MAX_GROUPS];
+        for (order, part) in parts.iter_mut().zip([1.0, 2.0, 5.0]) {
+            *order = [part, 0.0, 0.5 * part];
+        }
+        let components = Components {
+            media: Rgb::new(8.0, 0.0, 4.0),
+            direct: Rgb::splat(3.0),
+            indirect: Rgb::ZERO,
+        };
+        let radiance = components.media + components.direct;
+        let sample = Sample { radiance, components, parts: Some(parts), ..Sample::default() };
+        layout.add(&mut sums, &sample, &[]);
+        samples.add(sample);
+        let shown = radiance + Rgb::new(8.0, 0.0, 0.0);
+        let values: Vec<f64> = layout.values(&pixel(&sums, &samples, shown)).collect();
+        let right = [16.0, 0.0, 4.0, 2.0, 0.0, 0.5, 4.0, 0.0, 1.0, 10.0, 0.0, 2.5];
+        let off = values.iter().zip(right).map(|(value, right)| (value - right).abs());
+        assert!(values.len() == 12 && off.fold(0.0, f64::max) < 1e-6, "{values:?}");
     }
 
     #[test]

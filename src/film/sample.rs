@@ -10,8 +10,9 @@ use crate::math::{GroupParts, Rgb};
 pub struct Sample {
     /// Radiance, W/(m² sr).
     pub radiance: Rgb,
-    /// The parts of the radiance that groups of emitters have, where they are told apart.
-    pub groups: Option<GroupParts>,
+    /// The parts of the radiance that groups of emitters have, or those of the light of media by order of scattering, where they
+    /// are told apart.
+    pub parts: Option<GroupParts>,
     /// The part of the radiance that is indirect light estimated for other rays of the pixel too, which
     /// leave it out.
     pub indirect: Rgb,
@@ -42,7 +43,7 @@ impl Default for Sample {
     fn default() -> Self {
         Self {
             radiance: Rgb::ZERO,
-            groups: None,
+            parts: None,
             indirect: Rgb::ZERO,
             visible_emission: Rgb::ZERO,
             components: Components::default(),

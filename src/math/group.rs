@@ -1,4 +1,4 @@
-//! Groups of emitters.
+//! What light is told apart by: groups of emitters, or orders of scattering.
 
 /// Groups of emitters that light is told apart by, at most.
 ///
@@ -9,5 +9,11 @@ pub const MAX_GROUPS: usize = 8;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub struct Group(pub u8);
 
-/// The parts of a colour that each group has.
+/// Orders of scattering that light is told apart by where it is not by groups: 0 as it left its emitter, 1 scattered once by media
+/// and by nothing else, 2 all other light. Each is a part of light, like a group of this index.
+///
+/// Unit: count. Definition: of these orders.
+pub const ORDERS: usize = 3;
+
+/// The parts of a colour that each group has, or each order of scattering.
 pub type GroupParts = [[f32; 3]; MAX_GROUPS];

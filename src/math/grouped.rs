@@ -1,4 +1,4 @@
-//! Light told apart by the group of its emitters.
+//! Light told apart by the group of its emitters, or by the order of its scattering.
 
 use std::array;
 use std::iter::Sum;
@@ -7,11 +7,12 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub};
 use glam::BVec3;
 
 use super::grouped_f32::{GroupedF32, SingleGroup};
-use super::{Group, GroupParts, MAX_GROUPS, MOST_NUMBERS, Rgb, Spectrum};
+use super::{Group, GroupParts, MAX_GROUPS, MOST_NUMBERS, ORDERS, Rgb, Spectrum};
 
-/// A colour and, where it is light, the parts of it that each group of emitters has; a coefficient has none. All decisions look
-/// at the whole, which is what [`Rgb`] would be, bit by bit. Sums and products keep the parts such that they add up to it, to
-/// rounding. A coefficient that is added to light counts as light of the first group.
+/// A colour and, where it is light, the parts of it that each group of emitters has, or each [order](ORDERS) of scattering; a
+/// coefficient has none. All decisions look at the whole, which is what [`Rgb`] would be, bit by bit. Sums and products keep the
+/// parts such that they add up to it, to rounding. A coefficient that is added to light counts as light of the first group, or of
+/// order 0. Where parts are orders, the weight of a path that was scattered has them too.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct GroupedRgb {
     whole: Rgb,
@@ -23,6 +24,20 @@ impl GroupedRgb {
     fn first(whole: Rgb) -> [Rgb; MAX_GROUPS] {
         let mut parts = [Rgb::ZERO; MAX_GROUPS];
         parts[0] = whole;
+        parts
+    }
+
+    /// The parts of the product of the weight of a path and light at its end, whose orders add up.
+    fn product_by_order(
+        weight: &[Rgb; MAX_GROUPS],
+        light: &[Rgb; MAX_GROUPS],
+    ) -> [Rgb; MAX_GROUPS] {
+        let mut parts = [Rgb::ZERO; MAX_GROUPS];
+        for (order, weight) in weight[..ORDERS].iter().enumerate() {
+            for (more, light) in light[..ORDERS].iter().enumerate() {
+                parts[(order + more).min(ORDERS - 1)] += *weight * *light;
+            }
+        }
         parts
     }
 
@@ -73,8 +88,14 @@ impl Neg for GroupedRgb {
 impl Mul for GroupedRgb {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        let scaled = |light: Self, by: Rgb| light.parts.map(|parts| parts.map(|part| part * by));
-        let parts = scaled(self, other.whole).or_else(|| scaled(other, self.whole));
+        let scaled = |parts: [Rgb; MAX_GROUPS], by: Rgb| parts.map(|part| part * by);
+        let parts = match (&self.parts, &other.parts) {
+            (None, None) => None,
+            (Some(parts), None) => Some(scaled(*parts, other.whole)),
+            (None, Some(parts)) => Some(scaled(*parts, self.whole)),
+            // Only orders make light of both.
+            (Some(weight), Some(light)) => Some(Self::product_by_order(weight, light)),
+        };
         Self { whole: self.whole * other.whole, parts }
     }
 }
@@ -144,7 +165,11 @@ impl Spectrum for GroupedRgb {
     }
 
     fn in_group(self, group: Group) -> Self {
-        Self::of_group(self.whole, group)
+        if self.parts.is_some() { self } else { Self::of_group(self.whole, group) }
+    }
+
+    fn raised(self, orders: u8) -> Self {
+        self * Self::of_group(Rgb::ONE, Group(orders))
     }
 
     fn parts(self) -> Option<GroupParts> {
@@ -320,6 +345,29 @@ mod tests {
             let power = GroupedRgb::of_group(power, Group(group)).to_f32();
             prop_assert_eq!(GroupedRgb::unpack_single(GroupedRgb::pack_single(power)), power);
         }
+    }
+
+    /// The parts of `light` by order.
+    fn orders(light: GroupedRgb) -> [f64; ORDERS] {
+        array::from_fn(|order| light.parts.unwrap()[order].x)
+    }
+
+    #[test]
+    fn orders_of_a_path_and_its_light_add_up() {
+        let weight = GroupedRgb::splat(0.5);
+        let [once, twice] = [1, 2].map(|count| weight.raised(1) * weight.raised(count - 1));
+        assert_eq!([once, twice].map(orders), [[0.0, 0.25, 0.0], [0.0, 0.0, 0.25]]);
+        let emitted = GroupedRgb::of_group(Rgb::ONE, Group(0));
+        let found = emitted * 4.0 + emitted.raised(1) * 2.0 + emitted.raised(2);
+        assert_eq!(orders(found), [4.0, 2.0, 1.0]);
+        assert_eq!(orders(found * weight), [2.0, 1.0, 0.5]);
+        assert_eq!(orders(once * found), [0.0, 1.0, 0.75]);
+        assert_eq!(orders(found.raised(1)), orders(found * GroupedRgb::ONE.raised(1)));
+        assert_eq!(orders(found.raised(2).raised(1)), [0.0, 0.0, 7.0]);
+        assert_eq!(found.raised(1).whole, found.whole);
+        assert_eq!(orders((once * found).in_group(Group(0))), [0.0, 1.0, 0.75]);
+        let photon = (emitted * 0.3).raised(1).to_f32();
+        assert_eq!(GroupedRgb::unpack_single(GroupedRgb::pack_single(photon)), photon);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Light told apart by the group of its emitters, in f32.
+//! Light told apart by the group of its emitters or the order of its scattering, in f32.
 
 use std::array;
 use std::iter::Sum;

@@ -69,12 +69,17 @@ pub trait Spectrum:
     fn of_group(color: Rgb, _group: Group) -> Self {
         Self::from_rgb(color)
     }
-    /// The same, as light of emitters of this group.
+    /// A coefficient as light of emitters of this group; what is light keeps its parts.
     #[must_use]
     fn in_group(self, _group: Group) -> Self {
         self
     }
-    /// The parts of it that groups of emitters have, where they are told apart.
+    /// The same, whose order of scattering is so much higher, where its parts are [`ORDERS`](super::ORDERS).
+    #[must_use]
+    fn raised(self, _orders: u8) -> Self {
+        self
+    }
+    /// The parts of it that groups of emitters or orders of scattering have, where they are told apart.
     fn parts(self) -> Option<GroupParts> {
         None
     }

@@ -306,6 +306,7 @@ impl PhotonTracer<'_> {
         }
         let (p, phase) = (photon.ray.at(t), &self.scene.media.get(medium).phase);
         (photon.direct, photon.sampled) = (false, false);
+        photon.power = self.scene.groups.scattered(photon.power);
         self.split(photon, p, phase, rng, more);
         let (direction, _) = phase.sample(photon.ray.direction, rng.uniform2());
         photon.ray = Ray::new(p, direction);
@@ -342,7 +343,7 @@ impl PhotonTracer<'_> {
             return false;
         }
         // Survivors carry the power of those that were absorbed; a weight above 1 absorbs none.
-        photon.power = power / survival.min(1.0);
+        photon.power = self.scene.groups.reflected(power / survival.min(1.0));
         (photon.direct, photon.sampled) = (false, false);
         photon.solids = photon.solids.after(scattered.crossing);
         photon.ray = hit.leave(scattered.direction);

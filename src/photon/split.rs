@@ -58,6 +58,7 @@ impl PhotonTracer<'_> {
                 }
                 power /= survival;
             }
+            let power = self.scene.groups.reflected(power);
             let ray = hit.leave(direction);
             more.push(PhotonState { ray, power, direct: false, sampled: false, ..*photon });
         }

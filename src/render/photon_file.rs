@@ -25,7 +25,7 @@ use crate::photon::{
     PathSample, PhotonDirection, TracedHead, TracedPhotons, memory as photon_memory,
 };
 use crate::scene::plan::Needs;
-use crate::scene::{PhotonsName, Planning, RenderSettings, Scene};
+use crate::scene::{Aov, PhotonsName, Planning, RenderSettings, Scene};
 use crate::strategy::{Assignment, Choice};
 use crate::work::Work;
 
@@ -181,10 +181,14 @@ impl SavedPhotons {
         let Opened { head, .. } = PHOTONS.open(path, Head::body)?;
         PHOTONS.check_key(path, &head.key, &key(scene, &scene.render, head.any_camera))?;
         let needs = Needs::new(scene, &scene.render);
-        if needs.groups {
+        if needs.parts {
+            let (what, pass) = if scene.film.passes.has(Aov::Groups) {
+                ("from which light they come", "groups")
+            } else {
+                ("how often they were scattered", "scattered")
+            };
             return Err(Error::Usage(format!(
-                "{}: saved photons do not tell from which light they come; leave groups out of the passes, or \
-                 --photons-from",
+                "{}: saved photons do not tell {what}; leave {pass} out of the passes, or --photons-from",
                 path.display()
             )));
         }

@@ -33,11 +33,11 @@ macro_rules! specialised {
 }
 pub(super) use specialised;
 
-/// As [`specialised`], with a spectrum that tells groups of emitters apart where a pass asks for that: for all that makes the
+/// As [`specialised`], with a spectrum that tells parts of light apart where a pass asks for that: for all that makes the
 /// film of a picture. Photons then have directions, needed or not, which saves an instance.
 macro_rules! specialised_for_film {
     ($needs:expr, $f:ident($($argument:expr),* $(,)?)) => {
-        if $needs.groups {
+        if $needs.parts {
             $f::<crate::math::GroupedRgb, crate::photon::Octahedral>($($argument),*)
         } else {
             specialised!($needs, $f($($argument),*))

@@ -27,8 +27,8 @@ pub fn render_reference<'a>(
     control: impl Into<Control<'a>>,
 ) -> Rendered {
     let control = control.into();
-    let Needs { groups, colors, .. } = Needs::new(scene, settings);
-    match (groups, colors) {
+    let Needs { parts, colors, .. } = Needs::new(scene, settings);
+    match (parts, colors) {
         (true, _) => trace_reference::<GroupedRgb>(scene, settings, &control),
         (false, true) => trace_reference::<Rgb>(scene, settings, &control),
         (false, false) => trace_reference::<f64>(scene, settings, &control),

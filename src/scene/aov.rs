@@ -3,6 +3,8 @@
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
+use crate::math::ORDERS;
+
 /// A pass, of one layer or several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Aov {
@@ -30,6 +32,8 @@ pub enum Aov {
     Cryptomatte,
     /// Light of each group of emitters, which is of all kinds above.
     Groups,
+    /// Light of media by the order of its scattering.
+    Scattered,
 }
 
 impl Aov {
@@ -47,7 +51,11 @@ impl Aov {
         ("specular", Self::Specular),
         ("cryptomatte", Self::Cryptomatte),
         ("groups", Self::Groups),
+        ("scattered", Self::Scattered),
     ];
+
+    /// What the parts of the pass of scattered light are called: as media emit it, of the orders 1 and above, toward the camera.
+    pub const ORDERS: [&str; ORDERS] = ["emitted", "first", "more"];
 
     /// Those that add up to the picture, in the order in which they are stored.
     pub const LIGHT: [Self; 5] =
@@ -67,9 +75,13 @@ impl Aov {
         Self::ALL.iter().find(|(_, aov)| *aov == self).map_or("", |(name, _)| name)
     }
 
-    /// The names of its layers, of the pass of groups those of the group `group`; Cryptomatte has layers of its own.
-    pub fn layers(self, group: &str) -> [String; 3] {
-        let name = if self == Self::Groups { format!("group.{group}") } else { self.name().into() };
+    /// The names of its layers, where it has several parts those of `part`; Cryptomatte has layers of its own.
+    pub fn layers(self, part: &str) -> [String; 3] {
+        let name = match self {
+            Self::Groups => format!("group.{part}"),
+            Self::Scattered => format!("scattered.{part}"),
+            _ => self.name().into(),
+        };
         self.channels().map(|channel| format!("{name}.{channel}"))
     }
 
@@ -106,6 +118,11 @@ impl Aovs {
     /// Whether some are light.
     pub fn has_light(self) -> bool {
         self.light().next().is_some()
+    }
+
+    /// Whether some have the parts of light that spectra tell apart, by group or by order.
+    pub const fn has_parts(self) -> bool {
+        self.has(Aov::Groups) || self.has(Aov::Scattered)
     }
 
     /// Whether some follow from where opacity is.
@@ -149,10 +166,17 @@ impl FromStr for Aovs {
         if text.trim().is_empty() {
             return Ok(Self::default());
         }
-        text.split(',').map(aov).collect::<Result<Self, String>>().map_err(|name| {
+        let aovs = text.split(',').map(aov).collect::<Result<Self, String>>().map_err(|name| {
             let names: Vec<_> = Aov::ALL.iter().map(|(name, _)| *name).collect();
             format!("there is no pass \"{name}\"; give some of {}", names.join(", "))
-        })
+        })?;
+        if aovs.has(Aov::Groups) && aovs.has(Aov::Scattered) {
+            return Err(
+                "one picture does not have the passes groups and scattered; leave one of them out"
+                    .into(),
+            );
+        }
+        Ok(aovs)
     }
 }
 
@@ -165,12 +189,15 @@ mod tests {
         let read = |text: &str| text.parse::<Aovs>();
         assert_eq!(read("").unwrap(), Aovs::default());
         assert_eq!(read("normal, depth").unwrap().to_string(), "depth,normal");
-        let all: Aovs = Aov::ALL.iter().map(|(_, aov)| *aov).collect();
+        let all = Aov::ALL.iter().map(|(_, aov)| *aov).filter(|aov| *aov != Aov::Scattered);
+        let all: Aovs = all.collect();
         assert_eq!(read(&all.to_string()), Ok(all));
         assert!(read("depth,,albedo").unwrap_err().contains("no pass \"\""));
         let wrong = read("depth,beauty").unwrap_err();
         assert!(wrong.starts_with("there is no pass \"beauty\"; give some of depth, albedo"));
         assert!(all.light().eq(Aov::LIGHT));
+        assert_eq!(read("scattered,media").unwrap().to_string(), "media,scattered");
+        assert!(read("scattered,media,groups").unwrap_err().contains("leave one of them out"));
     }
 
     #[test]
@@ -179,5 +206,7 @@ mod tests {
         assert_eq!(Aov::Normal.layers(""), ["normal.X", "normal.Y", "normal.Z"]);
         assert_eq!(Aov::Media.layers(""), ["media.R", "media.G", "media.B"]);
         assert_eq!(Aov::Groups.layers("key"), ["group.key.R", "group.key.G", "group.key.B"]);
+        let [first, ..] = Aov::Scattered.layers("first");
+        assert_eq!(first, "scattered.first.R");
     }
 }

@@ -1,8 +1,8 @@
-//! Groups of emitters, whose light a picture may tell apart.
+//! What a picture may tell light apart by: groups of emitters, or orders of scattering.
 
 use std::fmt::{self, Debug, Formatter};
 
-use crate::math::{Group, MAX_GROUPS};
+use crate::math::{Group, GroupParts, MAX_GROUPS, Spectrum};
 
 /// The longest name of a group.
 ///
@@ -76,19 +76,43 @@ impl GroupNames {
     }
 }
 
-/// The groups of a scene, and which of them each of its emitters is in.
+/// The groups of a scene, and which of them each of its emitters is in; or that light is told apart by the order of its
+/// scattering, which begins in group 0 wherever it is emitted.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Groups {
     /// Their names.
     pub names: GroupNames,
     /// The group of each light: those of `[[light]]`, then surfaces that shine.
     lights: Vec<Group>,
+    /// Whether light is told apart by order.
+    by_order: bool,
 }
 
 impl Groups {
     /// Those of these `names`, with the groups of all lights.
     pub(super) const fn new(names: GroupNames, lights: Vec<Group>) -> Self {
-        Self { names, lights }
+        Self { names, lights, by_order: false }
+    }
+
+    /// No groups, but [orders](crate::math::ORDERS) of scattering.
+    pub(super) fn orders() -> Self {
+        Self { by_order: true, ..Self::default() }
+    }
+
+    /// `light` after a medium has scattered it.
+    pub fn scattered<S: Spectrum>(&self, light: S) -> S {
+        if self.by_order { light.raised(1) } else { light }
+    }
+
+    /// `light` after a surface has reflected or refracted it.
+    pub fn reflected<S: Spectrum>(&self, light: S) -> S {
+        if self.by_order { light.raised(2) } else { light }
+    }
+
+    /// The parts that the picture tells apart: those of all light that a camera ray brings by group, or of the light of `media` by
+    /// order.
+    pub fn told_apart<S: Spectrum>(&self, all: S, media: S) -> Option<GroupParts> {
+        if self.by_order { media.parts() } else { all.parts() }
     }
 
     /// The group of the light of this index.

@@ -11,11 +11,11 @@ use crate::{is_there, printed, run};
 /// The groups of [`scene`] in its order, the last of an emitter that names none.
 const GROUPS: [&str; 5] = ["key", "fill", "sign", "fire", "rest"];
 
-const ALL: [bool; 5] = [true; 5];
+pub const ALL: [bool; 5] = [true; 5];
 
 /// Smoke over a floor beside a mirror, with two coloured lamps, a quad and a flame that glow, and a sky: those of them that
 /// are `lit`, a group each.
-fn scene(lit: [bool; 5]) -> String {
+pub fn scene(lit: [bool; 5]) -> String {
     let [key, fill, sign, fire, rest] = lit.map(f64::from);
     format!(
         r#"
@@ -86,7 +86,7 @@ radiance = [{}, {}, {}]
 }
 
 /// A folder with the scene `text`.
-fn folder(text: &str) -> tempfile::TempDir {
+pub fn folder(text: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("s.toml"), text).unwrap();
     folder
@@ -220,7 +220,7 @@ fn crops_and_means_have_groups_as_pictures_have() {
 }
 
 /// The mean over the picture of three channels, by `name`.
-fn means(layers: &Layers, name: impl Fn(&str) -> String) -> [f64; 3] {
+pub fn means(layers: &Layers, name: impl Fn(&str) -> String) -> [f64; 3] {
     ["R", "G", "B"].map(|channel| {
         let values = layers.get(&name(channel)).unwrap();
         values.iter().map(|value| f64::from(*value)).sum::<f64>() / values.len() as f64

@@ -18,6 +18,7 @@ mod motion;
 mod parts;
 mod passes;
 mod saved_photons;
+mod scattered;
 mod shots;
 mod terminal;
 mod tev;

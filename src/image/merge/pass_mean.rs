@@ -62,7 +62,8 @@ impl Rule {
             "depth" => Some(Self::Seen { nothing: FAR }),
             "position" | "motion" => Some(Self::Seen { nothing: 0.0 }),
             "albedo" | "normal" => Some(Self::Mean),
-            "media" | "direct" | "indirect" | "emission" | "specular" | "group" => Some(Self::Mean),
+            "media" | "direct" | "indirect" | "emission" | "specular" => Some(Self::Mean),
+            "group" | "scattered" => Some(Self::Mean),
             _ => None,
         }
     }

@@ -120,13 +120,14 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         path.seen.media_distance = path.seen.media_distance.map(|distance| near + distance);
         let others = self.trace_pending(pending, camera_ray, ctx, profiles);
         let radiance = path.light.radiance + others.light.radiance;
+        let media = path.components.media + others.components.media;
         Sample {
             radiance: radiance.rgb(),
-            groups: radiance.parts(),
+            parts: self.scene.groups.told_apart(radiance, media),
             indirect: (path.light.indirect + others.light.indirect).rgb(),
             visible_emission: path.visible_emission.rgb(),
             components: Components {
-                media: (path.components.media + others.components.media).rgb(),
+                media: media.rgb(),
                 direct: path.components.direct.rgb(),
                 indirect: path.components.indirect.rgb(),
             },
@@ -158,11 +159,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             if segment.solids.is_none() && self.needs.media {
                 let media = self.through_media(&segment, hit.as_ref(), camera_ray, ctx, profiles);
                 path.add_media(&segment, media.light);
-                let deflected = media.deflected.and_then(|mut ray| {
+                pending.extend(media.deflected.and_then(|mut ray| {
                     ray.throughput *= segment.throughput;
                     survives_roulette(&mut ray.throughput, &mut ctx.rng).then_some(ray)
-                });
-                pending.extend(deflected);
+                }));
                 transmittance = media.transmittance;
                 if segment.from_camera && camera_ray.half.is_some() {
                     path.seen.media_distance = profiles.path.sample([0.5; 2]).map(|place| place.t);
@@ -192,6 +192,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
                 }
             }
             path.seen.specular |= from_camera;
+            segment.throughput = self.scene.groups.reflected(segment.throughput);
             let next = match rough {
                 Some(rough) => follow_rough(&segment, &hit, &rough, ctx),
                 None => follow_specular(&segment, &hit, pending, ctx),

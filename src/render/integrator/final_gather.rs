@@ -75,6 +75,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let phase = &self.scene.media.get(medium).phase;
         let incoming = path.ray.direction;
         let is_first = *unresolved == 1.0;
+        if !is_first {
+            path.throughput = self.scene.groups.scattered(path.throughput);
+        }
         *unresolved = termination.after(*unresolved, medium);
         if !is_first && self.media.holds_moments[medium] && termination.ends(*unresolved, medium) {
             let grid = self.caches.fluence[medium].as_ref();
@@ -131,6 +134,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             Some(_) => S::ZERO,
         };
         path.radiance += path.throughput * emitted;
+        path.throughput = self.scene.groups.reflected(path.throughput);
         if hit.material.is_specular() {
             // Paths that are sent toward lights end at mirrors and glass.
             *sent_ratios = SentRatios::NONE;
@@ -183,12 +187,12 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let scatterers = [(phase, S::ONE)];
         let wo = -path.ray.direction;
         let u = LightNumbers::varied(ctx.rng.uniform(), ctx.rng.uniform2());
+        let throughput = self.scene.groups.scattered(path.throughput) * S::splat(weight);
         direct_light::sample_lights(self.scene, p, u, ctx, |index, light, choice, ctx| {
             if self.handled_by_gather[index] {
                 return S::ZERO;
             }
             // Roulette before the shadow ray, by the light over that of isotropic scattering.
-            let throughput = path.throughput * S::splat(weight);
             let value = throughput.max_element() * phase.eval(-light.direction.dot(wo));
             let survival = (value / warp::uniform_sphere_pdf()).min(1.0);
             if ctx.rng.uniform() >= survival {

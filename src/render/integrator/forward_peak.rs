@@ -21,7 +21,7 @@ use super::setup::{Integrator, choose};
 pub(super) struct PeakResult<S> {
     /// The deflected ray on which more of it comes; `None` where nothing has a peak.
     pub deflected: Option<PendingRay<S>>,
-    /// The light of punctual lights from nearly straight ahead, W/(m² sr).
+    /// The light of punctual lights from nearly straight ahead, W/(m² sr), of the order before the peak scatters it.
     pub radiance: S,
 }
 
@@ -51,7 +51,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let deflected = Some(PendingRay {
             ray: Ray::new(p, direction),
             end: f64::INFINITY,
-            throughput: weight,
+            throughput: self.scene.groups.scattered(weight),
             punctual_weight: punctual.mis_weight(direction, pdf),
             from_camera: false,
             deflected: true,
@@ -98,6 +98,6 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let jitter = ctx.rng.uniform();
         profile.trace(&self.scene.media, ray, span, budget.step, jitter);
         profile.count(&mut ctx.work);
-        self.direct_along(ray, profile, LightFilter::PUNCTUAL, ctx)
+        self.scene.groups.scattered(self.direct_along(ray, profile, LightFilter::PUNCTUAL, ctx))
     }
 }

@@ -67,7 +67,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let choice = lights.pick_probability(p, lamp.index);
             let pdf = lamps.pdf(lamp.index, &origin, t) + choice * flux;
             let light = through * light_in / (pdf * sample.pdf);
-            sum += light.in_group(self.scene.groups.of_light(lamp.index));
+            let light = light.in_group(self.scene.groups.of_light(lamp.index));
+            sum += self.scene.groups.scattered(light);
         }
         sum
     }

@@ -45,8 +45,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         if self.needs.scattering {
             let scattered = self.in_scattering(segment, hit, profile, camera_ray, ctx);
             let peak = self.sample_forward_peak(ray, profile, budget, ctx, toward_light);
-            light.radiance += scattered.radiance;
-            light.radiance += peak.radiance;
+            for found in [scattered.radiance, peak.radiance] {
+                light.radiance += self.scene.groups.scattered(found);
+            }
             light.indirect = scattered.indirect;
             deflected = peak.deflected;
         }
@@ -54,7 +55,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     }
 
     /// Light that media scatter along a ray to its origin, W/(m² sr), by the estimators of each medium's
-    /// strategy.
+    /// strategy. Where light is told apart by order, it has that which it had before they scattered it so.
     fn in_scattering(
         &self,
         segment: &PendingRay<S>,

@@ -87,7 +87,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let direct: S =
             surface_light::direct_on_surface(self.scene, media, ray.direction, hit, u, ctx);
         let indirect = self.indirect_on_surface(ray, hit, indirect_weight, ctx);
-        Estimate { radiance: direct + indirect, indirect }
+        let [radiance, indirect] =
+            [direct + indirect, indirect].map(|light| self.scene.groups.reflected(light));
+        Estimate { radiance, indirect }
     }
 
     /// Direct light that the surface at `hit` reflects along `ray` back to its origin, W/(m² sr), and what that would be

@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use crate::film::{CaughtShadow, Sample};
+use crate::film::{CaughtShadow, Components, Sample};
 use crate::light::LightSample;
 use crate::math::{Ray, Rgb, Spectrum, World, luminance};
 use crate::surface::{SurfaceHit, TransportMode};
@@ -34,7 +34,14 @@ impl PathTracer<'_> {
         let transmittance = luminance(self.transmittance::<S>(&ray, end, ctx).rgb());
         let state = PathState::<S>::new(ray);
         let sight = Sight::Camera;
-        let mut path = ReferencePath { state, order: 0, punctual_weight: 1.0, sight, caught: None };
+        let mut path = ReferencePath {
+            state,
+            order: 0,
+            punctual_weight: 1.0,
+            sight,
+            caught: None,
+            before_surface: None,
+        };
         let ended = (0..MAX_EVENTS).any(|event| {
             let goes_on = self.step(&mut path, ctx);
             let throughput = &mut path.state.throughput;
@@ -45,9 +52,12 @@ impl PathTracer<'_> {
         let catches = hit.is_some_and(|hit| camera_view::catches_shadows(self.scene, &hit));
         let [shadowed, unshadowed] = path.caught.unwrap_or_default().map(luminance);
         let seen = if catches { transmittance } else { 0.0 };
+        let radiance = path.state.radiance;
+        let of_media = path.before_surface.unwrap_or(radiance);
         Sample {
-            radiance: path.state.radiance.rgb(),
-            groups: path.state.radiance.parts(),
+            radiance: radiance.rgb(),
+            parts: self.scene.groups.told_apart(radiance, of_media),
+            components: Components { media: of_media.rgb(), ..Components::default() },
             alpha: if is_covered { 1.0 } else { 1.0 - transmittance },
             caught: CaughtShadow { seen, shadowed, unshadowed },
             depth: hit.map_or(f64::INFINITY, |hit| self.scene.camera.near(&ray) + hit.t),
@@ -74,6 +84,9 @@ impl PathTracer<'_> {
                 }
                 FlightEnd::Absorbed(_) => return false,
             }
+        }
+        if from_camera {
+            path.before_surface = Some(path.state.radiance);
         }
         if from_camera && hit.is_some_and(|hit| camera_view::is_holdout(self.scene, &hit)) {
             return false;
@@ -143,6 +156,7 @@ impl PathTracer<'_> {
         if path.order > self.max_scatter {
             return false;
         }
+        path.state.throughput = self.scene.groups.scattered(path.state.throughput);
         let phase = &self.scene.media.get(medium).phase;
         let (p, incoming) = (path.state.ray.at(t), path.state.ray.direction);
         let flux = self.collision_density::<S>(&path.state.ray, t, punctual, ctx);
@@ -182,6 +196,7 @@ impl PathTracer<'_> {
     ) -> bool {
         let incoming = path.state.ray.direction;
         let near_lights = self.directions_near_lights(hit.point);
+        path.state.throughput = self.scene.groups.reflected(path.state.throughput);
         if !hit.material.is_specular() {
             let eval = |direction: DVec3| {
                 let cosine = direction.dot(hit.shading_normal).abs();

@@ -36,6 +36,8 @@ pub(super) struct ReferencePath<S> {
     pub sight: Sight,
     /// Direct light of the shadow catcher that it meets first, with and without shadow, W/(m² sr).
     pub caught: Option<[Rgb; 2]>,
+    /// Radiance that it had found where it came through all media before the first surface, W/(m² sr).
+    pub before_surface: Option<S>,
 }
 
 /// What the ray of a path sees.
@@ -188,7 +190,8 @@ impl PathTracer<'_> {
             let through = through * self.transmittance::<S>(&shadow, light.distance, ctx);
             let pdf = punctual.pdf(index, &origin, t) + other_pdf(index, p, t, ctx);
             let light = S::from_rgb(light.radiance) * through * scattering / pdf;
-            sum += light.in_group(self.scene.groups.of_light(index));
+            let light = light.in_group(self.scene.groups.of_light(index));
+            sum += self.scene.groups.scattered(light);
         }
         sum
     }

@@ -127,6 +127,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         if self.media.holds_moments[medium] && termination.ends(sent.unresolved, medium) {
             return false;
         }
+        path.throughput = self.scene.groups.scattered(path.throughput);
         let (p, incoming) = (path.ray.at(t), path.ray.direction);
         let (direction, pdf) = media.get(medium).phase.sample(incoming, ctx.rng.uniform2());
         let toward = self.toward_lights(p, medium);

@@ -37,8 +37,9 @@ pub(in crate::scene) const PASSES: Key = Key::new(
     "",
     Other("none"),
     "Layers that the EXR gets beside its own: some of depth, albedo, normal, position, motion, media, direct, indirect, emission, \
-     specular, cryptomatte and groups. The five from media to specular add up to the picture, and so do groups: the light of each \
-     group of emitters.",
+     specular, cryptomatte, groups and scattered. The five from media to specular add up to the picture, and so do groups: the \
+     light of each group of emitters. What media emit, scatter first and scatter more adds up to media. Groups and scattered \
+     exclude each other.",
 )
 .flag("passes");
 pub(in crate::scene) const HALF: Key = Key::new(

@@ -1,15 +1,15 @@
-//! Groups of emitters.
+//! Groups of emitters, or orders of scattering.
 
 use crate::error::Result;
 use crate::math::{Group, MAX_GROUPS, Rgb};
 use crate::scene::file::SceneFile;
 use crate::scene::reader::Place;
-use crate::scene::{GroupName, GroupNames, Groups};
+use crate::scene::{Aov, GroupName, GroupNames, Groups};
 
 /// The group of emitters that name none.
 const REST: &str = "rest";
 
-/// The groups of `file`, and that of each of its media.
+/// The groups of `file`, and that of each of its media; or orders in place of them, where the film asks for those.
 pub(super) fn build(file: &SceneFile) -> Result<(Groups, Vec<Group>)> {
     let mut names = GroupNames::default();
     let rest = GroupName::new(REST).unwrap_or_default();
@@ -33,6 +33,9 @@ pub(super) fn build(file: &SceneFile) -> Result<(Groups, Vec<Group>)> {
     for medium in &file.media {
         let glows = medium.emission.is_some();
         media.push(if glows { group(medium.group, &medium.at)? } else { Group::default() });
+    }
+    if file.film.passes.has(Aov::Scattered) {
+        return Ok((Groups::orders(), Vec::new()));
     }
     Ok((Groups::new(names, lights), media))
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::light::Light;
 use crate::math::{Rgb, WorldPoint};
 use crate::medium::{Albedo, Emission, Medium};
-use crate::scene::{Aov, Director, Planning, RenderSettings, Scene};
+use crate::scene::{Director, Planning, RenderSettings, Scene};
 use crate::surface::Material;
 
 /// The work that a render needs. A field is true where that work can change the picture. Stages take
@@ -28,8 +28,8 @@ pub struct Needs {
     pub surface_photons: bool,
     /// Light is traced in three channels.
     pub colors: bool,
-    /// Light is told apart by the group of its emitters.
-    pub groups: bool,
+    /// Light is told apart by the group of its emitters, or by the order of its scattering.
+    pub parts: bool,
     /// Photons in media store their direction, for a phase function that is not isotropic.
     pub directions: bool,
     /// Photons are shot that can reach neither a medium nor a surface.
@@ -53,7 +53,7 @@ impl Needs {
         volume_photons: true,
         surface_photons: true,
         colors: true,
-        groups: false,
+        parts: false,
         directions: true,
         void: true,
         specular: true,
@@ -67,7 +67,7 @@ impl Needs {
         match settings.planning {
             Planning::Needed => Self::least(scene, settings),
             Planning::Everything => {
-                Self { groups: scene.film.passes.has(Aov::Groups), ..Self::EVERYTHING }
+                Self { parts: scene.film.passes.has_parts(), ..Self::EVERYTHING }
             }
         }
     }
@@ -94,7 +94,7 @@ impl Needs {
             colors: !(media().all(Medium::is_grey)
                 && lights.iter().all(Light::is_grey)
                 && materials().all(Material::is_grey)),
-            groups: scene.film.passes.has(Aov::Groups),
+            parts: scene.film.passes.has_parts(),
             directions: scattering && media().any(|m| scatters(m) && !m.phase.is_isotropic()),
             void: false,
             specular: scene.surfaces.has_specular(),
