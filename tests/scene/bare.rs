@@ -265,7 +265,7 @@ fn frames_may_lack_what_glows() {
     file(folder.path(), "fire_2.vdb", &[ball(IVec3::ZERO, DVec3::ONE), flames()]);
     let sequence =
         Sequence::open(&folder.path().join("fire_#.vdb"), &LoadOptions::default()).unwrap();
-    let glows = |frame| sequence.load(frame).unwrap().media.get(0).emission.is_some();
+    let glows = |frame: i64| sequence.load(frame.into()).unwrap().media.get(0).emission.is_some();
     assert_eq!([glows(1), glows(2)], [false, true]);
 }
 
