@@ -195,15 +195,10 @@ pub(super) fn leaves_near<V: Voxel>(grid: &Grid<V>, reach: f64) -> Result<Vec<[i
             return Ok(keys);
         }
     }
-    Err(too_large())
-}
-
-/// The problem that a grid has too many leaves where it is carried.
-pub(super) fn too_large() -> String {
-    format!(
+    Err(format!(
         "would take more than {MOST_LEAVES} leaves of voxels where its velocities carry it; give a shorter shutter, a \
          coarser grid, or velocity = \"none\""
-    )
+    ))
 }
 
 /// Places in `block`, even and not too many, at which its velocity is looked up.

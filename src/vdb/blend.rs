@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3, IVec3};
 
 use crate::math::{Index, IndexPoint, Transform, WorldPoint};
 
-use super::advect::{Drift, MOST_LEAVES, UNSEEN, leaves_near, too_large, with_voxels};
+use super::advect::{Drift, MOST_LEAVES, UNSEEN, leaves_near, with_voxels};
 use super::grid::Grid;
 use super::tree::{BRICK, REACH};
 use super::voxel::Voxel;
@@ -120,7 +120,7 @@ fn add_leaves(
             keys.dedup();
         }
         if keys.len() as f64 + count > 2.0 * MOST_LEAVES as f64 {
-            return Err(too_large());
+            return Err(too_many());
         }
         for x in low.x..=high.x {
             for y in low.y..=high.y {
@@ -130,5 +130,11 @@ fn add_leaves(
     }
     keys.sort_unstable();
     keys.dedup();
-    if keys.len() > MOST_LEAVES { Err(too_large()) } else { Ok(()) }
+    if keys.len() > MOST_LEAVES { Err(too_many()) } else { Ok(()) }
+}
+
+fn too_many() -> String {
+    format!(
+        "would take more than {MOST_LEAVES} leaves of voxels between two frames; give frames whose voxels have about one size"
+    )
 }

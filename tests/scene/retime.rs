@@ -34,14 +34,25 @@ fn ball(p: DVec3) -> f64 {
 
 /// A grid of what `value` gives of places within 2.4 m of the origin, in metres.
 fn grid<const N: usize>(name: &str, value: impl Fn(DVec3) -> [f64; N]) -> GridToWrite {
-    let mut grid = GridToWrite::fog(name, VOXEL, DVec3::ZERO);
+    grid_on((VOXEL, DVec3::ZERO), name, value)
+}
+
+/// The same with voxels of another size, the first of which is at `first`.
+fn grid_on<const N: usize>(
+    (voxel, first): (f64, DVec3),
+    name: &str,
+    value: impl Fn(DVec3) -> [f64; N],
+) -> GridToWrite {
+    let mut grid = GridToWrite::fog(name, voxel, first);
     if N == 3 {
         (grid.value_type, grid.class) = (ValueType::Vec3, "unknown".into());
     }
-    for i in 0..6 * 6 * 6 {
-        let origin = (IVec3::new(i / 36, i / 6 % 6, i % 6) - 3) * 8;
+    let half = (3.0 * VOXEL / voxel).ceil() as i32;
+    let side = 2 * half;
+    for i in 0..side.pow(3) {
+        let origin = (IVec3::new(i / side / side, i / side % side, i % side) - half) * 8;
         let at = |slot: i32| origin + IVec3::new(slot >> 6, slot >> 3 & 7, slot & 7);
-        let values = (0..512).flat_map(|slot| value(at(slot).as_dvec3() * VOXEL));
+        let values = (0..512).flat_map(|slot| value(at(slot).as_dvec3() * voxel + first));
         let values: Vec<f32> = values.map(|v| v as f32).collect();
         if values.iter().any(|v| *v != 0.0) {
             grid.blocks.push(Block { origin, values, active: None });
@@ -123,6 +134,29 @@ fn an_even_wind_carries_the_smoke_of_both_frames() {
         let off = (density(scene.media.get(0), p) - ball(p - wind * 0.5)).abs();
         assert!(off < 1e-5, "{p}: {off}");
     }
+}
+
+/// Frames may have voxels of other sizes in other places, within reason.
+#[test]
+fn the_next_frame_may_have_another_lattice() {
+    let frames = in_wind();
+    let next = |voxel: f64| {
+        let lattice = (voxel, DVec3::new(0.013, 0.04, -0.02));
+        let grids = [
+            grid_on(lattice, "density", |p| [ball(p - WIND)]),
+            grid_on(lattice, "vel", |_| WIND.to_array()),
+        ];
+        write(&frames.folder().join("smoke_0013.vdb"), &grids).unwrap();
+    };
+    for voxel in [0.07, 0.12] {
+        next(voxel);
+        let off = off(frames.at("frame = 12.5", "").media.get(0), |p| ball(p - WIND * 0.5));
+        assert!(off < 1.44 * INTERPOLATION, "{voxel}: {off}");
+    }
+    let huge = [grid_on((100.0, DVec3::ZERO), "density", |_| [1.0])];
+    write(&frames.folder().join("smoke_0013.vdb"), &huge).unwrap();
+    let problem = frames.load("frame = 12.5", "").unwrap_err().to_string();
+    assert!(problem.contains("give frames whose voxels have about one size"), "{problem}");
 }
 
 /// In a vortex it turns on its way; the midpoint rule misses the arc by less than a hundredth of it.

@@ -48,9 +48,9 @@ pub(in crate::scene) const FRAME: Key = Key::new(
     "frame",
     Kind::Number(FRAMES),
     "",
-    Other("`--frames`, `--frame`"),
-    "The frame whose number goes into names of files such as smoke_####.vdb; 12.5 is the time between two, at which velocities carry \
-     the smoke of both. `--frames` and `--frame` stand over it.",
+    Other("that of `--frames` or `--frame`"),
+    "The frame whose number stands for `####` in names of files; 12.5 is the time between two, at which velocities carry the smoke of both. \
+     `--frames` and `--frame` stand over it.",
 );
 
 pub(in crate::scene) const MOTION: Table =
