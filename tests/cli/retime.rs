@@ -44,6 +44,7 @@ file = \"smoke_####.vdb\"
 sigma_t = 3.0
 [[light]]
 type = \"environment\"
+radiance = 1.0
 ";
 
 /// Renders the scene, and returns what each line of JSON says.
