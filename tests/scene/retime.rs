@@ -297,7 +297,7 @@ fn what_the_next_frame_lacks_is_told() {
         missing.contains("smoke_0014.vdb: no such file; a time between two frames needs"),
         "{missing}"
     );
-    let wrong = problem("frame = 'twelve'", "file = 'smoke_0012.vdb'");
+    let wrong = problem("frame = 'twelve'", "");
     assert!(wrong.contains("frame") && wrong.contains("a number of a frame"), "{wrong}");
     write(&frames.folder().join("smoke_0013.vdb"), &[grid("smoke", |p| [ball(p)])]).unwrap();
     let lacks = problem("frame = 12.5", "grid = 'density'");

@@ -128,12 +128,14 @@ pub(super) fn scene(root: &Section<'_>) -> Result<SceneFile> {
     let camera = root
         .table("camera", "a table [camera]")?
         .ok_or_else(|| root.missing("camera", "a table [camera] with position and target"))?;
+    let (camera, motion) = (camera::read(&camera)?, motion::read(root)?);
+    let render = render(root)?;
     let media = each(root, "medium", medium::read)?;
     Ok(SceneFile {
-        camera: camera::read(&camera)?,
-        motion: motion::read(root)?,
+        camera,
+        motion,
         film,
-        render: render(root)?,
+        render,
         next_media: media.iter().map(MediumSection::next).collect::<Result<_>>()?,
         media,
         surfaces: each(root, "surface", surface::read)?,
