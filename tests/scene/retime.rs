@@ -109,7 +109,7 @@ fn off(medium: &Medium, expected: impl Fn(DVec3) -> f64) -> f64 {
 }
 
 /// Metres a frame: no whole number of voxels.
-const WIND: DVec3 = DVec3::new(-0.63, 0.37, 0.19);
+const WIND: DVec3 = DVec3::new(-0.43, 0.27, 0.13);
 
 fn in_wind() -> Frames {
     Frames::new(|p, time| p - WIND * time, Some(&|_| WIND))
@@ -126,7 +126,7 @@ fn an_even_wind_carries_the_smoke_of_both_frames() {
         assert!(off < INTERPOLATION, "{f}: {off}");
     }
     // By whole voxels nothing is interpolated: each is that of both files.
-    let wind = DVec3::new(0.8, -0.4, 0.2);
+    let wind = DVec3::new(0.4, -0.2, 0.2);
     let frames = Frames::new(|p, time| p - wind * time, Some(&|_| wind));
     let scene = frames.at("frame = 12.5", "");
     for i in 0..512 {
@@ -165,13 +165,11 @@ fn a_vortex_turns_the_smoke_of_both_frames() {
     let spin = 0.6;
     let back = |p: DVec3, time: f64| DQuat::from_rotation_z(-spin * time) * p;
     let frames = Frames::new(back, Some(&|p| DVec3::Z.cross(p) * spin));
-    for f in [0.3, 0.5] {
-        let scene = frames.at(&format!("frame = {}", 12.0 + f), "");
-        let off = off(scene.media.get(0), |p| ball(back(p, f)));
-        assert!(off < INTERPOLATION + 0.03, "{f}: {off}");
-    }
-    let plain = frames.at("frame = 12.5", "velocity = 'none'");
-    assert!(off(plain.media.get(0), |p| ball(back(p, 0.5))) > 0.05);
+    let scene = frames.at("frame = 12.4", "");
+    let missed = off(scene.media.get(0), |p| ball(back(p, 0.4)));
+    assert!(missed < INTERPOLATION + 0.03, "{missed}");
+    let plain = frames.at("frame = 12.4", "velocity = 'none'");
+    assert!(off(plain.media.get(0), |p| ball(back(p, 0.4))) > 0.05);
 }
 
 /// Without velocities each frame is there by its share, and a note says so; a medium that moves as a whole needs none.
@@ -202,7 +200,7 @@ fn whole_numbers_are_frames() {
         film.layer("G").unwrap().iter().map(|v| v.to_bits()).collect::<Vec<_>>()
     };
     let alone = "file = 'smoke_0012.vdb'";
-    for shutter in ["", "\nshutter = 0.5"] {
+    for shutter in ["", "\nshutter = 0.5\ntimes = 2"] {
         let frame = picture(&format!("frame = 12{shutter}"), "");
         assert_eq!(frame, picture(shutter, alone));
         assert_ne!(frame, picture(&format!("frame = 12.5{shutter}"), ""));
