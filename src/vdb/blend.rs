@@ -86,6 +86,11 @@ pub fn blended<V: Voxel>(
     Ok(with_voxels(&keys, &transform, background, value))
 }
 
+/// A grid of zeros, placed as `grid` is.
+pub fn emptied<V: Voxel>(grid: &Grid<V>) -> Grid<V> {
+    with_voxels(&[], grid.transform(), V::default(), |_| V::default())
+}
+
 /// The value of `grid` at `p`.
 fn value_at<V: Voxel>(grid: &Grid<V>, p: WorldPoint) -> V::Sample {
     grid.value(grid.transform().point_to_local(p))

@@ -155,23 +155,27 @@ impl Mean<'_> {
             }
             [mut first, None] => {
                 carry_emission(&mut first, onward)?;
-                Ok(first.map(|emission| dimmed(emission, 1.0 - self.share)))
+                first.map(|emission| dimmed(emission, 1.0 - self.share)).transpose()
             }
             [None, mut next] => {
                 carry_emission(&mut next, back)?;
-                Ok(next.map(|emission| dimmed(emission, self.share)))
+                next.map(|emission| dimmed(emission, self.share)).transpose()
             }
         }
     }
 }
 
-/// `emission` times `factor`.
-fn dimmed(mut emission: Emission, factor: f64) -> Emission {
+/// `emission` times `factor`, up to 1; under a ramp the values of its grid, as where the other frame has zeros.
+fn dimmed(mut emission: Emission, factor: f64) -> Result<Emission, String> {
     match &mut emission {
         Emission::Density(color) | Emission::Grid { color, .. } => *color *= factor,
         Emission::Blackbody { scale, .. } => *scale *= factor,
-        // A ramp is of scenes, whose frames all have the grid that they name.
-        Emission::Ramped(_) => {}
+        Emission::Ramped(ramped) => {
+            let (grid, stays) = (ramped.grid(), Carriage { drift: None, frames: 0.0 });
+            let zeros = vdb::emptied(grid);
+            let grid = vdb::blended([grid, &zeros], &[stays; 2], 1.0 - factor, None)?;
+            *ramped = Ramped::new(grid, ramped.transfer().clone());
+        }
     }
-    emission
+    Ok(emission)
 }
