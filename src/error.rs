@@ -5,6 +5,8 @@
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
+use crate::sequence::FrameTime;
+
 /// Short for a result with fogbow's [`enum@Error`].
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
@@ -47,8 +49,8 @@ pub enum Error {
     /// A frame of a sequence cannot be rendered.
     #[error("frame {frame}: {problem}")]
     Frame {
-        /// Its number.
-        frame: i64,
+        /// Its time.
+        frame: FrameTime,
         /// What was found and what would be right.
         problem: String,
     },

@@ -10,16 +10,110 @@ const MAX_FRAMES: usize = 1_000_000;
 /// The largest frame number, and the smallest with its sign turned.
 const MAX_NUMBER: i64 = 1_000_000_000;
 
-/// Frame numbers in the order in which they were asked for, each once.
+/// Parts of a frame in which times are counted.
+const PARTS: i64 = 1_000_000;
+
+/// Decimals of the number of a frame, at most.
+const DECIMALS: usize = 6;
+
+/// A time in frames, to a millionth: that of a frame, or one between two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FrameTime {
+    parts: i64,
+}
+
+impl FrameTime {
+    /// The time nearest to `number`; `None` beyond all numbers of frames.
+    pub fn nearest(number: f64) -> Option<Self> {
+        let is_usual = number.abs() <= MAX_NUMBER as f64;
+        is_usual.then(|| Self { parts: (number * PARTS as f64).round() as i64 })
+    }
+
+    /// The last frame that is not after it.
+    pub const fn frame(self) -> i64 {
+        self.parts.div_euclid(PARTS)
+    }
+
+    /// How long after that frame it is, in frames: from 0 to less than 1.
+    pub fn fraction(self) -> f64 {
+        self.parts.rem_euclid(PARTS) as f64 / PARTS as f64
+    }
+
+    /// Whether it is that of a frame.
+    pub const fn is_whole(self) -> bool {
+        self.parts % PARTS == 0
+    }
+
+    /// Whether it and `next` are those of two frames, one after the other.
+    pub fn is_followed_by(self, next: Self) -> bool {
+        self.is_whole() && next.parts - self.parts == PARTS
+    }
+
+    /// As a number.
+    pub fn number(self) -> f64 {
+        self.parts as f64 / PARTS as f64
+    }
+
+    /// In text, with at least `width` characters before the decimals. A sign counts as one, as in `printf`.
+    fn padded(self, width: usize) -> String {
+        let sign = if self.parts < 0 { "-" } else { "" };
+        let [whole, rest] = [self.parts.abs() / PARTS, self.parts.abs() % PARTS];
+        let digits = width.saturating_sub(sign.len());
+        let decimals = format!(".{rest:0DECIMALS$}");
+        let decimals = decimals.trim_end_matches('0').trim_end_matches('.');
+        format!("{sign}{whole:0digits$}{decimals}")
+    }
+}
+
+impl From<i64> for FrameTime {
+    fn from(frame: i64) -> Self {
+        Self { parts: frame.clamp(-MAX_NUMBER, MAX_NUMBER) * PARTS }
+    }
+}
+
+impl std::fmt::Display for FrameTime {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.padded(0))
+    }
+}
+
+impl FromStr for FrameTime {
+    type Err = String;
+
+    /// # Errors
+    /// What would be right, where it is something else.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parsed = parsed(text).filter(|time| time.parts.abs() <= MAX_NUMBER * PARTS);
+        parsed.ok_or_else(|| {
+            format!("`{text}` is no frame; give 12, or 12.5 for a time between two frames")
+        })
+    }
+}
+
+/// The number that `text` is, of digits with at most so many decimals.
+fn parsed(text: &str) -> Option<FrameTime> {
+    let digits = text.strip_prefix('-').unwrap_or(text);
+    let (whole, decimals) = digits.split_once('.').unwrap_or((digits, "0"));
+    let plain = |part: &str| !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+    if !plain(whole) || !plain(decimals) || decimals.len() > DECIMALS {
+        return None;
+    }
+    let whole: i64 = whole.parse().ok().filter(|n| *n <= MAX_NUMBER)?;
+    let rest: i64 = format!("{decimals:0<DECIMALS$}").parse().ok()?;
+    let parts = whole * PARTS + rest;
+    Some(FrameTime { parts: if text.starts_with('-') { -parts } else { parts } })
+}
+
+/// Times in frames in the order in which they were asked for, each once.
 ///
 /// Parsed from parts with commas between, each a number (`5`), a range (`1-100`, `100-1`) or a
-/// range with a step (`1-100x2`). Numbers may be negative: `-5--1`.
+/// range with a step (`1-100x2`). Numbers may be negative (`-5--1`) and have decimals (`12-13x0.25`).
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Frames(Vec<i64>);
+pub struct Frames(Vec<FrameTime>);
 
 impl Frames {
-    /// The numbers.
-    pub fn numbers(&self) -> &[i64] {
+    /// The times.
+    pub fn times(&self) -> &[FrameTime] {
         &self.0
     }
 }
@@ -30,46 +124,39 @@ impl FromStr for Frames {
     /// # Errors
     /// What would be right, where it is something else.
     fn from_str(text: &str) -> Result<Self, String> {
-        let (mut numbers, mut known) = (Vec::new(), BTreeSet::new());
+        let (mut times, mut known) = (Vec::new(), BTreeSet::new());
         for part in text.split(',') {
             let range = range(part.trim()).ok_or_else(|| {
-                format!("`{part}` is no frame; give 5, 1-100, 1-100x2 or 1,4,9-12")
+                format!("`{part}` is no frame; give 5, 1-100, 1-100x2, 12-13x0.25 or 1,4,9-12")
             })?;
-            for number in range {
-                if known.insert(number) {
-                    numbers.push(number);
+            for time in range {
+                if known.insert(time) {
+                    times.push(time);
                 }
-                if numbers.len() > MAX_FRAMES {
+                if times.len() > MAX_FRAMES {
                     return Err(format!("give at most {MAX_FRAMES} frames"));
                 }
             }
         }
-        Ok(Self(numbers))
+        Ok(Self(times))
     }
 }
 
-/// The numbers of one part of a list of frames.
-fn range(part: &str) -> Option<Box<dyn Iterator<Item = i64>>> {
+/// The times of one part of a list of frames.
+fn range(part: &str) -> Option<impl Iterator<Item = FrameTime>> {
     let (ends, step) = match part.split_once(['x', 'X']) {
-        Some((ends, step)) => (ends, step.parse().ok().filter(|step| *step > 0)?),
-        None => (part, 1_usize),
+        Some((ends, step)) => (ends, parsed(step).filter(|step| step.parts > 0)?.parts),
+        None => (part, PARTS),
     };
     // The first character may be a sign, so that only a later one can stand between two numbers.
     let dash = ends.char_indices().skip(1).find(|(_, c)| *c == '-').map(|(at, _)| at);
-    let number = |text: &str| {
-        let digits = text.strip_prefix('-').unwrap_or(text);
-        let plain = !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
-        text.parse().ok().filter(|n: &i64| plain && n.abs() <= MAX_NUMBER)
-    };
+    let time = |text: &str| text.parse().ok().map(|time: FrameTime| time.parts);
     let (first, last) = match dash {
-        Some(at) => (number(&ends[..at])?, number(&ends[at + 1..])?),
-        None => (number(ends)?, number(ends)?),
+        Some(at) => (time(&ends[..at])?, time(&ends[at + 1..])?),
+        None => (time(ends)?, time(ends)?),
     };
-    Some(if first <= last {
-        Box::new((first..=last).step_by(step))
-    } else {
-        Box::new((last..=first).rev().step_by(step))
-    })
+    let signed = if first <= last { step } else { -step };
+    Some((0..=(last - first).abs() / step).map(move |k| FrameTime { parts: first + k * signed }))
 }
 
 /// A file name with a place for the frame's number: `smoke_####.vdb`, padded with zeros to as many
@@ -92,16 +179,17 @@ impl Pattern {
         Some(Self { folder, before: name[..start].into(), width, after: name[end..].into() })
     }
 
-    /// The file of `frame`. A sign counts as a digit, as in `printf`.
-    pub fn at(&self, frame: i64) -> PathBuf {
+    /// The file of `time`, whose decimals follow behind as many digits as that of a frame has. A sign counts as a digit,
+    /// as in `printf`.
+    pub fn at(&self, time: FrameTime) -> PathBuf {
         let Self { before, width, after, .. } = self;
-        self.folder.join(format!("{before}{frame:0width$}{after}"))
+        self.folder.join(format!("{before}{}{after}", time.padded(*width)))
     }
 
     /// The file of `frame` where it may be there already: as [`at`](Self::at), or with the sign of
     /// a negative number before as many digits as others have, where only that one is there.
     pub fn existing(&self, frame: i64) -> PathBuf {
-        let usual = self.at(frame);
+        let usual = self.at(frame.into());
         if frame >= 0 || usual.is_file() {
             return usual;
         }
@@ -124,7 +212,7 @@ impl Pattern {
         let middle = name.strip_prefix(&self.before)?.strip_suffix(&self.after)?;
         let number: i64 = middle.parse().ok().filter(|n: &i64| n.abs() <= MAX_NUMBER)?;
         let path = self.folder.join(name);
-        (path == self.at(number) || path == self.beside_sign(number)).then_some(number)
+        (path == self.at(number.into()) || path == self.beside_sign(number)).then_some(number)
     }
 
     fn beside_sign(&self, frame: i64) -> PathBuf {
@@ -171,11 +259,28 @@ mod tests {
             ("2, 1-3, 2", &[2, 1, 3]),
         ];
         for (text, numbers) in rows {
-            assert_eq!(text.parse::<Frames>().unwrap().numbers(), numbers, "{text}");
+            let frames: Vec<_> = numbers.iter().map(|number| FrameTime::from(*number)).collect();
+            assert_eq!(text.parse::<Frames>().unwrap().times(), frames, "{text}");
+        }
+        let rows: [(&str, &[f64]); 5] = [
+            ("1.5", &[1.5]),
+            ("12-13x0.25", &[12.0, 12.25, 12.5, 12.75, 13.0]),
+            ("1-0x0.4", &[1.0, 0.6, 0.2]),
+            ("-0.5-0.5x.5", &[]),
+            ("-0.5-0.75x0.5", &[-0.5, 0.0, 0.5]),
+        ];
+        for (text, numbers) in rows {
+            let times: Vec<_> = numbers.iter().filter_map(|n| FrameTime::nearest(*n)).collect();
+            let parsed = text.parse::<Frames>();
+            assert_eq!(
+                parsed.map_or(Vec::new(), |frames| frames.times().to_vec()),
+                times,
+                "{text}"
+            );
         }
         let wrong =
             ["", "a", "1-", "-", "1-4x0", "1-4x", "1,,2", "1-2-3", "+1", "1e3", "9999999999"];
-        for text in wrong.into_iter().chain(["1-1000000000", "--1", "1.5"]) {
+        for text in wrong.into_iter().chain(["1-1000000000", "--1", "1.", ".5", "1.0000001"]) {
             assert!(text.parse::<Frames>().is_err(), "{text}");
         }
     }
@@ -194,7 +299,16 @@ mod tests {
         ];
         for (name, frame, file) in rows {
             let pattern = Pattern::from_path(Path::new(name)).unwrap();
-            assert_eq!(pattern.at(frame), Path::new(file), "{name}");
+            assert_eq!(pattern.at(FrameTime::from(frame)), Path::new(file), "{name}");
+        }
+        let pattern = Pattern::from_path(Path::new("a_####.exr")).unwrap();
+        for (time, file) in
+            [(12.25, "a_0012.25.exr"), (-0.5, "a_-000.5.exr"), (-1.75, "a_-001.75.exr")]
+        {
+            let time = FrameTime::nearest(time).unwrap();
+            assert_eq!(pattern.at(time), Path::new(file));
+            assert_eq!(time.to_string().parse(), Ok(time));
+            assert_eq!(time.frame() as f64 + time.fraction(), time.number());
         }
         for name in ["smoke.vdb", "c#/smoke.vdb", "100%.vdb", "%4d.vdb", "%x.vdb", ""] {
             assert_eq!(Pattern::from_path(Path::new(name)), None, "{name}");

@@ -452,7 +452,7 @@ fn flicker_of_seeds() {
     }
     let options = LoadOptions::default().size([64, 48]);
     let sequence = Sequence::open(pattern, &options).unwrap();
-    let scenes: Vec<_> = (7..=10).map(|frame| sequence.load(frame).unwrap()).collect();
+    let scenes: Vec<_> = (7..=10).map(|frame: i64| sequence.load(frame.into()).unwrap()).collect();
     let flicker = |rays: u32, photons: u64, seed: &dyn Fn(u64) -> u64| {
         let lights: Vec<Vec<f64>> = (0..)
             .zip(&scenes)

@@ -108,7 +108,7 @@ fn picture(words: &[String]) -> Result<render_args::Args> {
 /// As the command.
 pub fn render(
     open: &mut OpenScene,
-    frame: Option<i64>,
+    frame: Option<f64>,
     words: &[String],
     shared: &mut SharedPhotons,
     progress: &dyn Progress,
@@ -122,7 +122,7 @@ pub fn render(
 ///
 /// # Errors
 /// As `fogbow render`.
-pub fn load(open: &mut OpenScene, frame: Option<i64>, words: &[String]) -> Result<()> {
+pub fn load(open: &mut OpenScene, frame: Option<f64>, words: &[String]) -> Result<()> {
     let args = picture(words)?;
     PictureRequest::load(&args, frame, open).map(drop)
 }
@@ -133,7 +133,7 @@ pub fn load(open: &mut OpenScene, frame: Option<i64>, words: &[String]) -> Resul
 /// As `fogbow render`.
 pub fn share_photons(
     open: &mut OpenScene,
-    settings: &[(Option<i64>, Vec<String>)],
+    settings: &[(Option<f64>, Vec<String>)],
 ) -> Result<SharedPhotons> {
     let mut shared = SharedPhotons::default();
     for (frame, words) in settings {

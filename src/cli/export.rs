@@ -9,6 +9,7 @@ use super::settings::SettingArgs;
 use crate::error::{Error, Result};
 use crate::file;
 use crate::scene::{LoadOptions, read_shot};
+use crate::sequence::FrameTime;
 use crate::shape::write_ply;
 
 /// Arguments of `fogbow export`.
@@ -40,7 +41,7 @@ pub(super) struct Args {
 /// Writes the scene and its meshes.
 pub(super) fn run(args: &Args) -> Result<()> {
     let settings = args.settings.settings.clone();
-    let (frame, camera) = (args.frame, args.camera.clone());
+    let (frame, camera) = (args.frame.map(FrameTime::from), args.camera.clone());
     let options = LoadOptions { settings, frame, camera, ..LoadOptions::default() };
     let made = read_shot(&args.shot, &options)?;
     if !args.quiet {

@@ -10,7 +10,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use super::load;
 use crate::error::{Error, Result};
 use crate::scene::{Scene, Sequence};
-use crate::sequence::Frames;
+use crate::sequence::{FrameTime, Frames};
 
 /// Most runs of missing frames that a message lists.
 const MAX_LISTED_RUNS: usize = 10;
@@ -20,7 +20,8 @@ const MAX_LISTED_RUNS: usize = 10;
 #[command(next_help_heading = "Sequences")]
 pub(super) struct FrameArgs {
     /// Frames to render, such as 1-100, 1-100x2 or 1,4,9-12: their numbers go where #### or %04d
-    /// stands in the names of files.
+    /// stands in the names of files. With decimals, such as 12-13x0.25, also times between two frames, at which
+    /// velocities carry the smoke of both.
     #[arg(long, value_name = "LIST", allow_hyphen_values = true)]
     pub(super) frames: Option<Frames>,
     /// What to do of a frame whose file is missing, broken or empty: stop, render the one before it
@@ -54,7 +55,7 @@ fn policy() -> impl TypedValueParser<Value = MissingPolicy> {
 /// A frame that was read.
 #[derive(Debug)]
 pub(super) struct Frame {
-    pub(super) number: i64,
+    pub(super) time: FrameTime,
     /// Its scene; `None` where it is skipped.
     pub(super) scene: Option<Box<Scene>>,
     /// The earlier frame whose files stand in for its own, if any.
@@ -83,9 +84,9 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// Where the first frame without files can be neither left out nor replaced.
-    pub(super) fn check(&self, frames: &[i64]) -> Result<Option<String>> {
-        let is_absent = |frame: &i64| self.sequence.missing(*frame).is_some();
-        let absent: Vec<i64> = frames.iter().copied().filter(is_absent).collect();
+    pub(super) fn check(&self, frames: &[FrameTime]) -> Result<Option<String>> {
+        let is_absent = |frame: &FrameTime| self.sequence.missing(*frame).is_some();
+        let absent: Vec<FrameTime> = frames.iter().copied().filter(is_absent).collect();
         let Some(&first) = absent.first() else { return Ok(None) };
         let count = format!("{} of {} frames have no file", absent.len(), frames.len());
         let list = listed(&absent);
@@ -112,7 +113,7 @@ impl<'a> Reader<'a> {
     pub(super) fn ahead<'scope>(
         self,
         scope: &'scope Scope<'scope, '_>,
-        frames: &'a [i64],
+        frames: &'a [FrameTime],
     ) -> Result<Receiver<Result<Frame>>>
     where
         'a: 'scope,
@@ -121,8 +122,8 @@ impl<'a> Reader<'a> {
         let pool = load::thread_pool(Some(1))?;
         let (sender, receiver) = sync_channel(0);
         scope.spawn(move || {
-            for &number in frames {
-                let frame = pool.install(|| self.read(number));
+            for &time in frames {
+                let frame = pool.install(|| self.read(time));
                 let failed = frame.is_err();
                 if sender.send(frame).is_err() || failed {
                     break;
@@ -132,26 +133,26 @@ impl<'a> Reader<'a> {
         Ok(receiver)
     }
 
-    fn read(&self, number: i64) -> Result<Frame> {
+    fn read(&self, time: FrameTime) -> Result<Frame> {
         let start = Instant::now();
         let frame = |scene: Option<Scene>, held, problem| Frame {
-            number,
+            time,
             scene: scene.map(Box::new),
             held,
             problem,
             loading: start.elapsed(),
         };
-        let problem = match self.load(number) {
+        let problem = match self.load(time) {
             Ok(scene) => return Ok(frame(Some(scene), None, None)),
             Err(problem) => problem.to_string(),
         };
         match self.missing {
-            MissingPolicy::Fail => Err(frame_error(number, &problem)),
+            MissingPolicy::Fail => Err(frame_error(time, &problem)),
             MissingPolicy::Skip => Ok(frame(None, None, Some(problem))),
             MissingPolicy::Hold => {
-                let earlier = self.earlier(number).into_iter().rev();
-                let mut earlier = earlier.filter_map(|n| Some((n, self.load(n).ok()?)));
-                let (held, scene) = earlier.next().ok_or_else(|| self.nothing_to_hold(number))?;
+                let earlier = self.earlier(time).into_iter().rev();
+                let mut earlier = earlier.filter_map(|n| Some((n, self.load(n.into()).ok()?)));
+                let (held, scene) = earlier.next().ok_or_else(|| self.nothing_to_hold(time))?;
                 Ok(frame(Some(scene), Some(held), Some(problem)))
             }
         }
@@ -161,13 +162,13 @@ impl<'a> Reader<'a> {
     ///
     /// # Errors
     /// Where its file is missing or broken, or its volume empty and `--empty` was not given.
-    fn load(&self, number: i64) -> Result<Scene> {
-        if let Some(path) = self.sequence.missing(number) {
+    fn load(&self, time: FrameTime) -> Result<Scene> {
+        if let Some(path) = self.sequence.missing(time) {
             return Err(Error::file(path, "no such file"));
         }
-        let scene = self.sequence.load(number)?;
+        let scene = self.sequence.load(time)?;
         if scene.is_clear() && !self.empty {
-            let files = self.sequence.files(number);
+            let files = self.sequence.files(time);
             let problem =
                 "is empty, no voxel has a density above 0; --empty renders it all the same";
             return Err(Error::file(files.first().map_or(Path::new(""), |path| path), problem));
@@ -175,13 +176,14 @@ impl<'a> Reader<'a> {
         Ok(scene)
     }
 
-    /// The frames before `number` whose files exist, in `--frames` or not, so that the frame that is held
+    /// The frames before `time` whose files exist, in `--frames` or not, so that the frame that is held
     /// does not depend on the list.
-    fn earlier(&self, number: i64) -> Vec<i64> {
-        self.sequence.numbers().into_iter().take_while(|earlier| *earlier < number).collect()
+    fn earlier(&self, time: FrameTime) -> Vec<i64> {
+        let numbers = self.sequence.numbers().into_iter();
+        numbers.take_while(|earlier| FrameTime::from(*earlier) < time).collect()
     }
 
-    fn nothing_to_hold(&self, frame: i64) -> Error {
+    fn nothing_to_hold(&self, frame: FrameTime) -> Error {
         let file = self.sequence.files(frame).into_iter().next().unwrap_or_default();
         let problem = format!(
             "{}: cannot be used, and no frame before it can be held; begin with a later frame or \
@@ -192,21 +194,23 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn frame_error(frame: i64, problem: &str) -> Error {
+fn frame_error(frame: FrameTime, problem: &str) -> Error {
     let problem = format!("{problem}; --missing hold or --missing skip goes on without");
     Error::Frame { frame, problem }
 }
 
 /// `frames` as `1, 4, 7 to 9`; of many only the first runs.
-fn listed(frames: &[i64]) -> String {
-    let mut runs: Vec<(i64, i64)> = Vec::new();
+fn listed(frames: &[FrameTime]) -> String {
+    let mut runs: Vec<(FrameTime, FrameTime)> = Vec::new();
     for &frame in frames {
         match runs.last_mut() {
-            Some((_, last)) if *last + 1 == frame => *last = frame,
+            Some((_, last)) if last.is_followed_by(frame) => *last = frame,
             _ => runs.push((frame, frame)),
         }
     }
-    let word = |(a, b): &(i64, i64)| if a == b { a.to_string() } else { format!("{a} to {b}") };
+    let word = |(a, b): &(FrameTime, FrameTime)| {
+        if a == b { a.to_string() } else { format!("{a} to {b}") }
+    };
     let more = (runs.len() > MAX_LISTED_RUNS).then(|| "and more".to_owned());
     runs.iter().take(MAX_LISTED_RUNS).map(word).chain(more).collect::<Vec<_>>().join(", ")
 }
@@ -219,9 +223,11 @@ mod tests {
     use crate::scene::LoadOptions;
     use crate::vdb::{Block, GridToWrite, write};
 
-    const FRAMES: [i64; 3] = [7, 8, 9];
+    fn frames() -> [FrameTime; 3] {
+        [7, 8, 9].map(FrameTime::from)
+    }
 
-    fn file(folder: &Path, frame: i64) -> std::path::PathBuf {
+    fn file(folder: &Path, frame: FrameTime) -> std::path::PathBuf {
         folder.join(format!("cube_{frame}.vdb"))
     }
 
@@ -229,7 +235,7 @@ mod tests {
         let mut grid = GridToWrite::fog("density", 0.5, DVec3::ZERO);
         let (origin, values) = (IVec3::ZERO, vec![1.0; 512]);
         grid.blocks.push(Block { origin, values, active: None });
-        for frame in FRAMES {
+        for frame in frames() {
             write(&file(folder, frame), std::slice::from_ref(&grid)).unwrap();
         }
         Sequence::open(&folder.join("cube_#.vdb"), &LoadOptions::default()).unwrap()
@@ -242,13 +248,14 @@ mod tests {
     #[test]
     fn one_frame_is_read_ahead_and_no_more() {
         let folder = tempfile::tempdir().unwrap();
-        let sequence = sequence(folder.path());
+        let (sequence, all) = (sequence(folder.path()), frames());
         std::thread::scope(|scope| {
-            let frames = reader(&sequence).ahead(scope, &FRAMES).unwrap();
-            assert_eq!(frames.recv().unwrap().unwrap().number, 7);
+            let [seven, eight, nine] = all;
+            let frames = reader(&sequence).ahead(scope, &all).unwrap();
+            assert_eq!(frames.recv().unwrap().unwrap().time, seven);
             // Whoever reads 9 waits until 8 is taken.
-            std::fs::remove_file(file(folder.path(), 9)).unwrap();
-            assert_eq!(frames.recv().unwrap().unwrap().number, 8);
+            std::fs::remove_file(file(folder.path(), nine)).unwrap();
+            assert_eq!(frames.recv().unwrap().unwrap().time, eight);
             let problem = frames.recv().unwrap().unwrap_err().to_string();
             assert!(problem.contains("frame 9") && problem.contains("no such file"), "{problem}");
             assert!(frames.recv().is_err(), "a frame that fails is the last");
@@ -260,12 +267,12 @@ mod tests {
     fn the_next_frame_is_read_meanwhile() {
         let folder = tempfile::tempdir().unwrap();
         let was_read = |milliseconds| {
-            let sequence = sequence(folder.path());
+            let (sequence, all) = (sequence(folder.path()), frames());
             std::thread::scope(|scope| {
-                let frames = reader(&sequence).ahead(scope, &FRAMES).unwrap();
+                let frames = reader(&sequence).ahead(scope, &all).unwrap();
                 frames.recv().unwrap().unwrap();
                 std::thread::sleep(Duration::from_millis(milliseconds));
-                std::fs::remove_file(file(folder.path(), 8)).unwrap();
+                std::fs::remove_file(file(folder.path(), all[1])).unwrap();
                 frames.recv().unwrap().is_ok()
             })
         };
@@ -274,8 +281,10 @@ mod tests {
 
     #[test]
     fn lists_of_frames_are_short() {
-        assert_eq!(listed(&[1, 4, 5, 6, 9, 8]), "1, 4 to 6, 9, 8");
-        let odd: Vec<i64> = (0..1000).map(|i| 2 * i + 1).collect();
+        assert_eq!(listed(&[1, 4, 5, 6, 9, 8].map(FrameTime::from)), "1, 4 to 6, 9, 8");
+        let between = "1,2,2.5,3.5".parse::<Frames>().unwrap();
+        assert_eq!(listed(between.times()), "1 to 2, 2.5, 3.5");
+        let odd: Vec<_> = (0..1000).map(|i| FrameTime::from(2 * i + 1)).collect();
         assert!(listed(&odd).ends_with("17, 19, and more"));
     }
 }

@@ -16,6 +16,7 @@ use crate::image::{
 };
 use crate::render::{self, DirectorMaps, Earlier, Extent, Stages};
 use crate::scene::{LoadOptions, OpenScene, Scene};
+use crate::sequence::FrameTime;
 
 /// Panels side by side on the contact sheet.
 const COLUMNS: usize = 4;
@@ -33,9 +34,10 @@ pub(super) struct Args {
     /// intersected.
     #[arg(long, value_name = "FILE.exr")]
     z: Option<PathBuf>,
-    /// The frame to look at, where the scene names a sequence of files.
+    /// The frame to look at, where the scene names a sequence of files; 12.5 is a time
+    /// between two.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    frame: Option<i64>,
+    frame: Option<FrameTime>,
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]

@@ -23,13 +23,14 @@ use crate::render::{
     self, Clock, Control, Earlier, Ended, Progress, ReachedError, Rendered, StatedError, Stop,
 };
 use crate::scene::{ErrorGoal, LoadOptions, OpenScene, Scene};
+use crate::sequence::FrameTime;
 
 /// A picture to render in memory.
 pub(super) struct PictureRequest<'a> {
     /// How; what they say of files is left aside.
     pub(super) args: &'a Args,
     /// Of a sequence the frame.
-    pub(super) frame: Option<i64>,
+    pub(super) frame: Option<f64>,
     /// Receives progress.
     pub(super) progress: &'a dyn Progress,
     /// Ends it early.
@@ -60,10 +61,13 @@ impl PictureRequest<'_> {
     /// Where it cannot be loaded.
     pub(super) fn load(
         args: &Args,
-        frame: Option<i64>,
+        frame: Option<f64>,
         open: &mut OpenScene,
     ) -> Result<(Scene, ThreadPool, Preparation)> {
-        let options = LoadOptions { frame, ..args.options() };
+        let wrong =
+            |frame| Error::Usage(format!("frame: found {frame}; give a number such as 12 or 12.5"));
+        let time = |frame| FrameTime::nearest(frame).ok_or_else(|| wrong(frame));
+        let options = LoadOptions { frame: frame.map(time).transpose()?, ..args.options() };
         let (mut scene, pool, preparation) = load::in_silence(open, options, &args.run)?;
         args.limits.set_part(&mut scene, args.reference)?;
         Ok((scene, pool, preparation))

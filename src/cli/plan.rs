@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::render::{self, Costs, StageSeconds};
 use crate::scene::plan::{Item, RenderPlan};
 use crate::scene::{self, Director, LoadOptions, OpenScene, Scene};
+use crate::sequence::FrameTime;
 
 /// Seconds: photons that take longer are warned of.
 const LONG: f64 = 600.0;
@@ -29,9 +30,10 @@ pub(super) struct Args {
     /// A scene (.toml), or a VDB file, which gets a camera and lights.
     #[arg(value_name = "SCENE|FILE.vdb")]
     scene: PathBuf,
-    /// The frame meant, where the scene names a sequence of files.
+    /// The frame meant, where the scene names a sequence of files; 12.5 is a time
+    /// between two.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    frame: Option<i64>,
+    frame: Option<FrameTime>,
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]

@@ -26,16 +26,16 @@ use crate::error::{Error, Result};
 use crate::image::{Denoiser, read_layers};
 use crate::render::{Clock, Earlier, SavedPhotons};
 use crate::scene::{Scene, Sequence};
-use crate::sequence::{Frames, Pattern};
+use crate::sequence::{FrameTime, Frames, Pattern};
 use crate::strategy::Assignment;
 
 /// Renders `frames`, each as it would be alone, and shows them in `live`.
 pub(super) fn run(args: &Args, frames: &Frames, live: &Live) -> Result<()> {
     let program = memory_limit::program();
     let denoiser = render_args::early_denoiser(args)?;
-    let frames = frames.numbers();
+    let frames = frames.times();
     let target = target(args.output()?);
-    let first = frames.first().copied().unwrap_or_default();
+    let first = frames.first().copied().unwrap_or_else(|| 0.into());
     Output::check(&target.at(first))?;
     let interrupt = Interrupt::listen()?;
     let mut options = args.options();
@@ -62,7 +62,7 @@ pub(super) fn run(args: &Args, frames: &Frames, live: &Live) -> Result<()> {
             if let Some(scene) = &mut frame.scene {
                 scene.film.exposure = scene.film.exposure.or(exposure);
             }
-            let output = Output::check(&target.at(frame.number))?;
+            let output = Output::check(&target.at(frame.time))?;
             run.frame(frame, &output, &pool)?;
         }
         Ok(())
@@ -86,7 +86,7 @@ struct InCommon {
 
 impl InCommon {
     fn new(sequence: &Sequence, chooses_none: bool) -> Result<Self> {
-        let metered = sequence.metered_frame().map(|frame| sequence.load(frame));
+        let metered = sequence.metered_frame().map(|frame| sequence.load(frame.into()));
         let (mut exposure, mut strategies) = (None, None);
         if let Some(Ok(scene)) = &metered {
             let is_open = scene.film.exposure.is_none();
@@ -175,10 +175,11 @@ impl<'a> FrameLoop<'a> {
     /// Renders `frame`, unless there is nothing to render or its picture is there already.
     fn frame(&mut self, frame: Frame, output: &Output, pool: &rayon::ThreadPool) -> Result<()> {
         let start = self.clock.elapsed();
-        let Frame { number, scene, held, problem, loading } = frame;
+        let Frame { time, scene, held, problem, loading } = frame;
+        let number = number(time);
         self.done += 1;
         let Some(mut scene) = scene else {
-            self.warn(number, &format!("{}; no picture", problem.as_deref().unwrap_or_default()));
+            self.warn(time, &format!("{}; no picture", problem.as_deref().unwrap_or_default()));
             self.report(json!({ "frame": number, "state": "skipped", "problem": problem }));
             return Ok(());
         };
@@ -186,22 +187,22 @@ impl<'a> FrameLoop<'a> {
         let photons = self.args.photons.open(&mut scene)?;
         self.pictures += 1;
         if let (Some(held), Some(problem)) = (held, &problem) {
-            self.warn(number, &format!("{problem}; frame {held} is rendered again"));
+            self.warn(time, &format!("{problem}; frame {held} is rendered again"));
         }
         if self.args.limits.resume && self.is_finished(output, &scene) {
-            self.say(number, "finished by an earlier run");
+            self.say(time, "finished by an earlier run");
             self.report(json!({ "frame": number, "state": "finished", "outputs": output.names() }));
             return Ok(());
         }
         self.interrupt.stop().begin_anew();
         if self.interrupt.stop().is_asked() {
             let message = format!(
-                "interrupted before frame {number}: the frames before it are finished, --resume goes \
+                "interrupted before frame {time}: the frames before it are finished, --resume goes \
                  on with it"
             );
             return Err(Error::Interrupted { message, code: self.interrupt.exit_code() });
         }
-        self.say(number, &self.progress());
+        self.say(time, &self.progress());
         render_args::find_denoiser(&mut self.denoiser, &scene)?;
         let warnings = self.print_notes(&scene);
         let frame = FrameJob { output, photons: photons.as_ref(), start, loading };
@@ -296,13 +297,13 @@ impl<'a> FrameLoop<'a> {
         warnings
     }
 
-    fn say(&self, frame: i64, words: &str) {
+    fn say(&self, frame: FrameTime, words: &str) {
         if !self.args.run.quiet {
             console::message(&format!("frame {frame}: {words}"));
         }
     }
 
-    fn warn(&self, frame: i64, problem: &str) {
+    fn warn(&self, frame: FrameTime, problem: &str) {
         console::warn(&[format!("frame {frame}: {problem}")]);
     }
 
@@ -311,6 +312,11 @@ impl<'a> FrameLoop<'a> {
             console::result(&report.to_string());
         }
     }
+}
+
+/// The number of `time` in JSON: a whole one at that of a frame.
+fn number(time: FrameTime) -> Value {
+    if time.is_whole() { json!(time.frame()) } else { json!(time.number()) }
 }
 
 /// The keys of `first`, then those of `second`.

@@ -14,6 +14,7 @@ use super::settings::{RunArgs, SettingArgs};
 use crate::error::Result;
 use crate::render::{Clock, Progress};
 use crate::scene::{LoadOptions, MAX_RAYS, OpenScene};
+use crate::sequence::FrameTime;
 use crate::study::{
     CANDIDATES, Effect, Estimate, MOST_SEEDS, Metric, Request, Study, write_report,
 };
@@ -63,9 +64,10 @@ pub(super) struct Args {
     /// Errors to tell the time to, with commas between.
     #[arg(long, value_name = "ERRORS", value_delimiter = ',')]
     errors: Vec<f64>,
-    /// The frame to study, where the scene names a sequence of files.
+    /// The frame to study, where the scene names a sequence of files; 12.5 is a time
+    /// between two.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    frame: Option<i64>,
+    frame: Option<FrameTime>,
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]

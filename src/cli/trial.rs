@@ -13,6 +13,7 @@ use super::settings::{RunArgs, SettingArgs};
 use crate::error::{Error, Result};
 use crate::render::{Clock, Progress};
 use crate::scene::{LoadOptions, OpenScene};
+use crate::sequence::FrameTime;
 use crate::study::forced_choice::{
     PAGE, Pair, Server, Tally, check_scenes, read_answers, tally, write_trial,
 };
@@ -56,9 +57,10 @@ pub(super) struct Args {
     /// Count the answers in these files instead: chi-square and p by scene and condition.
     #[arg(long, value_name = "ANSWERS.csv", num_args = 1.., visible_alias = "analyze")]
     analyse: Vec<PathBuf>,
-    /// The frame to show, where scenes name a sequence of files.
+    /// The frame to show, where scenes name a sequence of files; 12.5 is a time between
+    /// two.
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    frame: Option<i64>,
+    frame: Option<FrameTime>,
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]

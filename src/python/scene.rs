@@ -58,7 +58,7 @@ impl Scene {
 }
 
 /// Settings of one picture: the frame of a sequence, and words of the command line.
-type Settings = (Option<i64>, Vec<String>);
+type Settings = (Option<f64>, Vec<String>);
 
 /// Runs `work` where Ctrl-C and the callback `progress` are heard.
 fn watched<T: Send>(

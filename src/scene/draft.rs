@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use toml::Value;
 
 use super::keys::camera as camera_keys;
+use super::keys::medium::FILE;
 use super::keys::surface::NEXT_FILE;
 use super::keys::{Key, TABLES};
 use super::reader::Setting;
@@ -97,6 +98,38 @@ impl Draft {
                 table.set(NEXT_FILE.name, next.into(), &comment(&NEXT_FILE));
             }
         }
+    }
+
+    /// The files of media with those that they have in `later`, the scene one frame later.
+    pub(super) fn volumes_beside<'a>(&'a self, later: &'a Self) -> Vec<(&'a str, &'a str)> {
+        fn add<'a>(name: &str, beside: [&'a Value; 2], pairs: &mut Vec<(&'a str, &'a str)>) {
+            match beside {
+                [Value::String(here), Value::String(there)] if name == FILE.name => {
+                    pairs.push((here, there));
+                }
+                [Value::Table(here), Value::Table(there)] => {
+                    for (name, here) in here {
+                        if let Some(there) = there.get(name) {
+                            add(name, [here, there], pairs);
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        let media = |draft: &'a Self| draft.tables.iter().filter(|table| table.name == "medium");
+        let mut pairs = Vec::new();
+        for here in media(self) {
+            let Some(there) = media(later).find(|there| there.title == here.title) else {
+                continue;
+            };
+            for Entry { name, value, .. } in &here.entries {
+                if let Some(there) = there.get(name) {
+                    add(name, [value, there], &mut pairs);
+                }
+            }
+        }
+        pairs
     }
 
     /// Sets the file of the first medium, as the scene names it.

@@ -7,6 +7,7 @@ use super::load::{self, Grids, StaticScene, Text};
 use super::usd::{self, Shot, ShotScene};
 use super::{LoadOptions, Scene, Sequence, outline};
 use crate::error::{Error, Result};
+use crate::sequence::FrameTime;
 
 impl Scene {
     /// Loads a scene file, a USD file or, by its content, a bare VDB.
@@ -49,10 +50,12 @@ impl OpenScene {
     /// As [`Scene::load`].
     pub fn load(&mut self, options: &LoadOptions) -> Result<Scene> {
         let is_sequence = !usd::is_usd(&self.path);
-        if let Some(frame) = options.frame.filter(|_| is_sequence) {
+        let pattern = load::bare_sequence(&self.path);
+        let frame = if pattern.is_some() { options.frame_of("") } else { options.frame };
+        if let Some(frame) = frame.filter(|_| is_sequence) {
             return Sequence::open(&self.path, options)?.load(frame);
         }
-        if let Some(pattern) = load::bare_sequence(&self.path) {
+        if let Some(pattern) = pattern {
             let name = self.path.display().to_string();
             return Err(Error::Usage(outline::without_frame(&name, &pattern)));
         }
@@ -64,7 +67,7 @@ impl OpenScene {
         if let Text::File(text) = &text {
             self.text.get_or_insert_with(|| text.clone());
         }
-        let file = text.read(&self.path, options, None)?;
+        let file = text.read(&self.path, options, options.frame_of(text.as_str()))?;
         let key = format!("{}\n{:?}\n{}", text.as_str(), file.film.size, options.hashed());
         let known = self.static_scene.take().filter(|(known, _)| *known == key);
         let static_scene = match known {
@@ -92,5 +95,5 @@ pub fn read_shot(path: &Path, options: &LoadOptions) -> Result<ShotScene> {
         let problem = "is no shot; give a USD file (.usd, .usda, .usdc, .usdz)";
         return Err(Error::file(path, problem));
     }
-    Shot::open(path, options.camera.as_deref())?.scene(options.frame)
+    Shot::open(path, options.camera.as_deref())?.scene(options.frame.map(FrameTime::frame))
 }

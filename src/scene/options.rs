@@ -4,6 +4,7 @@ use super::bare::LookOptions;
 use super::outline;
 use super::reader::Setting;
 use super::settings::Planning;
+use crate::sequence::FrameTime;
 
 /// What stands over a scene file, or beside a VDB file alone.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -14,8 +15,8 @@ pub struct LoadOptions {
     pub look: LookOptions,
     /// For a VDB file alone: turn a level set into a fog volume where there is no fog volume.
     pub level_set_as_fog: bool,
-    /// Which frame of a sequence is meant.
-    pub frame: Option<i64>,
+    /// Which frame of a sequence is meant, or which time between two; over `frame` of `[motion]`.
+    pub frame: Option<FrameTime>,
     /// For a shot (USD): the camera, by its path or name.
     pub camera: Option<String>,
     /// Bytes that reading a grid may take; no limit where none is given.
@@ -48,6 +49,18 @@ impl LoadOptions {
     #[must_use]
     pub fn photons(self, photons: u64) -> Self {
         self.with("render.photons", photons)
+    }
+
+    /// The time of a scene of this `text`: that of the command line, of a setting, or of its `[motion]`.
+    pub(super) fn frame_of(&self, text: &str) -> Option<FrameTime> {
+        let of_setting = || {
+            self.settings.iter().rev().map(Setting::parts).find(|(path, _)| *path == "motion.frame")
+        };
+        let number = || match of_setting() {
+            Some((_, value)) => value.parse().ok(),
+            None => outline::frame(text),
+        };
+        self.frame.or_else(|| number().and_then(FrameTime::nearest))
     }
 
     /// What a scene with these settings depends on beside its text and files.

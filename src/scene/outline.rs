@@ -35,11 +35,22 @@ pub(super) fn is_of_light(table: &str) -> bool {
     !OF_PICTURE.contains(&table)
 }
 
+/// The number that `text` gives as `frame` of `[motion]`.
+pub(super) fn frame(text: &str) -> Option<f64> {
+    let key = "frame";
+    // Most texts need not be parsed for it.
+    let table = text.contains(key).then(|| parsed(text))?;
+    let value = table.get("motion")?.get(key)?;
+    value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
+}
+
 /// The sequences of files that a scene names.
 #[derive(Debug, Default)]
 pub(super) struct Named {
     /// By their patterns, each once.
     pub(super) patterns: Vec<Pattern>,
+    /// Those among them of grids, of which a time between two frames needs both.
+    pub(super) of_grids: Vec<Pattern>,
     /// Whether surfaces or lights name any.
     pub(super) by_static_scene: bool,
 }
@@ -49,12 +60,15 @@ pub(super) fn sequences(path: &Path, text: &str) -> Named {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut named = Named::default();
     for (key, value) in &parsed(text) {
-        visit(value, &mut |name| {
+        visit(value, &mut |name, of| {
             let file = folder.join(name);
             let Some(pattern) = Pattern::from_path(&file).filter(|_| !file.is_file()) else {
                 return;
             };
             named.by_static_scene |= STATIC.contains(&key.as_str());
+            if key == "medium" && of == "file" && !named.of_grids.contains(&pattern) {
+                named.of_grids.push(pattern.clone());
+            }
             if !named.patterns.contains(&pattern) {
                 named.patterns.push(pattern);
             }
@@ -82,14 +96,14 @@ pub(super) fn without_frame(name: &str, pattern: &Pattern) -> String {
     )
 }
 
-/// Tells `found` every file name in `value`.
-fn visit(value: &Value, found: &mut impl FnMut(&str)) {
+/// Tells `found` every file name in `value` with its key.
+fn visit(value: &Value, found: &mut impl FnMut(&str, &str)) {
     match value {
         Value::Array(items) => items.iter().for_each(|item| visit(item, found)),
         Value::Table(table) => {
             for (key, value) in table {
                 match value.as_str().filter(|_| FILES.contains(&key.as_str())) {
-                    Some(name) => found(name),
+                    Some(name) => found(name, key),
                     None => visit(value, found),
                 }
             }

@@ -9,7 +9,7 @@ use super::outline::{self, Named};
 use super::{LoadOptions, Scene};
 use crate::error::{Error, Result};
 use crate::medium::{Emission, Medium};
-use crate::sequence::Pattern;
+use crate::sequence::{FrameTime, Pattern};
 use crate::vdb::Grid;
 
 /// A scene file that names sequences of files, a sequence of bare VDB files, or a shot (USD). What does not
@@ -23,6 +23,8 @@ pub struct Sequence {
     /// The shot whose frames they are; the text is then that of its first frame.
     shot: Option<ShotSource>,
     patterns: Vec<Pattern>,
+    /// Those among them of grids, of which a time between two frames needs both.
+    of_grids: Vec<Pattern>,
     /// Camera, surfaces and lights, where their files are not numbered.
     static_scene: Option<StaticScene>,
     /// The frame whose picture is metered for all of them.
@@ -51,26 +53,29 @@ impl Sequence {
             None if load::is_vdb(path)? => return Err(nothing_numbered(path)),
             None => (Text::open(path, &options, &mut Grids::default())?, None),
         };
-        let file = text.read(path, &options, Some(0))?;
-        let Named { patterns, by_static_scene } = outline::sequences(path, text.as_str());
+        let file = text.read(path, &options, Some(0.into()))?;
+        let Named { patterns, of_grids, by_static_scene } = outline::sequences(path, text.as_str());
         if patterns.is_empty() {
             return Err(nothing_numbered(path));
         }
         let static_scene =
             if by_static_scene { None } else { Some(StaticScene::build(&text, &file, &options)?) };
+        let path = path.to_path_buf();
         let mut sequence =
-            Self { path: path.into(), options, text, shot: None, patterns, static_scene, metered };
+            Self { path, options, text, shot: None, patterns, of_grids, static_scene, metered };
         sequence.metered = metered.or_else(|| sequence.numbers().first().copied());
         Ok(sequence)
     }
 
     /// The frames of `shot`, which is, or is named by, the file `path`.
     fn of_shot(path: &Path, options: LoadOptions, shot: ShotSource) -> Result<Self> {
-        let Named { patterns, .. } = outline::sequences(path, shot.own());
-        let text = Text::from_shot(shot.text(shot.shot().frames().first().copied())?);
+        let Named { patterns, of_grids, .. } = outline::sequences(path, shot.own());
+        let first = shot.shot().frames().first().copied();
+        let text = Text::from_shot(shot.text(first.map(FrameTime::from))?);
         let (shot, path) = (Some(shot), path.to_path_buf());
+        let (static_scene, metered) = (None, None);
         let mut sequence =
-            Self { path, options, text, shot, patterns, static_scene: None, metered: None };
+            Self { path, options, text, shot, patterns, of_grids, static_scene, metered };
         sequence.metered = sequence.numbers().first().copied();
         Ok(sequence)
     }
@@ -81,50 +86,57 @@ impl Sequence {
         self.metered
     }
 
-    /// The files of `frame`, whether or not they are there.
-    pub fn files(&self, frame: i64) -> Vec<PathBuf> {
-        let of_shot = self.shot.iter().flat_map(|source| source.shot().volume_files(frame));
-        self.patterns().iter().map(|pattern| pattern.existing(frame)).chain(of_shot).collect()
+    /// The files of the frame at `time`, and between two frames the grids of the next one, whether or not they are there.
+    pub fn files(&self, time: FrameTime) -> Vec<PathBuf> {
+        let volumes = |frame| self.shot.iter().flat_map(move |of| of.shot().volume_files(frame));
+        let named = |patterns: &[Pattern], frame| {
+            patterns.iter().map(|pattern| pattern.existing(frame)).collect::<Vec<_>>()
+        };
+        let frame = time.frame();
+        let mut files = named(&self.patterns, frame);
+        files.extend(volumes(frame));
+        if !time.is_whole() {
+            files.extend(named(&self.of_grids, frame + 1));
+            files.extend(volumes(frame + 1));
+        }
+        files
     }
 
-    /// The first file of `frame` that is not there.
-    pub fn missing(&self, frame: i64) -> Option<PathBuf> {
-        self.files(frame).into_iter().find(|path| !path.is_file())
+    /// The first file for `time` that is not there.
+    pub fn missing(&self, time: FrameTime) -> Option<PathBuf> {
+        self.files(time).into_iter().find(|path| !path.is_file())
     }
 
     /// The frames all of whose files are there, from the lowest.
     pub fn numbers(&self) -> Vec<i64> {
-        let first = self.patterns().first();
+        let first = self.patterns.first();
         let of_shot = || self.shot.as_ref().map(|source| source.shot().frames());
         let mut numbers = first.map(Pattern::numbers).or_else(of_shot).unwrap_or_default();
-        numbers.retain(|frame| self.missing(*frame).is_none());
+        numbers.retain(|frame| self.missing((*frame).into()).is_none());
         numbers
     }
 
-    /// Loads `frame`.
+    /// Loads what is there at `time`.
     ///
     /// # Errors
     /// Where a file of it is missing or cannot be used. What all frames share was checked on
     /// opening, unless surfaces or lights have numbered files.
-    pub fn load(&self, frame: i64) -> Result<Scene> {
+    pub fn load(&self, time: FrameTime) -> Result<Scene> {
         let mut grids = Grids::within(self.options.memory);
-        let of_shot = self.shot.as_ref().map(|source| source.text(Some(frame))).transpose()?;
+        let of_shot = self.shot.as_ref().map(|source| source.text(Some(time))).transpose()?;
         let of_shot = of_shot.map(Text::from_shot);
         let text = of_shot.as_ref().unwrap_or(&self.text);
-        let mut file = text.read(&self.path, &self.options, Some(frame))?;
+        let mut file = text.read(&self.path, &self.options, Some(time))?;
         if matches!(text, Text::Bare(_)) {
             bare::leave_out_missing(&mut file, &mut grids)?;
         }
-        let static_scene = match &self.static_scene {
-            Some(static_scene) => static_scene.clone(),
+        let is_shared = time.is_whole() || !file.camera_or_surfaces_move();
+        let static_scene = match self.static_scene.as_ref().filter(|_| is_shared) {
+            Some(known) => known.clone(),
             None => StaticScene::build(text, &file, &self.options)?,
         };
         load::build(&self.path, text, &file, static_scene, &mut grids, &self.options)
             .map(|(scene, _)| scene)
-    }
-
-    fn patterns(&self) -> &[Pattern] {
-        &self.patterns
     }
 }
 

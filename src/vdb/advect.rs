@@ -8,7 +8,7 @@
 use glam::{DMat3, DVec3, IVec3};
 use rayon::prelude::*;
 
-use crate::math::{IndexPoint, WorldPoint};
+use crate::math::{Index, IndexPoint, Transform, WorldPoint};
 
 use super::grid::{Grid, VoxelBox};
 use super::regions::CellBox;
@@ -21,7 +21,7 @@ use super::voxel::Voxel;
 /// Displacement, in voxels, that is not seen.
 ///
 /// Unit: voxels. Limit: on the work of making voxels anew.
-const UNSEEN: f64 = 1e-3;
+pub(super) const UNSEEN: f64 = 1e-3;
 
 /// Voxels, at most, by which velocities are continued into where there are none.
 ///
@@ -31,7 +31,7 @@ const CONTINUED: f64 = 48.0;
 /// Leaves, at most, of a grid that is made anew.
 ///
 /// Unit: count. Limit: on its memory, 12 GB.
-const MOST_LEAVES: usize = 1 << 22;
+pub(super) const MOST_LEAVES: usize = 1 << 22;
 
 /// Places along each axis of a constant block at which its velocity is looked up, at most.
 ///
@@ -102,11 +102,27 @@ impl Drift {
     /// # Errors
     /// The problem, where it would take too many voxels.
     pub fn moved<V: Voxel>(&self, grid: Grid<V>, frames: f64) -> Result<Grid<V>, String> {
-        let voxel = grid.transform().unit_lengths().min_element();
-        let uneven = self.uneven * frames.abs() / voxel;
-        let shift = glam::DAffine3::from_translation(self.mean * frames);
+        let uneven = self.reach(&grid, frames);
+        let shift = glam::DAffine3::from_translation(self.shift(frames));
         let grid = if uneven > UNSEEN { self.advected(&grid, frames, uneven)? } else { grid };
         grid.placed(&shift).ok_or_else(|| "is carried beyond all numbers".into())
+    }
+
+    /// How far the mean velocity carries all of the smoke in so many `frames`, in metres.
+    pub(super) fn shift(&self, frames: f64) -> DVec3 {
+        self.mean * frames
+    }
+
+    /// An upper bound of how far velocities carry any voxel of `grid` beside their mean, in voxels.
+    pub(super) fn reach<V: Voxel>(&self, grid: &Grid<V>, frames: f64) -> f64 {
+        self.uneven * frames.abs() / grid.transform().unit_lengths().min_element()
+    }
+
+    /// Where what is at `p` was so many `frames` before, under what the velocities are beside their mean.
+    pub(super) fn before(&self, p: WorldPoint, frames: f64) -> WorldPoint {
+        let rest = |p: WorldPoint| self.velocity_at(p) - self.mean;
+        let middle = p - rest(p) * (0.5 * frames);
+        p - rest(middle) * frames
     }
 
     /// `grid` under what the velocities are beside their mean, which move no voxel farther than `reach` voxels.
@@ -117,42 +133,47 @@ impl Drift {
         reach: f64,
     ) -> Result<Grid<V>, String> {
         let transform = grid.transform();
-        let rest = |p: WorldPoint| self.velocity_at(p) - self.mean;
-        let before = |voxel: IVec3| {
-            let p = transform.point_to_world(IndexPoint::from_xyz(voxel.as_dvec3()));
-            let middle = p - rest(p) * (0.5 * frames);
-            transform.point_to_local(p - rest(middle) * frames)
+        let value = |p: WorldPoint| {
+            V::from_sample(grid.value(transform.point_to_local(self.before(p, frames))))
         };
-        let background = grid.background();
-        let made = |key: &[i32; 3]| {
-            let origin = IVec3::from(*key);
-            let leaf: Leaf<V> = std::array::from_fn(|slot| {
-                V::from_sample(grid.value(before(origin + place(slot, BRICK))))
-            });
-            let mut mask = [0_u64; 8];
-            for (slot, _) in leaf.iter().enumerate().filter(|(_, v)| v.bits() != background.bits())
-            {
-                mask[slot / 64] |= 1 << (slot % 64);
-            }
-            (mask != [0; 8]).then_some((origin, leaf, mask))
-        };
-        let leaves: Vec<_> = leaves_near(grid, reach)?.par_iter().filter_map(made).collect();
-        let ones =
-            |mask: &[u64; 8]| mask.iter().map(|bits| u64::from(bits.count_ones())).sum::<u64>();
-        let source = Source {
-            background,
-            active_voxels: leaves.iter().map(|(.., mask)| ones(mask)).sum(),
-            origins: leaves.iter().map(|(origin, ..)| *origin).collect(),
-            masks: leaves.iter().map(|(.., mask)| *mask).collect(),
-            leaves: leaves.into_iter().map(|(_, leaf, _)| leaf).collect(),
-            tiles: Vec::new(),
-        };
-        Ok(Grid::new(&source, *transform, Statistics::from_source(&source), 0))
+        Ok(with_voxels(&leaves_near(grid, reach)?, transform, grid.background(), value))
     }
 }
 
+/// A grid with the leaves that begin at `keys`, whose voxels have the `value` of their places, and the `background` around.
+pub(super) fn with_voxels<V: Voxel>(
+    keys: &[[i32; 3]],
+    transform: &Transform<Index>,
+    background: V,
+    value: impl Fn(WorldPoint) -> V + Sync,
+) -> Grid<V> {
+    let made = |key: &[i32; 3]| {
+        let origin = IVec3::from(*key);
+        let leaf: Leaf<V> = std::array::from_fn(|slot| {
+            let voxel = origin + place(slot, BRICK);
+            value(transform.point_to_world(IndexPoint::from_xyz(voxel.as_dvec3())))
+        });
+        let mut mask = [0_u64; 8];
+        for (slot, _) in leaf.iter().enumerate().filter(|(_, v)| v.bits() != background.bits()) {
+            mask[slot / 64] |= 1 << (slot % 64);
+        }
+        (mask != [0; 8]).then_some((origin, leaf, mask))
+    };
+    let leaves: Vec<_> = keys.par_iter().filter_map(made).collect();
+    let ones = |mask: &[u64; 8]| mask.iter().map(|bits| u64::from(bits.count_ones())).sum::<u64>();
+    let source = Source {
+        background,
+        active_voxels: leaves.iter().map(|(.., mask)| ones(mask)).sum(),
+        origins: leaves.iter().map(|(origin, ..)| *origin).collect(),
+        masks: leaves.iter().map(|(.., mask)| *mask).collect(),
+        leaves: leaves.into_iter().map(|(_, leaf, _)| leaf).collect(),
+        tiles: Vec::new(),
+    };
+    Grid::new(&source, *transform, Statistics::from_source(&source), 0)
+}
+
 /// Smallest voxels of all leaves within `reach` voxels of what differs from the background of `grid`, sorted.
-fn leaves_near<V: Voxel>(grid: &Grid<V>, reach: f64) -> Result<Vec<[i32; 3]>, String> {
+pub(super) fn leaves_near<V: Voxel>(grid: &Grid<V>, reach: f64) -> Result<Vec<[i32; 3]>, String> {
     let background = grid.background();
     let (mut keys, mut count) = (Vec::new(), 0_usize);
     let differs = |value: V| value.bits() != background.bits();

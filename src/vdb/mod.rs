@@ -6,6 +6,7 @@
 //! crosses from one brick into another.
 
 mod advect;
+mod blend;
 mod brick;
 mod build;
 mod cells;
@@ -30,6 +31,7 @@ mod walk;
 mod write;
 
 pub use advect::Drift;
+pub use blend::{Carriage, blended, emptied};
 pub use cubic::Cubic;
 pub(crate) use ffi::bridge::map_large_blocks;
 pub use file::{ReadAs, VdbFile, Wanted};

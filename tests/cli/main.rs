@@ -17,6 +17,7 @@ mod messages;
 mod motion;
 mod parts;
 mod passes;
+mod retime;
 mod saved_photons;
 mod scattered;
 mod shots;

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use fogbow::image::{Layers, read_layers};
+use fogbow::medium::Emission;
 use fogbow::scene::{LoadOptions, Look, LookOptions, Scene, Sequence, UpAxis, summary};
+use fogbow::sequence::FrameTime;
 use fogbow::vdb::{Block, GridToWrite, ValueType, write};
 use glam::{DVec3, IVec3};
 
@@ -265,8 +267,17 @@ fn frames_may_lack_what_glows() {
     file(folder.path(), "fire_2.vdb", &[ball(IVec3::ZERO, DVec3::ONE), flames()]);
     let sequence =
         Sequence::open(&folder.path().join("fire_#.vdb"), &LoadOptions::default()).unwrap();
-    let glows = |frame| sequence.load(frame).unwrap().media.get(0).emission.is_some();
-    assert_eq!([glows(1), glows(2)], [false, true]);
+    // Between two frames they catch fire by degrees.
+    let hottest = |time: f64| {
+        let scene = sequence.load(FrameTime::nearest(time).unwrap()).unwrap();
+        match &scene.media.get(0).emission {
+            Some(Emission::Ramped(ramped)) => ramped.grid().max_value(),
+            None => 0.0,
+            other => panic!("{other:?}"),
+        }
+    };
+    let [none, some, all] = [1.0, 1.5, 2.0].map(hottest);
+    assert!(none == 0.0 && (some / all - 0.5).abs() < 1e-6, "{none} {some} {all}");
 }
 
 /// What cannot be meant is told, and what can is not.

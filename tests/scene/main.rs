@@ -9,6 +9,7 @@ mod file;
 mod limits;
 mod open;
 mod plan;
+mod retime;
 mod schema;
 mod settings;
 mod usd;

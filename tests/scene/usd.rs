@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use fogbow::scene::{LoadOptions, Scene, read_shot};
+use fogbow::sequence::FrameTime;
 use glam::DVec3;
 use tempfile::TempDir;
 
@@ -152,7 +153,7 @@ fn folder(shot: &str) -> (TempDir, PathBuf) {
 }
 
 fn at(frame: i64) -> LoadOptions {
-    LoadOptions { frame: Some(frame), ..LoadOptions::default() }
+    LoadOptions { frame: Some(FrameTime::from(frame)), ..LoadOptions::default() }
 }
 
 fn table(path: &Path, frame: i64) -> toml::Table {

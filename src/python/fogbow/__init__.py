@@ -59,7 +59,8 @@ def render(scene: SceneLike, *, progress: Progress = None, **settings: Any) -> I
             their total, which is 0 where it is unknown.
         **settings: Flags of ``fogbow render``, such as ``rays=8``, ``photons=100_000``, ``size=(640, 360)``,
             ``director="xs"``, ``error=0.05``, ``denoise=True`` or ``threads=1``. ``set={"medium.0.albedo": 0.8}`` gives any
-            key of the scene. ``frame`` chooses one of a sequence.
+            key of the scene. ``frame`` chooses one of a sequence; ``frame=12.5`` is a time
+            between two.
 
     Raises:
         SettingError: A setting or a key of the scene is unknown or out of range.

@@ -83,7 +83,7 @@ def load(scene: SceneLike, **settings: Any) -> Scene:
     return loaded
 
 
-def _of_picture(settings: dict[str, Any]) -> tuple[int | None, list[str]]:
+def _of_picture(settings: dict[str, Any]) -> tuple[float | None, list[str]]:
     given, frame = words("render", settings)
     return frame, given
 

@@ -10,7 +10,7 @@ from ._errors import SettingError
 from ._fogbow import flags
 
 
-def words(command: str, settings: dict[str, Any]) -> tuple[list[str], int | None]:
+def words(command: str, settings: dict[str, Any]) -> tuple[list[str], float | None]:
     """The words for `settings` of `command`, and the frame of a sequence that they name."""
     known = {name.replace("-", "_"): (name, has_value) for name, has_value, _ in flags(command)}
     settings = {name: value for name, value in settings.items() if value is not None}
@@ -26,7 +26,7 @@ def words(command: str, settings: dict[str, Any]) -> tuple[list[str], int | None
             found.extend([f"--{flag}"] * value)
         else:
             raise SettingError(f"{name}={value!r}: give True or False")
-    return found, frame if frame is None else int(frame)
+    return found, frame if frame is None else float(frame)
 
 
 def _unknown(name: str, known: dict[str, Any]) -> str:

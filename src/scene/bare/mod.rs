@@ -100,7 +100,7 @@ pub(super) fn appearance(path: &Path, grid: Option<&str>, scale: f64) -> Result<
 /// # Errors
 /// Where a file cannot be opened.
 pub(super) fn leave_out_missing(scene: &mut SceneFile, grids: &mut Grids) -> Result<()> {
-    for medium in &mut scene.media {
+    for medium in scene.media.iter_mut().chain(scene.next_media.iter_mut().flatten()) {
         if let Some(EmissionSection::Grid { grid, .. } | EmissionSection::Temperature { grid, .. }) =
             &medium.emission
             && !is_there(grid, grids)?

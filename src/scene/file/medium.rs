@@ -41,6 +41,43 @@ pub struct MediumSection {
     pub velocity: VelocitySection,
 }
 
+impl MediumSection {
+    /// That of the next frame, where the time is between two and any of its grids is numbered.
+    ///
+    /// # Errors
+    /// Where a file of the next frame is not there.
+    pub(super) fn next(&self) -> Result<Option<Self>> {
+        let mut next = self.clone();
+        let mut is_numbered = false;
+        let density = match &mut next.density {
+            DensitySection::Grid { grid, .. } => Some(grid),
+            DensitySection::Region(_) => None,
+        };
+        let albedo = match &mut next.albedo {
+            AlbedoSection::Grid { grid, .. } => Some(grid),
+            AlbedoSection::Constant(_) => None,
+        };
+        let emission = match &mut next.emission {
+            Some(
+                EmissionSection::Grid { grid, .. } | EmissionSection::Temperature { grid, .. },
+            ) => Some(grid),
+            Some(EmissionSection::Density { .. }) | None => None,
+        };
+        for grid in [density, albedo, emission].into_iter().flatten() {
+            let Some(path) = grid.file.next.take() else { continue };
+            if !path.is_file() {
+                return Err(grid.file.at.error(format!(
+                    "{}: no such file; a time between two frames needs the files of both, give that of a frame",
+                    path.display()
+                )));
+            }
+            is_numbered = true;
+            grid.file.path = path;
+        }
+        Ok(is_numbered.then_some(next))
+    }
+}
+
 /// Where a medium is, and how dense.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant, reason = "there is one a medium")]

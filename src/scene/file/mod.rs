@@ -75,10 +75,19 @@ pub struct SceneFile {
     pub render: RenderSettings,
     /// `[[medium]]`.
     pub media: Vec<MediumSection>,
+    /// Those of the next frame, where the time is between two and their files differ.
+    pub next_media: Vec<Option<MediumSection>>,
     /// `[[surface]]`.
     pub surfaces: Vec<SurfaceSection>,
     /// `[[light]]`.
     pub lights: Vec<LightSection>,
+}
+
+impl SceneFile {
+    /// Whether camera or surfaces move.
+    pub fn camera_or_surfaces_move(&self) -> bool {
+        self.camera.next.is_some() || self.surfaces.iter().any(SurfaceSection::moves)
+    }
 }
 
 /// A colour, or a picture to take it from.
@@ -119,12 +128,16 @@ pub(super) fn scene(root: &Section<'_>) -> Result<SceneFile> {
     let camera = root
         .table("camera", "a table [camera]")?
         .ok_or_else(|| root.missing("camera", "a table [camera] with position and target"))?;
+    let (camera, motion) = (camera::read(&camera)?, motion::read(root)?);
+    let render = render(root)?;
+    let media = each(root, "medium", medium::read)?;
     Ok(SceneFile {
-        camera: camera::read(&camera)?,
-        motion: motion::read(root)?,
+        camera,
+        motion,
         film,
-        render: render(root)?,
-        media: each(root, "medium", medium::read)?,
+        render,
+        next_media: media.iter().map(MediumSection::next).collect::<Result<_>>()?,
+        media,
         surfaces: each(root, "surface", surface::read)?,
         lights: each(root, "light", light::read)?,
     })

@@ -7,8 +7,9 @@ use crate::error::Result;
 use crate::scene::keys::surface::{MOVES, MOVES_TABLE};
 use crate::scene::keys::{medium as medium_keys, motion as keys};
 use crate::scene::reader::{Place, Section, Value, with_empty};
+use crate::sequence::FrameTime;
 
-/// `[motion]`: when the shutter is open. Times are in frames from that of the scene.
+/// `[motion]`: when the shutter is open. Times are in frames from the frame of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionSection {
     /// When it opens.
@@ -19,6 +20,9 @@ pub struct MotionSection {
     pub fps: f64,
     /// Parts into which it is cut, where that is given.
     pub times: Option<u32>,
+    /// How long after the frame of the scene the picture is, in frames: from 0 to less than 1. Its files are those of that frame,
+    /// and of the next one where that is above 0.
+    pub fraction: f64,
 }
 
 impl MotionSection {
@@ -33,9 +37,19 @@ impl MotionSection {
         (0..count).map(move |k| self.open + (f64::from(k) + 0.5) * part)
     }
 
-    /// The time farthest from that of the scene, without sign.
-    pub fn farthest(&self) -> f64 {
-        self.open.abs().max((self.open + self.shutter).abs())
+    /// How far from the time `from` it is open, at most.
+    pub fn farthest(&self, from: f64) -> f64 {
+        (self.open - from).abs().max((self.open + self.shutter - from).abs())
+    }
+
+    /// Whether all is as it is at the frame of the scene.
+    pub fn is_of_frame(&self) -> bool {
+        self.farthest(0.0) == 0.0
+    }
+
+    /// The share of the next frame at the time `frames`.
+    pub fn share_of_next(frames: f64) -> f64 {
+        frames.clamp(0.0, 1.0)
     }
 }
 
@@ -104,9 +118,13 @@ pub(super) fn read(root: &Section<'_>) -> Result<MotionSection> {
         let shutter = section.number(&keys::SHUTTER)?;
         let before = section
             .word(&keys::SHUTTER_POSITION, &[("center", 0.5), ("start", 0.0), ("end", 1.0)])?;
+        // It only tells which files are read.
+        section.maybe_number(&keys::FRAME)?;
+        let fraction = root.frame().map_or(0.0, FrameTime::fraction);
         Ok(MotionSection {
-            open: -before * shutter,
+            open: fraction - before * shutter,
             shutter,
+            fraction,
             fps: section.number(&keys::FPS)?,
             times: section.maybe_whole(&keys::TIMES)?.map(|times| times as u32),
         })

@@ -12,6 +12,9 @@ const MOST_TIMES: u64 = 64;
 const OPEN: Range =
     Range::new(|s| (0.0..=10.0).contains(&s), "a number of frames from 0 to 10; 0 is no blur");
 
+const FRAMES: Range =
+    Range::new(|n| n.abs() <= 1e9, "a number of a frame from -1e9 to 1e9, such as 12 or 12.5");
+
 pub(in crate::scene) const SHUTTER: Key = Key::new(
     "shutter",
     Kind::Number(OPEN),
@@ -41,5 +44,14 @@ pub(in crate::scene) const TIMES: Key = Key::new(
     "Equal parts of the shutter, each of which sees the scene as it is in its middle.",
 );
 
+pub(in crate::scene) const FRAME: Key = Key::new(
+    "frame",
+    Kind::Number(FRAMES),
+    "",
+    Other("that of `--frames` or `--frame`"),
+    "The frame whose number stands for `####` in names of files; 12.5 is the time between two, at which velocities carry the smoke of both. \
+     `--frames` and `--frame` stand over it.",
+);
+
 pub(in crate::scene) const MOTION: Table =
-    Table { what: "a shutter", keys: &[&SHUTTER, &SHUTTER_POSITION, &FPS, &TIMES] };
+    Table { what: "a shutter", keys: &[&SHUTTER, &SHUTTER_POSITION, &FPS, &TIMES, &FRAME] };

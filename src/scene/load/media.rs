@@ -14,10 +14,11 @@ use crate::medium::{Albedo, Density, Emission, Medium, Phase, Ramped, Transfer};
 use crate::scene::camera::Camera;
 use crate::scene::file::{
     AlbedoSection, DensitySection, EmissionSection, MediumSection, PhaseSection, RegionSection,
-    TransferSection,
+    SceneFile, TransferSection,
 };
 use crate::scene::reader::Place;
 use crate::shape::{ClosedMesh, Cuboid, Region, Sphere};
+use crate::surface::Surfaces;
 
 /// The medium of `section`, its grids read.
 pub(super) fn build(section: &MediumSection, context: &mut Context) -> Result<Medium> {
@@ -146,4 +147,10 @@ fn build_emission(
             }
         }
     })
+}
+
+/// Whether camera rays alone need voxels of the media: these scatter no light, and none crosses them to a
+/// surface.
+pub(super) fn only_camera_rays_need_voxels(file: &SceneFile, surfaces: &Surfaces) -> bool {
+    surfaces.is_empty() && file.media.iter().all(|m| m.albedo == AlbedoSection::Constant(Rgb::ZERO))
 }

@@ -8,6 +8,7 @@ mod kind;
 mod lights;
 mod media;
 mod motion;
+mod retime;
 mod shots;
 mod surfaces;
 
@@ -18,7 +19,7 @@ use std::sync::Arc;
 
 use super::bare::{self, BareScene};
 use super::camera::Camera;
-use super::file::{self, AlbedoSection, CameraSection, SceneFile, SurfaceSection};
+use super::file::{self, CameraSection, SceneFile, SurfaceSection};
 use super::frame_motion::FrameMotion;
 use super::hash::Sources;
 use super::objects::{ObjectName, Objects};
@@ -30,8 +31,8 @@ use super::usd::{Files, is_usd};
 use super::{Aov, LoadOptions, RenderSettings, Scene, Unseen};
 use crate::error::{Error, Result};
 use crate::light::Lights;
-use crate::math::Rgb;
 use crate::medium::Media;
+use crate::sequence::FrameTime;
 use crate::shape::MeshData;
 use crate::surface::Surfaces;
 
@@ -84,7 +85,9 @@ impl Text {
         }
         if is_usd(path) {
             refuse_level_set(options)?;
-            return ShotSource::of_usd(path, options)?.text(options.frame).map(Self::from_shot);
+            return ShotSource::of_usd(path, options)?
+                .text(options.frame_of(""))
+                .map(Self::from_shot);
         }
         Self::given(path, file::read(path)?, options)
     }
@@ -93,7 +96,7 @@ impl Text {
     pub(super) fn given(path: &Path, text: String, options: &LoadOptions) -> Result<Self> {
         refuse_level_set(options)?;
         if let Some(shots) = ShotSource::of_text(path, &text, options)? {
-            return shots.text(options.frame).map(Self::from_shot);
+            return shots.text(options.frame_of(&text)).map(Self::from_shot);
         }
         options.look.refuse_in_scene()?;
         Ok(Self::File(text))
@@ -137,20 +140,21 @@ impl Text {
         }
     }
 
-    /// Parses it, with the files of `frame`.
+    /// Parses it at the time `frame`.
     pub(super) fn read(
         &self,
         path: &Path,
         options: &LoadOptions,
-        frame: Option<i64>,
+        frame: Option<FrameTime>,
     ) -> Result<SceneFile> {
         let document = Document::new(path, self.as_str(), &options.settings).at_frame(frame);
         match self {
             Self::File(_) => document.read(file::scene),
             Self::Bare(_) => document.for_bare_vdb().read(file::scene),
             Self::Shot(with) => {
-                let Files { assets, meshes, .. } = &with.made.files;
-                let shot = ShotText { path: &with.path, start: with.start, assets, meshes };
+                let Files { assets, next_assets, meshes, .. } = &with.made.files;
+                let (path, start) = (with.path.as_path(), with.start);
+                let shot = ShotText { path, start, assets, next_assets, meshes };
                 document.with_shot(shot).read(file::scene)
             }
         }
@@ -179,7 +183,7 @@ impl StaticScene {
         }
         let is_hidden = |index: &usize| !file.lights[*index].visible;
         let hidden = (0..file.lights.len()).filter(is_hidden).collect();
-        let is_moving = motion::camera_or_surfaces_move(file);
+        let is_moving = file.camera_or_surfaces_move();
         let moved = if is_moving { format!("{frames}\n") } else { String::new() };
         let tables = outline::static_tables(text.as_str());
         let hashed = format!("{camera:?} {size:?}\n{moved}{tables}{}", options.hashed_static());
@@ -254,7 +258,7 @@ pub(super) fn build(
     let leaves_out = options.planning == Planning::Needed;
     let frustum = still.camera.frustum(file.film.size).filter(|_| {
         // What moves may come into sight.
-        file.motion.shutter == 0.0 && only_camera_rays_need_voxels(file, &still.surfaces)
+        file.motion.is_of_frame() && media::only_camera_rays_need_voxels(file, &still.surfaces)
     });
     let culling = frustum.map(|frustum| Culling { frustum, leaves_out });
     let (meshes, sources) = (text.meshes(), take(&mut still.sources));
@@ -275,7 +279,8 @@ pub(super) fn build(
     context.warnings.extend(of_grids);
     context.warnings.extend(sanity::notes(&media, &camera));
     context.notes.extend(notes_of_grids);
-    let light = outline::light_tables(text.as_str()) + &options.hashed_light();
+    let between = motion::hashed(file);
+    let light = outline::light_tables(text.as_str()) + &options.hashed_light() + &between;
     let made = match text {
         Text::File(_) | Text::Shot(_) => None,
         Text::Bare(made) => Some(made.clone()),
@@ -305,7 +310,7 @@ pub(super) fn build(
         film: file.film,
         render: RenderSettings { planning: options.planning, ..file.render },
         path: path.to_path_buf(),
-        hash: context.sources.hash(&format!("{}{}", text.as_str(), options.hashed()))?,
+        hash: context.sources.hash(&format!("{}{}{between}", text.as_str(), options.hashed()))?,
         light_hash: context.sources.hash(&light)?,
         static_hash,
         unseen: culling.map(|_| Unseen { voxels: context.unseen, left_out: leaves_out }),
@@ -359,15 +364,15 @@ fn media_and_times(
     context: &mut Context,
 ) -> Result<(Moved, Vec<(StaticScene, Moved)>)> {
     let motion = &file.motion;
-    let drifts = motion::drifts(file, context)?;
+    let courses = motion::courses(file, context)?;
     let moved_at = |frames, still: &StaticScene, context: &mut Context| -> Result<Moved> {
-        let media = motion::media(frames, file, &drifts, &still.camera, context)?;
+        let media = motion::media(frames, file, &courses, &still.camera, context)?;
         if !file.film.passes.has(Aov::Motion) {
             return Ok((media, None));
         }
         let StaticScene { camera, surfaces, .. } = still.moved(frames + 1.0, text, file)?;
         let here = (&still.camera, &*still.surfaces);
-        let motion = motion::frame_motion(frames, file, &drifts, here, (camera, surfaces));
+        let motion = motion::frame_motion(frames, file, &courses, here, (camera, surfaces));
         Ok((media, Some(motion)))
     };
     let (media, vectors) = moved_at(motion.middle(), still, context)?;
@@ -378,7 +383,7 @@ fn media_and_times(
     let moving = Moving {
         file,
         cameras: [camera_at(motion.open, file)?, camera_at(motion.open + motion.shutter, file)?],
-        drifts: &drifts,
+        courses: &courses,
         media: media.iter().map(|medium| medium.density.bounds()).collect(),
         surfaces: surfaces.map(|surface| surface.shape().bounds()).collect(),
     };
@@ -390,10 +395,4 @@ fn media_and_times(
     };
     let times: Result<Vec<_>> = motion.middles(count).map(at).collect();
     Ok(((media, vectors), times?))
-}
-
-/// Whether camera rays alone need voxels of the media: these scatter no light, and none crosses them to a
-/// surface.
-fn only_camera_rays_need_voxels(file: &SceneFile, surfaces: &Surfaces) -> bool {
-    surfaces.is_empty() && file.media.iter().all(|m| m.albedo == AlbedoSection::Constant(Rgb::ZERO))
 }

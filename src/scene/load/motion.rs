@@ -5,58 +5,104 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::context::{Context, at};
-use super::{grids, media};
+use super::{grids, media, retime};
 use crate::error::Result;
-use crate::math::{Aabb, Spectrum, World};
-use crate::medium::{Albedo, Density, Emission, Media, Medium, Ramped};
+use crate::math::{Aabb, World};
+use crate::medium::{Media, Medium};
 use crate::scene::Aov;
 use crate::scene::camera::{Camera, CameraMatrices};
 use crate::scene::file::{
-    DensitySection, MediumSection, MotionSection, MotionStep, SceneFile, SurfaceSection,
-    VelocitySection, VelocityUnit,
+    DensitySection, MediumSection, MotionSection, MotionStep, SceneFile, VelocitySection,
+    VelocityUnit,
 };
 use crate::scene::frame_motion::{FrameMotion, MediumStep};
 use crate::surface::Surfaces;
-use crate::vdb::{Drift, Grid, Voxel};
+use crate::vdb::{Carriage, Drift};
 
 /// Times of a shutter in which something moves, at least and at most, where their number is not given.
 ///
 /// Unit: count. Limit: on memory and on the work of grids, photons and caches for each.
 const TIMES: [u32; 2] = [2, 32];
 
-/// How each medium of `file` is carried by velocities while the shutter is open.
-pub(super) fn drifts(file: &SceneFile, context: &mut Context) -> Result<Vec<Option<Arc<Drift>>>> {
-    let of = |section: &MediumSection| {
-        if file.motion.shutter == 0.0 && !file.film.passes.has(Aov::Motion) {
+/// How a medium comes to other times than that of its frame.
+#[derive(Debug)]
+pub(super) struct Course<'a> {
+    /// The velocities that carry it.
+    drift: Option<Arc<Drift>>,
+    /// That of the next frame with its velocities, where the scene is between the two.
+    next: Option<(&'a MediumSection, Option<Arc<Drift>>)>,
+}
+
+impl Course<'_> {
+    /// The largest velocity of its smoke, in metres a frame.
+    fn fastest(&self) -> f64 {
+        let next = self.next.as_ref().and_then(|(_, drift)| drift.as_ref());
+        self.drift.iter().chain(next).map(|drift| drift.fastest()).fold(0.0, f64::max)
+    }
+
+    /// The velocities of the frame that is nearest to the time `frames`.
+    fn nearest(&self, frames: f64) -> Option<&Arc<Drift>> {
+        let next = self.next.as_ref().filter(|_| MotionSection::share_of_next(frames) > 0.5);
+        next.map_or(self.drift.as_ref(), |(_, drift)| drift.as_ref())
+    }
+}
+
+/// How each medium of `file` comes to the times at which the shutter is open.
+pub(super) fn courses<'a>(file: &'a SceneFile, context: &mut Context) -> Result<Vec<Course<'a>>> {
+    let mut of = |section: &MediumSection, frame| {
+        if file.motion.is_of_frame() && !file.film.passes.has(Aov::Motion) {
             return Ok(None);
         }
         let medium = media::build(section, context)?;
-        Ok(drift(section, &medium, &file.motion, context)?.map(Arc::new))
+        Ok(drift(section, &medium, (&file.motion, frame), context)?.map(Arc::new))
     };
-    file.media.iter().map(of).collect()
+    let mut courses = Vec::new();
+    for (section, next) in file.media.iter().zip(&file.next_media) {
+        let drift = of(section, 0.0)?;
+        let next = match next {
+            Some(next) => Some((next, of(next, 1.0)?)),
+            None => None,
+        };
+        courses.push(Course { drift, next });
+    }
+    for (section, course) in file.media.iter().zip(&courses) {
+        if course.next.is_some() && course.fastest() == 0.0 && section.motion.is_none() {
+            context.notes.push(format!(
+                "{}: has no velocities, so that what is between two frames is the mean of both",
+                section.name
+            ));
+        }
+    }
+    Ok(courses)
 }
 
-/// The media of `file`, carried by these `drifts`, so many `frames` after the time of the scene, as `camera` sees them.
+/// What the hash of a scene has of the time of `file`; nothing at that of a frame.
+pub(super) fn hashed(file: &SceneFile) -> String {
+    let fraction = file.motion.fraction;
+    if fraction == 0.0 { String::new() } else { format!("{fraction}\n") }
+}
+
+/// The media of `file`, which come there by these `courses`, so many `frames` after the frame of the scene, as `camera` sees them.
 pub(super) fn media(
     frames: f64,
     file: &SceneFile,
-    drifts: &[Option<Arc<Drift>>],
+    courses: &[Course<'_>],
     camera: &Camera,
     context: &mut Context,
 ) -> Result<Media> {
-    let of = |(section, drift): (&MediumSection, &Option<Arc<Drift>>)| {
-        let medium = medium(section, drift.as_deref(), frames, context)?;
+    let of = |(section, course): (&MediumSection, &Course<'_>)| {
+        let medium = medium(section, course, frames, &file.motion, context)?;
         Ok(media::resolved(medium, camera))
     };
-    file.media.iter().zip(drifts).map(of).collect::<Result<_>>().map(Media::new)
+    file.media.iter().zip(courses).map(of).collect::<Result<_>>().map(Media::new)
 }
 
-/// How `medium`, that of `section` at the time of the scene, is carried by velocities while the shutter is open; `None` where
-/// there are none.
+/// How `medium`, that of `section` at its frame, which is so many after that of the scene, is carried by velocities while the
+/// shutter is open; `None` where there are none.
 fn drift(
     section: &MediumSection,
     medium: &Medium,
-    motion: &MotionSection,
+    (motion, frame): (&MotionSection, f64),
     context: &mut Context,
 ) -> Result<Option<Drift>> {
     let DensitySection::Grid { grid: density, .. } = &section.density else { return Ok(None) };
@@ -72,63 +118,49 @@ fn drift(
         VelocityUnit::VoxelsAFrame => placement * velocity.transform().affine().matrix3,
     };
     let velocity = grids::placed(velocity, &section.placement, &density.at)?;
-    Ok(Some(Drift::new(&velocity, to_world * scale, smoke, motion.farthest())))
+    Ok(Some(Drift::new(&velocity, to_world * scale, smoke, motion.farthest(frame))))
 }
 
-/// The medium of `section` so many `frames` after the time of the scene.
+/// The medium of `section`, which comes there by its `course`, so many `frames` after the frame of the scene.
 fn medium(
     section: &MediumSection,
-    drift: Option<&Drift>,
+    course: &Course<'_>,
     frames: f64,
+    motion: &MotionSection,
     context: &mut Context,
 ) -> Result<Medium> {
-    let medium = match &section.motion {
-        Some(motion) => {
-            let placement = motion.placed(&section.placement, frames);
-            media::build(&MediumSection { placement, ..section.clone() }, context)?
-        }
-        None => media::build(section, context)?,
+    let drift = course.drift.as_deref();
+    let Some((next, next_drift)) = &course.next else {
+        // One file for all frames stays where it is, but while the shutter is open.
+        let carriage = Carriage { drift, frames: frames - motion.fraction };
+        return at(&section.at, retime::carried(placed(section, frames, context)?, &carriage));
     };
-    match drift.filter(|_| frames != 0.0) {
-        Some(drift) => at(&section.at, carried(medium, drift, frames)),
-        None => Ok(medium),
+    let carriages = [
+        Carriage { drift, frames },
+        Carriage { drift: next_drift.as_deref(), frames: frames - 1.0 },
+    ];
+    let share = MotionSection::share_of_next(frames);
+    if share == 0.0 {
+        let medium = placed(section, frames, context)?;
+        return at(&section.at, retime::carried(medium, &carriages[0]));
     }
+    let medium = placed(next, frames - 1.0, context)?;
+    if share == 1.0 {
+        return at(&next.at, retime::carried(medium, &carriages[1]));
+    }
+    let media = [placed(section, frames, context)?, medium];
+    at(&section.at, retime::blended(media, &carriages, share))
 }
 
-/// `medium`, all of whose grids are carried by `drift` for so many `frames`.
-fn carried(mut medium: Medium, drift: &Drift, frames: f64) -> Result<Medium, String> {
-    fn carry<V: Voxel>(grid: &mut Grid<V>, drift: &Drift, frames: f64) -> Result<(), String> {
-        *grid = drift.moved(grid.clone(), frames)?;
-        Ok(())
-    }
-    fn carry_ramped<V: Spectrum>(
-        ramped: &mut Ramped<V>,
-        drift: &Drift,
-        frames: f64,
-    ) -> Result<(), String> {
-        let grid = drift.moved(ramped.grid().clone(), frames)?;
-        *ramped = Ramped::new(grid, ramped.transfer().clone());
-        Ok(())
-    }
-    match &mut medium.density {
-        Density::Voxel(grid) => carry(grid, drift, frames)?,
-        Density::Ramped(ramped) => carry_ramped(ramped, drift, frames)?,
-        Density::Homogeneous(_) => {}
-    }
-    match &mut medium.albedo {
-        Albedo::Color { grid, .. } => carry(grid, drift, frames)?,
-        Albedo::Scalar { grid, .. } => carry(grid, drift, frames)?,
-        Albedo::Ramped(ramped) => carry_ramped(ramped, drift, frames)?,
-        Albedo::Constant(_) => {}
-    }
-    match &mut medium.emission {
-        Some(Emission::Grid { grid, .. } | Emission::Blackbody { grid, .. }) => {
-            carry(grid, drift, frames)?;
+/// The medium of `section` where its own motion places it, so many `frames` after its frame.
+fn placed(section: &MediumSection, frames: f64, context: &mut Context) -> Result<Medium> {
+    match &section.motion {
+        Some(motion) => {
+            let placement = motion.placed(&section.placement, frames);
+            media::build(&MediumSection { placement, ..section.clone() }, context)
         }
-        Some(Emission::Ramped(ramped)) => carry_ramped(ramped, drift, frames)?,
-        Some(Emission::Density(_)) | None => {}
+        None => media::build(section, context),
     }
-    Ok(medium)
 }
 
 /// Where all of `file` is one frame after the time `frames`, where motion vectors are asked for: from `here` to what is `later`, each
@@ -136,7 +168,7 @@ fn carried(mut medium: Medium, drift: &Drift, frames: f64) -> Result<Medium, Str
 pub(super) fn frame_motion(
     frames: f64,
     file: &SceneFile,
-    drifts: &[Option<Arc<Drift>>],
+    courses: &[Course<'_>],
     here: (&Camera, &Surfaces),
     later: (Camera, Arc<Surfaces>),
 ) -> FrameMotion {
@@ -144,10 +176,11 @@ pub(super) fn frame_motion(
         let displacement = |step: &MotionStep| step.displacement(still, frames, frames + 1.0);
         motion.map_or(DAffine3::IDENTITY, displacement)
     };
-    let media = file.media.iter().zip(drifts).map(|(section, drift)| match drift {
-        Some(drift) => MediumStep::Carried(Arc::clone(drift)),
-        None => MediumStep::Placed(placed(section.motion.as_ref(), &section.placement)),
-    });
+    let media =
+        file.media.iter().zip(courses).map(|(section, course)| match course.nearest(frames) {
+            Some(drift) => MediumStep::Carried(Arc::clone(drift)),
+            None => MediumStep::Placed(placed(section.motion.as_ref(), &section.placement)),
+        });
     // Those of lights come first, and stand still.
     let of_lights = here.1.surfaces().len() - file.surfaces.len();
     let surfaces = file.surfaces.iter().map(|s| placed(s.motion.as_ref(), &s.placement));
@@ -161,8 +194,8 @@ pub(super) struct Moving<'a> {
     pub(super) file: &'a SceneFile,
     /// The cameras when the shutter opens and closes.
     pub(super) cameras: [Camera; 2],
-    /// How media are carried.
-    pub(super) drifts: &'a [Option<Arc<Drift>>],
+    /// How media come to other times.
+    pub(super) courses: &'a [Course<'a>],
     /// What media and surfaces fill in the middle, in the order of the file.
     pub(super) media: Vec<Option<Aabb<World>>>,
     /// The same of surfaces.
@@ -193,8 +226,8 @@ impl Moving<'_> {
     /// Whether anything moves.
     fn is_any(&self) -> bool {
         let file = self.file;
-        camera_or_surfaces_move(file)
-            || self.drifts.iter().flatten().any(|drift| drift.fastest() > 0.0)
+        file.camera_or_surfaces_move()
+            || self.courses.iter().any(|course| course.fastest() > 0.0)
             || file.media.iter().any(|medium| medium.motion.is_some())
     }
 
@@ -216,10 +249,10 @@ impl Moving<'_> {
             let (step, still) = (*step, *still);
             move |p, t| step.displacement(&still, middle, middle + t).transform_point3(p)
         };
-        let media = self.file.media.iter().zip(self.drifts).zip(&self.media);
-        for ((section, drift), bounds) in media {
+        let media = self.file.media.iter().zip(self.courses).zip(&self.media);
+        for ((section, course), bounds) in media {
             let Some(bounds) = bounds else { continue };
-            let speed = drift.as_ref().map_or(0.0, |drift| drift.fastest());
+            let speed = course.fastest();
             for axis in DVec3::AXES {
                 see(bounds, &|p, t| p + axis * (speed * t));
             }
@@ -247,11 +280,6 @@ impl Moving<'_> {
         let wanted = (guessed.clamp(1.0, f64::from(most)).ceil() as u32).next_power_of_two();
         self.file.motion.times.unwrap_or(wanted.clamp(least, most))
     }
-}
-
-/// Whether camera or surfaces move.
-pub(super) fn camera_or_surfaces_move(file: &SceneFile) -> bool {
-    file.camera.next.is_some() || file.surfaces.iter().any(SurfaceSection::moves)
 }
 
 /// The film when the shutter opens and closes.

@@ -7,6 +7,7 @@ use crate::scene::LoadOptions;
 use crate::scene::file;
 use crate::scene::reader::{Document, Setting};
 use crate::scene::usd::{Shot, ShotScene, is_usd};
+use crate::sequence::FrameTime;
 
 /// The table that opens a shutter.
 const MOTION: &str = "motion";
@@ -98,15 +99,21 @@ impl ShotSource {
         &self.own
     }
 
-    /// The text of `frame`, or of the first.
+    /// The text at the time `frame`, or at the first frame.
     ///
     /// # Errors
     /// Where the shot cannot be used.
-    pub(in crate::scene) fn text(&self, frame: Option<i64>) -> Result<WithShot> {
+    pub(in crate::scene) fn text(&self, frame: Option<FrameTime>) -> Result<WithShot> {
+        let is_between = frame.is_some_and(|time| !time.is_whole());
+        let frame = frame.map(FrameTime::frame);
         let mut made = self.shot.scene(frame)?;
-        if self.moves {
+        if self.moves || is_between {
             let next = frame.unwrap_or_else(|| self.shot.first_frame()) + 1;
-            made.move_toward(&self.shot.scene(Some(next))?);
+            let later = self.shot.scene(Some(next))?;
+            made.move_toward(&later);
+            if is_between {
+                made.turn_into(&later);
+            }
         }
         let mut text = self.own.clone();
         if !self.own.is_empty() {

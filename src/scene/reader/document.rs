@@ -10,6 +10,7 @@ use super::section::Section;
 use super::setting::Setting;
 use super::source::{ShotText, Source};
 use crate::error::Result;
+use crate::sequence::FrameTime;
 
 /// The text of a scene with the settings that override it.
 #[derive(Debug)]
@@ -27,8 +28,8 @@ impl<'a> Document<'a> {
         Self { source }
     }
 
-    /// The same, for the files of a frame.
-    pub(in crate::scene) fn at_frame(mut self, frame: Option<i64>) -> Self {
+    /// The same at a time, with the files of its frame.
+    pub(in crate::scene) fn at_frame(mut self, frame: Option<FrameTime>) -> Self {
         self.source.frame = frame;
         self
     }

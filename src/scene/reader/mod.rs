@@ -97,6 +97,8 @@ pub struct FileReference {
     pub path: PathBuf,
     /// The key that names it.
     pub at: Place,
+    /// That of the next frame, where the time is between two and the name has the number of a frame; it need not be there.
+    pub next: Option<PathBuf>,
 }
 
 /// `text` without line ends and control characters: a message is one line.

@@ -12,6 +12,7 @@ use super::value::{Value, with_value};
 use super::{FileReference, Place};
 use crate::error::{Result, nearest};
 use crate::math::Rgb;
+use crate::sequence::FrameTime;
 
 use glam::DVec3;
 
@@ -35,6 +36,11 @@ impl<'t> Section<'t> {
         let table = value.table(right)?;
         let (source, key, offset) = (value.source(), value.key().to_owned(), value.offset());
         Ok(Self { source, key, table, offset })
+    }
+
+    /// The time for which the text is read, where it is one of frames.
+    pub(in crate::scene) const fn frame(&self) -> Option<FrameTime> {
+        self.source.frame
     }
 
     /// Where the table begins.

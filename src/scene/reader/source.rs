@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Origin, Place};
+use crate::sequence::FrameTime;
 use crate::shape::MeshData;
 
 /// The text of a scene, with what turns a byte offset into a [`Place`].
@@ -19,8 +20,8 @@ pub(super) struct Source<'a> {
     length: usize,
     /// Where the value of each setting stands in the text.
     settings: Vec<SettingSpan<'a>>,
-    /// The frame whose number is put into the paths of a sequence.
-    pub(super) frame: Option<i64>,
+    /// The time whose frame's number is put into the paths of a sequence.
+    pub(super) frame: Option<FrameTime>,
     /// Whether the text was written for a bare VDB file.
     pub(super) bare: bool,
     /// The part that was written for a USD file.
@@ -36,6 +37,8 @@ pub(in crate::scene) struct ShotText<'a> {
     pub(in crate::scene) start: usize,
     /// Where the files are that it names.
     pub(in crate::scene) assets: &'a BTreeMap<String, PathBuf>,
+    /// Those that stand in their places one frame later, between two frames.
+    pub(in crate::scene) next_assets: &'a BTreeMap<String, PathBuf>,
     /// The meshes in memory that it names.
     pub(in crate::scene) meshes: &'a BTreeMap<String, Arc<MeshData>>,
 }

@@ -286,7 +286,8 @@ impl<'t> Value<'t> {
             // Meshes of a shot are in memory, and what else it names is told by its own path.
             let is_there = self.source.shot.is_some_and(|s| s.meshes.contains_key(name));
             if is_there || path.is_file() {
-                return Ok(FileReference { path, at: self.place() });
+                let next = self.source.shot.and_then(|shot| shot.next_assets.get(name).cloned());
+                return Ok(FileReference { path, at: self.place(), next });
             }
             return Err(self.error(format!("{}: no such file", path.display())));
         }
@@ -294,15 +295,20 @@ impl<'t> Value<'t> {
         let path = folder.join(name);
         if !path.is_file() {
             if let Some(pattern) = Pattern::from_path(&path) {
-                let path = self.source.frame.map(|frame| pattern.existing(frame));
-                let path = path.ok_or_else(|| self.error(without_frame(name, &pattern)))?;
-                return Ok(FileReference { path, at: self.place() });
+                let time = self.source.frame;
+                let time = time.ok_or_else(|| self.error(without_frame(name, &pattern)))?;
+                let next = (!time.is_whole()).then(|| pattern.existing(time.frame() + 1));
+                return Ok(FileReference {
+                    path: pattern.existing(time.frame()),
+                    at: self.place(),
+                    next,
+                });
             }
             let what = if path.exists() { "is not a file" } else { "no such file" };
             let right = format!("{right}, its path relative to the scene file");
             return Err(self.error(format!("{}: {what}; give {right}", path.display())));
         }
-        Ok(FileReference { path, at: self.place() })
+        Ok(FileReference { path, at: self.place(), next: None })
     }
 
     /// As [`file`](Self::file), that of the next frame where it is one of a sequence; `None` where that is not there.
@@ -310,11 +316,11 @@ impl<'t> Value<'t> {
         let folder = self.source.path.parent().unwrap_or(Path::new(""));
         let path = folder.join(self.string(right)?);
         let pattern = Pattern::from_path(&path).filter(|_| !path.is_file());
-        let next = self.source.frame.and_then(|frame| frame.checked_add(1));
+        let next = self.source.frame.map(|time| time.frame() + 1);
         match pattern.zip(next) {
             Some((pattern, next)) => {
                 let path = pattern.existing(next);
-                Ok(path.is_file().then(|| FileReference { path, at: self.place() }))
+                Ok(path.is_file().then(|| FileReference { path, at: self.place(), next: None }))
             }
             None => self.file(right).map(Some),
         }

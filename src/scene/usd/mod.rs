@@ -213,6 +213,15 @@ impl ShotScene {
         };
         self.draft.set_next(&later.draft, mesh);
     }
+
+    /// Lets volumes become those of `later`, the scene one frame later.
+    pub(in crate::scene) fn turn_into(&mut self, later: &Self) {
+        for (here, there) in self.draft.volumes_beside(&later.draft) {
+            if let Some(path) = later.files.assets.get(there).filter(|_| here != there) {
+                self.files.next_assets.insert(here.to_owned(), path.clone());
+            }
+        }
+    }
 }
 
 /// What a scene of a shot needs besides its stage.

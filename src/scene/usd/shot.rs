@@ -17,6 +17,8 @@ pub struct Files {
     meshes_in: String,
     /// VDB files and pictures: where they are.
     pub(in crate::scene) assets: BTreeMap<String, PathBuf>,
+    /// Where those are that stand in their places one frame later, between two frames.
+    pub(in crate::scene) next_assets: BTreeMap<String, PathBuf>,
     /// Meshes, which are in no files.
     pub(in crate::scene) meshes: BTreeMap<String, Arc<MeshData>>,
 }
