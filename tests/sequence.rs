@@ -11,8 +11,10 @@ use std::time::{Duration, Instant};
 
 use fogbow::image::{read_exr, read_layers};
 use fogbow::math::{Stage, Stream};
-use fogbow::render::{Silent, render};
-use fogbow::scene::{LoadOptions, RenderSettings, Sequence};
+use fogbow::render::{Earlier, Silent, render_next, shot_strategies};
+use fogbow::scene::{
+    Directing, Director, Importance, LoadOptions, RenderSettings, Scene, Sequence,
+};
 use fogbow::vdb;
 use glam::DVec3;
 use serde_json::Value;
@@ -436,6 +438,34 @@ fn other_vector_units_make_the_same_picture() {
     assert!(worst < 1e-3, "{worst}");
 }
 
+/// A way of rendering whose flicker is measured.
+struct Way {
+    name: &'static str,
+    settings: fn(RenderSettings) -> RenderSettings,
+    /// Whether frames have the strategies of the shot, as those of `fogbow render --frames`, and none of their own.
+    of_shot: bool,
+}
+
+/// Strategies are measured for each frame, and for the shot; then with stages that follow what they measure in a frame.
+const WAYS: [Way; 4] = [
+    Way { name: "fixed, strategies a frame", settings: |own| own, of_shot: false },
+    Way { name: "fixed", settings: |own| own, of_shot: true },
+    Way {
+        name: "reconstructed",
+        settings: |own| RenderSettings { reconstruct: true, ..own },
+        of_shot: true,
+    },
+    Way {
+        name: "directed by error",
+        settings: |own| RenderSettings {
+            director: Director::Xs,
+            directing: Directing { x: Importance::Error, ..own.directing },
+            ..own
+        },
+        of_shot: true,
+    },
+];
+
 /// The flicker of a sequence, an object a line for `cargo bench --bench results -- --only flicker`: the
 /// mean over pixels of |L[t-1] - 2 L[t] + L[t+1]|, which linear change leaves at 0, over the mean
 /// luminance; less that of pictures with little noise, which is what the smoke itself does.
@@ -453,12 +483,20 @@ fn flicker_of_seeds() {
     let options = LoadOptions::default().size([64, 48]);
     let sequence = Sequence::open(pattern, &options).unwrap();
     let scenes: Vec<_> = (7..=10).map(|frame: i64| sequence.load(frame.into()).unwrap()).collect();
-    let flicker = |rays: u32, photons: u64, seed: &dyn Fn(u64) -> u64| {
+    let flicker = |way: &Way, rays: u32, photons: u64, seed: &dyn Fn(u64) -> u64| {
+        let settings = |scene: &Scene, seed| {
+            (way.settings)(RenderSettings { rays, photons, seed, ..scene.render })
+        };
+        let shot = way.of_shot.then(|| {
+            let scene = scenes.last().unwrap();
+            shot_strategies(scene, &settings(scene, seed(0))).unwrap()
+        });
         let lights: Vec<Vec<f64>> = (0..)
             .zip(&scenes)
             .map(|(t, scene)| {
-                let settings = RenderSettings { rays, photons, seed: seed(t), ..scene.render };
-                let film = render(scene, &settings, &Silent).unwrap().film;
+                let earlier = Earlier { strategies: shot.as_ref(), ..Earlier::default() };
+                let settings = settings(scene, seed(t));
+                let film = render_next(scene, &settings, earlier, &Silent).unwrap().film;
                 film.image().luminances().collect()
             })
             .collect();
@@ -471,20 +509,23 @@ fn flicker_of_seeds() {
     };
     let quick = std::env::var_os("FOGBOW_QUICK").is_some();
     let (many, seeds) = if quick { (400_000, 1) } else { (2_000_000, 4) };
-    let smoke = flicker(64, many, &|_| 0);
-    for photons in [20_000, 200_000] {
-        let mean = |vary: u64| {
-            let of = |seed: u64| flicker(16, photons, &|t| 100 * seed + vary * t) - smoke;
-            (1..=seeds).map(of).sum::<f64>() / seeds as f64
-        };
-        let (same, other) = (mean(0), mean(1));
-        let told = serde_json::json!({
-            "photons": photons,
-            "one_seed": same,
-            "seed_a_frame": other,
-            "smoke": smoke,
-        });
-        println!("{told}");
-        assert!(same < other);
+    let smoke = flicker(&WAYS[0], 64, many, &|_| 0);
+    for way in &WAYS {
+        for photons in [20_000, 200_000] {
+            let mean = |vary: u64| {
+                let of = |seed: u64| flicker(way, 16, photons, &|t| 100 * seed + vary * t) - smoke;
+                (1..=seeds).map(of).sum::<f64>() / seeds as f64
+            };
+            let (same, other) = (mean(0), mean(1));
+            let told = serde_json::json!({
+                "way": way.name,
+                "photons": photons,
+                "one_seed": same,
+                "seed_a_frame": other,
+                "smoke": smoke,
+            });
+            println!("{told}");
+            assert!(same < other);
+        }
     }
 }

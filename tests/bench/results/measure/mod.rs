@@ -20,6 +20,7 @@ mod scaling;
 mod scenes;
 mod spent;
 mod stages;
+mod stated_error;
 mod strategy;
 mod threads;
 mod verify;
@@ -66,7 +67,7 @@ macro_rules! measured {
 }
 
 /// All of them, the quickest first.
-pub fn measurements() -> [Measurement; 17] {
+pub fn measurements() -> [Measurement; 18] {
     measured![
         "plan" by plan,
         "rates" by rates,
@@ -78,6 +79,7 @@ pub fn measurements() -> [Measurement; 17] {
         "verify" by verify,
         "threads" by threads,
         "farm" by farm,
+        "stated-error" by stated_error,
         "equal-time" by equal_time,
         "strategy" by strategy,
         "convergence" by convergence,

@@ -26,6 +26,7 @@ pub mod record;
 pub mod sampler;
 pub mod scaling;
 mod scaling_plot;
+pub mod stated_error;
 pub mod strategy;
 pub mod threads;
 pub mod verify;
@@ -50,7 +51,7 @@ pub struct Page {
 }
 
 /// All of them, in the order of the index.
-pub const PAGES: [Page; 17] = [
+pub const PAGES: [Page; 18] = [
     Page {
         name: "director",
         tells: "what directed rendering saves, at what error, and what the director itself takes",
@@ -100,6 +101,11 @@ pub const PAGES: [Page; 17] = [
         name: "farm",
         tells: "merged passes beside the whole, and how far many nodes help",
         write: |json| page(json, "Parts on a farm", farm::tables),
+    },
+    Page {
+        name: "stated-error",
+        tells: "what `--error` states against the true error, and how near the plan is",
+        write: |json| page(json, "Stated against true errors", stated_error::tables),
     },
     Page {
         name: "plan",
