@@ -197,8 +197,7 @@ fn references(scene: &Scene, rays: u32, pool: &ThreadPool) -> [Pixels; 2] {
 /// Processor seconds that `fogbow plan` would foretell of a render to the error `goal`.
 fn foretold_seconds(scene: &Scene, goal: f64) -> fogbow::Result<f64> {
     let settings = RenderSettings { error: Some(ErrorGoal::Relative(goal)), ..scene.render };
-    let foretold = render::foretold(scene, &settings)?;
-    let (costs, spent) = Spent::on(|| render::costs(scene, &foretold, 0));
+    let (costs, spent) = Spent::on(|| render::costs(scene, &settings, 0));
     // The plan is of a clock, which stands still for no other program.
     Ok(costs?.seconds.total() * spent.ran / spent.elapsed)
 }

@@ -23,7 +23,7 @@ const SHIPPED: [(&str, f64); 6] = [
     ("fire", 0.6),
     ("road", 0.6),
     ("lucy", 0.3),
-    ("balls_a", 0.5),
+    ("balls_a", 2.0),
 ];
 
 /// Made files that are rendered alone, with their goals.
@@ -166,7 +166,7 @@ fn made() -> Vec<(&'static str, f64, String)> {
         ),
         (
             "glint of the sun on a mirror",
-            0.4,
+            1.0,
             &[FRONT, &few, &plume(4.0, "0.9"), FLOOR, &mirror, SUN_ABOVE, SKY],
         ),
         ("surfaces alone, glass", 0.4, &[FRONT, &many, FLOOR, &back, &glass, &red, PANEL]),
