@@ -142,7 +142,7 @@ def main():
                 print(f"  {key:<22}{found[key]:>16.8g}{other:>16.8g}  {off:.1e}{'' if off < TOLERANCE else '  TOO FAR'}")
             worst = max(worst, check_localized(name, found, differing_percent(reference, test)))
     print(f"worst relative difference {worst:.1e}, allowed {TOLERANCE:.0e}")
-    sys.exit(worst >= TOLERANCE)
+    sys.exit(int(worst >= TOLERANCE))
 
 
 if __name__ == "__main__":

@@ -125,7 +125,7 @@ def main(folder, fogbow):
                 f"{name}, {what}: differs by {apart:.3f} of what blur changes, in the mean by {mean:+.4f}"
                 + ("  WRONG" if fails else "")
             )
-    sys.exit(wrong > 0)
+    sys.exit(int(wrong > 0))
 
 
 main(*sys.argv[1:3])

@@ -300,7 +300,7 @@ def compare(folder, fogbow):
             truth = rgb(os.path.join(folder, f"shot_{frame}.exr"))[smoke].mean(0)
             found = rgb(picture)[smoke].mean(0)
             judge(f"smoke.{ending}, frame {frame}: mean radiance", np.abs(found / truth - 1).max(), SMOKE)
-    sys.exit(wrong > 0)
+    sys.exit(int(wrong > 0))
 
 
 if __name__ == "__main__":
