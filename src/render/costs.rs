@@ -24,7 +24,7 @@ use super::photon_pass::{PhotonPass, strategies};
 use super::photon_rate::PhotonRate;
 use super::pixel_sampling::{CameraRay, FilmPlace, Workspace};
 use super::progress::Stages;
-use super::rounds::{Extent, total};
+use super::rounds::{Extent, Round, total};
 use super::stage_settings::{
     film_contents, finest_step, pass_settings, sampled_pass_settings, specialised,
     specialised_for_film,
@@ -101,11 +101,14 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let assignment = chosen_strategies(scene, settings)?;
     let is_measured = !assignment.measured.is_empty();
     let pilot = if is_measured { start.elapsed().as_secs_f64() } else { 0.0 };
-    let rounds = Rounds::new::<S, H>(scene, settings, &assignment)?;
-    let settings = &RenderSettings { photons: rounds.photons, rays: rounds.rays, ..*settings };
+    let rounds = rounds::<S, H>(scene, settings, &assignment)?;
+    let whole = total(&rounds);
+    let settings = &RenderSettings { photons: whole.photons, rays: whole.rays, ..*settings };
     let start = Instant::now();
     let (photons, mut work) = sample_photons::<S, H>(scene, settings, &assignment)?;
-    let held = scaled(&work, rounds.most_photons as f64 / rounds.photons.max(1) as f64);
+    // The photons of one round are in memory at once.
+    let most = rounds.iter().map(|round| round.adds.photons).max().unwrap_or(0);
+    let held = scaled(&work, most as f64 / settings.photons.max(1) as f64);
     let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
 
     let gold = PixelBudget::fixed(settings.rays, photons.radius, finest_step(scene, settings));
@@ -116,14 +119,15 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     work += scaled(&second, sample.ratio);
     work += first.less(&second);
 
-    // Each half of the photons has cells of its own.
+    // Each round has photons of its own, and each half of them cells.
+    let count = rounds.len() as f64;
     let has_own = settings.in_halves() && photons.caches.own_lazy().next().is_some();
     let fills = if has_own { 2.0 } else { 1.0 };
-    let once = rounds.count * fills * (first_seconds - seconds).max(0.0);
+    let once = count * fills * (first_seconds - seconds).max(0.0);
     let directed = directed_share(scene, settings, gold)?;
     let seconds = StageSeconds {
         director: pilot + directed.seconds,
-        photons: rate.map_or(0.0, |rate| rate.seconds(settings.photons, rounds.count)),
+        photons: rate.map_or(0.0, |rate| rate.seconds(settings.photons, count)),
         march: directed.share * seconds * sample.ratio + once,
     };
     let measuring = match settings.director {
@@ -141,38 +145,23 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
         program,
     );
     let strategy = photons.choice.summary();
-    Ok(Costs { rays: settings.rays, photons: settings.photons, strategy, work, memory, seconds })
+    Ok(Costs { rays: whole.rays, photons: whole.photons, strategy, work, memory, seconds })
 }
 
-/// The rounds of a render: one, unless an error is its goal.
-struct Rounds {
-    count: f64,
-    /// Rays of a pixel of all together.
-    rays: u32,
-    /// Photon paths of all together.
-    photons: u64,
-    /// Photon paths of the largest, which are in memory at once.
-    most_photons: u64,
-}
-
-impl Rounds {
-    /// Those of `scene` under `settings`, by the first of them; one where that shows no light.
-    fn new<S: Spectrum, H: PhotonDirection>(
-        scene: &Scene,
-        settings: &RenderSettings,
-        strategies: &Assignment,
-    ) -> Result<Self> {
-        let foretold = match settings.error {
-            Some(goal) => foretell::<S, H>(&ErrorJob { scene, settings, goal, strategies })?,
-            None => None,
-        };
-        let RenderSettings { rays, photons, .. } = *settings;
-        Ok(foretold.map_or(Self { count: 1.0, rays, photons, most_photons: photons }, |rounds| {
-            let Extent { photons, rays } = total(&rounds);
-            let most_photons = rounds.iter().map(|round| round.adds.photons).max().unwrap_or(0);
-            Self { count: rounds.len() as f64, rays, photons, most_photons }
-        }))
-    }
+/// The rounds of a render of `scene` under `settings`, by the first of them where an error is its goal; one otherwise, and where
+/// that shows no light.
+fn rounds<S: Spectrum, H: PhotonDirection>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    strategies: &Assignment,
+) -> Result<Vec<Round>> {
+    let foretold = match settings.error {
+        Some(goal) => foretell::<S, H>(&ErrorJob { scene, settings, goal, strategies })?,
+        None => None,
+    };
+    let RenderSettings { rays, photons, .. } = *settings;
+    let whole = Extent { photons, rays };
+    Ok(foretold.unwrap_or_else(|| vec![Round { adds: whole, whole, found: None }]))
 }
 
 /// The film of an estimate of rays, with fewer pixels than the picture's.
