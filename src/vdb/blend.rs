@@ -5,10 +5,11 @@
 
 use glam::{DAffine3, DVec3, IVec3};
 
-use crate::math::{Index, IndexPoint, Transform, WorldPoint};
+use crate::math::{Aabb, Index, Transform, WorldPoint};
 
 use super::advect::{Drift, MOST_LEAVES, UNSEEN, leaves_near, with_voxels};
 use super::grid::Grid;
+use super::source::leaf_reach;
 use super::tree::{BRICK, REACH};
 use super::voxel::Voxel;
 
@@ -19,14 +20,14 @@ const ROUNDING: f64 = 1e-6;
 
 /// How the grids of a frame come to another time.
 #[derive(Debug, Clone, Copy)]
-pub struct Carriage<'a> {
+pub struct Advection<'a> {
     /// The velocities that carry them; `None` where they stand still.
     pub drift: Option<&'a Drift>,
     /// For how many frames, back where it is negative.
     pub frames: f64,
 }
 
-impl Carriage<'_> {
+impl Advection<'_> {
     /// How far all of it is carried alike, in metres.
     fn shift(&self) -> DVec3 {
         self.drift.map_or(DVec3::ZERO, |drift| drift.shift(self.frames))
@@ -52,19 +53,19 @@ impl Carriage<'_> {
     }
 }
 
-/// The mean of two `grids`, each where its carriage brings it: the second has the `share` of it, weighed by the `densities` of
+/// The mean of two `grids`, each where its advection brings it: the second has the `share` of it, weighed by the `densities` of
 /// both where these are given. It has the voxels of the first.
 ///
 /// # Errors
 /// The problem, where it would take too many voxels.
 pub fn blended<V: Voxel>(
     grids: [&Grid<V>; 2],
-    carriages: &[Carriage<'_>; 2],
+    advections: &[Advection<'_>; 2],
     share: f64,
     densities: Option<[&Grid<f32>; 2]>,
 ) -> Result<Grid<V>, String> {
     let [first, second] = grids;
-    let [onward, back] = carriages;
+    let [onward, back] = advections;
     let transform = onward.placed(first)?;
     let reaches = [onward.reach(first), back.reach(second)];
     let mut keys = leaves_near(first, reaches[0])?;
@@ -103,16 +104,12 @@ fn add_leaves(
     from: &Transform<Index>,
     to: &Transform<Index>,
 ) -> Result<(), String> {
-    let edge = f64::from(1 << BRICK);
     let farthest = f64::from(1 << (REACH - 1));
     for other in others {
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for corner in 0..8 {
-            let end = |axis: usize| if corner >> axis & 1 == 1 { edge } else { -1.0 };
-            let corner = IVec3::from(*other).as_dvec3() + DVec3::new(end(0), end(1), end(2));
-            let at = to.point_to_local(from.point_to_world(IndexPoint::from_xyz(corner))).xyz;
-            (low, high) = (low.min(at), high.max(at));
-        }
+        let corners = leaf_reach(IVec3::from(*other)).corners();
+        let there = corners.map(|corner| to.point_to_local(from.point_to_world(corner)));
+        let Aabb { min, max } = Aabb::around(there);
+        let (low, high) = (min.xyz, max.xyz);
         let is_usual = low.cmpge(DVec3::splat(-farthest)) & high.cmple(DVec3::splat(farthest));
         if !is_usual.all() {
             return Err("is carried too far from the voxels of the frame before".into());

@@ -31,7 +31,7 @@ mod walk;
 mod write;
 
 pub use advect::Drift;
-pub use blend::{Carriage, blended, emptied};
+pub use blend::{Advection, blended, emptied};
 pub use cubic::Cubic;
 pub(crate) use ffi::bridge::map_large_blocks;
 pub use file::{ReadAs, VdbFile, Wanted};

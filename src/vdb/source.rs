@@ -80,12 +80,7 @@ impl<V: Voxel> Source<V> {
     /// their voxels reach; with `leaves_out` those are dropped, and the background is in their
     /// place.
     pub(super) fn keep(&mut self, wanted: &dyn Fn(&Aabb<Index>) -> bool, leaves_out: bool) -> u64 {
-        // Between voxels values are trilinear: each reaches as far as its neighbours.
-        let reaches = |origin: &IVec3| {
-            let corner = |p: IVec3| Point::from_xyz(p.as_dvec3());
-            Aabb::new(corner(*origin - 1), corner(*origin + (1 << BRICK)))
-        };
-        let kept: Vec<bool> = self.origins.iter().map(|at| wanted(&reaches(at))).collect();
+        let kept: Vec<bool> = self.origins.iter().map(|at| wanted(&leaf_reach(*at))).collect();
         let mut unwanted = 0;
         for (mask, _) in self.masks.iter().zip(&kept).filter(|(_, kept)| !**kept) {
             unwanted += mask.iter().map(|bits| u64::from(bits.count_ones())).sum::<u64>();
@@ -104,6 +99,13 @@ impl<V: Voxel> Source<V> {
         self.leaves.iter_mut().flatten().for_each(|v| *v = v.as_density());
         self.tiles.iter_mut().for_each(|t| t.value = t.value.as_density());
     }
+}
+
+/// The box into which the voxels of the leaf that begins at `origin` reach: between voxels values are trilinear, so that each
+/// reaches as far as its neighbours.
+pub(super) fn leaf_reach(origin: IVec3) -> Aabb<Index> {
+    let corner = |p: IVec3| Point::from_xyz(p.as_dvec3());
+    Aabb::new(corner(origin - 1), corner(origin + (1 << BRICK)))
 }
 
 /// Keeps the items of which `kept` is true.

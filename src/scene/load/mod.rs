@@ -364,15 +364,15 @@ fn media_and_times(
     context: &mut Context,
 ) -> Result<(Moved, Vec<(StaticScene, Moved)>)> {
     let motion = &file.motion;
-    let courses = motion::courses(file, context)?;
+    let animations = motion::animations(file, context)?;
     let moved_at = |frames, still: &StaticScene, context: &mut Context| -> Result<Moved> {
-        let media = motion::media(frames, file, &courses, &still.camera, context)?;
+        let media = motion::media(frames, file, &animations, &still.camera, context)?;
         if !file.film.passes.has(Aov::Motion) {
             return Ok((media, None));
         }
         let StaticScene { camera, surfaces, .. } = still.moved(frames + 1.0, text, file)?;
         let here = (&still.camera, &*still.surfaces);
-        let motion = motion::frame_motion(frames, file, &courses, here, (camera, surfaces));
+        let motion = motion::frame_motion(frames, file, &animations, here, (camera, surfaces));
         Ok((media, Some(motion)))
     };
     let (media, vectors) = moved_at(motion.middle(), still, context)?;
@@ -383,7 +383,7 @@ fn media_and_times(
     let moving = Moving {
         file,
         cameras: [camera_at(motion.open, file)?, camera_at(motion.open + motion.shutter, file)?],
-        courses: &courses,
+        animations: &animations,
         media: media.iter().map(|medium| medium.density.bounds()).collect(),
         surfaces: surfaces.map(|surface| surface.shape().bounds()).collect(),
     };

@@ -17,7 +17,7 @@ use crate::scene::file::{
 };
 use crate::scene::frame_motion::{FrameMotion, MediumStep};
 use crate::surface::Surfaces;
-use crate::vdb::{Carriage, Drift};
+use crate::vdb::{Advection, Drift};
 
 /// Times of a shutter in which something moves, at least and at most, where their number is not given.
 ///
@@ -26,14 +26,14 @@ const TIMES: [u32; 2] = [2, 32];
 
 /// How a medium comes to other times than that of its frame.
 #[derive(Debug)]
-pub(super) struct Course<'a> {
+pub(super) struct MediumAnimation<'a> {
     /// The velocities that carry it.
     drift: Option<Arc<Drift>>,
     /// That of the next frame with its velocities, where the scene is between the two.
     next: Option<(&'a MediumSection, Option<Arc<Drift>>)>,
 }
 
-impl Course<'_> {
+impl MediumAnimation<'_> {
     /// The largest velocity of its smoke, in metres a frame.
     fn fastest(&self) -> f64 {
         let next = self.next.as_ref().and_then(|(_, drift)| drift.as_ref());
@@ -48,7 +48,10 @@ impl Course<'_> {
 }
 
 /// How each medium of `file` comes to the times at which the shutter is open.
-pub(super) fn courses<'a>(file: &'a SceneFile, context: &mut Context) -> Result<Vec<Course<'a>>> {
+pub(super) fn animations<'a>(
+    file: &'a SceneFile,
+    context: &mut Context,
+) -> Result<Vec<MediumAnimation<'a>>> {
     let mut of = |section: &MediumSection, frame| {
         if file.motion.is_of_frame() && !file.film.passes.has(Aov::Motion) {
             return Ok(None);
@@ -56,24 +59,24 @@ pub(super) fn courses<'a>(file: &'a SceneFile, context: &mut Context) -> Result<
         let medium = media::build(section, context)?;
         Ok(drift(section, &medium, (&file.motion, frame), context)?.map(Arc::new))
     };
-    let mut courses = Vec::new();
+    let mut animations = Vec::new();
     for (section, next) in file.media.iter().zip(&file.next_media) {
         let drift = of(section, 0.0)?;
         let next = match next {
             Some(next) => Some((next, of(next, 1.0)?)),
             None => None,
         };
-        courses.push(Course { drift, next });
+        animations.push(MediumAnimation { drift, next });
     }
-    for (section, course) in file.media.iter().zip(&courses) {
-        if course.next.is_some() && course.fastest() == 0.0 && section.motion.is_none() {
+    for (section, animation) in file.media.iter().zip(&animations) {
+        if animation.next.is_some() && animation.fastest() == 0.0 && section.motion.is_none() {
             context.notes.push(format!(
                 "{}: has no velocities, so that what is between two frames is the mean of both",
                 section.name
             ));
         }
     }
-    Ok(courses)
+    Ok(animations)
 }
 
 /// What the hash of a scene has of the time of `file`; nothing at that of a frame.
@@ -82,19 +85,19 @@ pub(super) fn hashed(file: &SceneFile) -> String {
     if fraction == 0.0 { String::new() } else { format!("{fraction}\n") }
 }
 
-/// The media of `file`, which come there by these `courses`, so many `frames` after the frame of the scene, as `camera` sees them.
+/// The media of `file`, which come there by these `animations`, so many `frames` after the frame of the scene, as `camera` sees them.
 pub(super) fn media(
     frames: f64,
     file: &SceneFile,
-    courses: &[Course<'_>],
+    animations: &[MediumAnimation<'_>],
     camera: &Camera,
     context: &mut Context,
 ) -> Result<Media> {
-    let of = |(section, course): (&MediumSection, &Course<'_>)| {
-        let medium = medium(section, course, frames, &file.motion, context)?;
+    let of = |(section, animation): (&MediumSection, &MediumAnimation<'_>)| {
+        let medium = medium(section, animation, frames, &file.motion, context)?;
         Ok(media::resolved(medium, camera))
     };
-    file.media.iter().zip(courses).map(of).collect::<Result<_>>().map(Media::new)
+    file.media.iter().zip(animations).map(of).collect::<Result<_>>().map(Media::new)
 }
 
 /// How `medium`, that of `section` at its frame, which is so many after that of the scene, is carried by velocities while the
@@ -121,35 +124,35 @@ fn drift(
     Ok(Some(Drift::new(&velocity, to_world * scale, smoke, motion.farthest(frame))))
 }
 
-/// The medium of `section`, which comes there by its `course`, so many `frames` after the frame of the scene.
+/// The medium of `section`, which comes there by its `animation`, so many `frames` after the frame of the scene.
 fn medium(
     section: &MediumSection,
-    course: &Course<'_>,
+    animation: &MediumAnimation<'_>,
     frames: f64,
     motion: &MotionSection,
     context: &mut Context,
 ) -> Result<Medium> {
-    let drift = course.drift.as_deref();
-    let Some((next, next_drift)) = &course.next else {
+    let drift = animation.drift.as_deref();
+    let Some((next, next_drift)) = &animation.next else {
         // One file for all frames stays where it is, but while the shutter is open.
-        let carriage = Carriage { drift, frames: frames - motion.fraction };
-        return at(&section.at, retime::carried(placed(section, frames, context)?, &carriage));
+        let advection = Advection { drift, frames: frames - motion.fraction };
+        return at(&section.at, retime::carried(placed(section, frames, context)?, &advection));
     };
-    let carriages = [
-        Carriage { drift, frames },
-        Carriage { drift: next_drift.as_deref(), frames: frames - 1.0 },
+    let advections = [
+        Advection { drift, frames },
+        Advection { drift: next_drift.as_deref(), frames: frames - 1.0 },
     ];
     let share = MotionSection::share_of_next(frames);
     if share == 0.0 {
         let medium = placed(section, frames, context)?;
-        return at(&section.at, retime::carried(medium, &carriages[0]));
+        return at(&section.at, retime::carried(medium, &advections[0]));
     }
     let medium = placed(next, frames - 1.0, context)?;
     if share == 1.0 {
-        return at(&next.at, retime::carried(medium, &carriages[1]));
+        return at(&next.at, retime::carried(medium, &advections[1]));
     }
     let media = [placed(section, frames, context)?, medium];
-    at(&section.at, retime::blended(media, &carriages, share))
+    at(&section.at, retime::blended(media, &advections, share))
 }
 
 /// The medium of `section` where its own motion places it, so many `frames` after its frame.
@@ -168,7 +171,7 @@ fn placed(section: &MediumSection, frames: f64, context: &mut Context) -> Result
 pub(super) fn frame_motion(
     frames: f64,
     file: &SceneFile,
-    courses: &[Course<'_>],
+    animations: &[MediumAnimation<'_>],
     here: (&Camera, &Surfaces),
     later: (Camera, Arc<Surfaces>),
 ) -> FrameMotion {
@@ -176,11 +179,12 @@ pub(super) fn frame_motion(
         let displacement = |step: &MotionStep| step.displacement(still, frames, frames + 1.0);
         motion.map_or(DAffine3::IDENTITY, displacement)
     };
-    let media =
-        file.media.iter().zip(courses).map(|(section, course)| match course.nearest(frames) {
+    let media = file.media.iter().zip(animations).map(|(section, animation)| {
+        match animation.nearest(frames) {
             Some(drift) => MediumStep::Carried(Arc::clone(drift)),
             None => MediumStep::Placed(placed(section.motion.as_ref(), &section.placement)),
-        });
+        }
+    });
     // Those of lights come first, and stand still.
     let of_lights = here.1.surfaces().len() - file.surfaces.len();
     let surfaces = file.surfaces.iter().map(|s| placed(s.motion.as_ref(), &s.placement));
@@ -195,7 +199,7 @@ pub(super) struct Moving<'a> {
     /// The cameras when the shutter opens and closes.
     pub(super) cameras: [Camera; 2],
     /// How media come to other times.
-    pub(super) courses: &'a [Course<'a>],
+    pub(super) animations: &'a [MediumAnimation<'a>],
     /// What media and surfaces fill in the middle, in the order of the file.
     pub(super) media: Vec<Option<Aabb<World>>>,
     /// The same of surfaces.
@@ -227,7 +231,7 @@ impl Moving<'_> {
     fn is_any(&self) -> bool {
         let file = self.file;
         file.camera_or_surfaces_move()
-            || self.courses.iter().any(|course| course.fastest() > 0.0)
+            || self.animations.iter().any(|animation| animation.fastest() > 0.0)
             || file.media.iter().any(|medium| medium.motion.is_some())
     }
 
@@ -249,10 +253,10 @@ impl Moving<'_> {
             let (step, still) = (*step, *still);
             move |p, t| step.displacement(&still, middle, middle + t).transform_point3(p)
         };
-        let media = self.file.media.iter().zip(self.courses).zip(&self.media);
-        for ((section, course), bounds) in media {
+        let media = self.file.media.iter().zip(self.animations).zip(&self.media);
+        for ((section, animation), bounds) in media {
             let Some(bounds) = bounds else { continue };
-            let speed = course.fastest();
+            let speed = animation.fastest();
             for axis in DVec3::AXES {
                 see(bounds, &|p, t| p + axis * (speed * t));
             }

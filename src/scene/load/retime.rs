@@ -2,25 +2,25 @@
 
 use crate::math::Spectrum;
 use crate::medium::{Albedo, Density, Emission, Medium, Ramped};
-use crate::vdb::{self, Carriage, Grid, Voxel};
+use crate::vdb::{self, Advection, Grid, Voxel};
 
 /// `medium`, all of whose grids are carried.
-pub(super) fn carried(mut medium: Medium, carriage: &Carriage<'_>) -> Result<Medium, String> {
-    if carriage.drift.is_none() || carriage.frames == 0.0 {
+pub(super) fn carried(mut medium: Medium, advection: &Advection<'_>) -> Result<Medium, String> {
+    if advection.drift.is_none() || advection.frames == 0.0 {
         return Ok(medium);
     }
     match &mut medium.density {
-        Density::Voxel(grid) => carry(grid, carriage)?,
-        Density::Ramped(ramped) => carry_ramped(ramped, carriage)?,
+        Density::Voxel(grid) => carry(grid, advection)?,
+        Density::Ramped(ramped) => carry_ramped(ramped, advection)?,
         Density::Homogeneous(_) => {}
     }
-    carry_albedo(&mut medium.albedo, carriage)?;
-    carry_emission(&mut medium.emission, carriage)?;
+    carry_albedo(&mut medium.albedo, advection)?;
+    carry_emission(&mut medium.emission, advection)?;
     Ok(medium)
 }
 
-fn carry<V: Voxel>(grid: &mut Grid<V>, carriage: &Carriage<'_>) -> Result<(), String> {
-    if let Carriage { drift: Some(drift), frames } = *carriage
+fn carry<V: Voxel>(grid: &mut Grid<V>, advection: &Advection<'_>) -> Result<(), String> {
+    if let Advection { drift: Some(drift), frames } = *advection
         && frames != 0.0
     {
         *grid = drift.moved(grid.clone(), frames)?;
@@ -30,42 +30,45 @@ fn carry<V: Voxel>(grid: &mut Grid<V>, carriage: &Carriage<'_>) -> Result<(), St
 
 fn carry_ramped<V: Spectrum>(
     ramped: &mut Ramped<V>,
-    carriage: &Carriage<'_>,
+    advection: &Advection<'_>,
 ) -> Result<(), String> {
     let mut grid = ramped.grid().clone();
-    carry(&mut grid, carriage)?;
+    carry(&mut grid, advection)?;
     *ramped = Ramped::new(grid, ramped.transfer().clone());
     Ok(())
 }
 
-fn carry_albedo(albedo: &mut Albedo, carriage: &Carriage<'_>) -> Result<(), String> {
+fn carry_albedo(albedo: &mut Albedo, advection: &Advection<'_>) -> Result<(), String> {
     match albedo {
-        Albedo::Color { grid, .. } => carry(grid, carriage),
-        Albedo::Scalar { grid, .. } => carry(grid, carriage),
-        Albedo::Ramped(ramped) => carry_ramped(ramped, carriage),
+        Albedo::Color { grid, .. } => carry(grid, advection),
+        Albedo::Scalar { grid, .. } => carry(grid, advection),
+        Albedo::Ramped(ramped) => carry_ramped(ramped, advection),
         Albedo::Constant(_) => Ok(()),
     }
 }
 
-fn carry_emission(emission: &mut Option<Emission>, carriage: &Carriage<'_>) -> Result<(), String> {
+fn carry_emission(
+    emission: &mut Option<Emission>,
+    advection: &Advection<'_>,
+) -> Result<(), String> {
     match emission {
         Some(Emission::Grid { grid, .. } | Emission::Blackbody { grid, .. }) => {
-            carry(grid, carriage)
+            carry(grid, advection)
         }
-        Some(Emission::Ramped(ramped)) => carry_ramped(ramped, carriage),
+        Some(Emission::Ramped(ramped)) => carry_ramped(ramped, advection),
         Some(Emission::Density(_)) | None => Ok(()),
     }
 }
 
-/// The mean of the `media` of two frames, in which the second has this `share`, each where its carriage brings it. Density and emission
+/// The mean of the `media` of two frames, in which the second has this `share`, each where its advection brings it. Density and emission
 /// add up; albedo and temperature are means by density, as of smoke that mixes.
 pub(super) fn blended(
     media: [Medium; 2],
-    carriages: &[Carriage<'_>; 2],
+    advections: &[Advection<'_>; 2],
     share: f64,
 ) -> Result<Medium, String> {
     let [mut first, mut second] = media;
-    let mean = Mean { carriages, share };
+    let mean = Mean { advections, share };
     let densities = first.density.grid().cloned().zip(second.density.grid().cloned());
     let densities = densities.as_ref().map(|(first, second)| [first, second]);
     match (&mut first.albedo, &second.albedo) {
@@ -80,9 +83,9 @@ pub(super) fn blended(
         }
         (Albedo::Constant(_), Albedo::Constant(_)) => {}
         // One frame has no grid of it.
-        (albedo, _) if share < 0.5 => carry_albedo(albedo, &carriages[0])?,
+        (albedo, _) if share < 0.5 => carry_albedo(albedo, &advections[0])?,
         _ => {
-            carry_albedo(&mut second.albedo, &carriages[1])?;
+            carry_albedo(&mut second.albedo, &advections[1])?;
             first.albedo = second.albedo;
         }
     }
@@ -98,7 +101,7 @@ pub(super) fn blended(
 
 /// A mean of two frames.
 struct Mean<'a> {
-    carriages: &'a [Carriage<'a>; 2],
+    advections: &'a [Advection<'a>; 2],
     /// That of the second.
     share: f64,
 }
@@ -112,7 +115,7 @@ impl Mean<'_> {
         densities: Option<[&Grid<f32>; 2]>,
     ) -> Result<(), String> {
         if grid.identity() != next.identity() {
-            *grid = vdb::blended([grid, next], self.carriages, self.share, densities)?;
+            *grid = vdb::blended([grid, next], self.advections, self.share, densities)?;
         }
         Ok(())
     }
@@ -135,7 +138,7 @@ impl Mean<'_> {
         emissions: [Option<Emission>; 2],
         densities: Option<[&Grid<f32>; 2]>,
     ) -> Result<Option<Emission>, String> {
-        let [onward, back] = self.carriages;
+        let [onward, back] = self.advections;
         match emissions {
             [Some(mut first), Some(next)] => {
                 match (&mut first, &next) {
@@ -171,7 +174,7 @@ fn dimmed(mut emission: Emission, factor: f64) -> Result<Emission, String> {
         Emission::Density(color) | Emission::Grid { color, .. } => *color *= factor,
         Emission::Blackbody { scale, .. } => *scale *= factor,
         Emission::Ramped(ramped) => {
-            let (grid, stays) = (ramped.grid(), Carriage { drift: None, frames: 0.0 });
+            let (grid, stays) = (ramped.grid(), Advection { drift: None, frames: 0.0 });
             let zeros = vdb::emptied(grid);
             let grid = vdb::blended([grid, &zeros], &[stays; 2], 1.0 - factor, None)?;
             *ramped = Ramped::new(grid, ramped.transfer().clone());
