@@ -15,6 +15,7 @@ class Volume:
     """Grids in a temporary VDB file, which vanishes with the volume. It stands wherever the path of a VDB file may."""
 
     def __init__(self, grids: list[tuple[str, Any]], voxel_size: list[float], origin: list[float]) -> None:
+        # Here, so that whoever imports fogbow for pictures alone does not wait for them.
         import shutil
         import tempfile
         import weakref
