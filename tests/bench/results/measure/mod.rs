@@ -17,6 +17,7 @@ mod rates;
 mod reconstruction;
 mod sampler;
 mod scaling;
+mod scene_text;
 mod scenes;
 mod spent;
 mod stages;

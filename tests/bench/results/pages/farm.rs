@@ -4,7 +4,7 @@ use fogbow::study::Interval;
 use serde::{Deserialize, Serialize};
 
 use super::farm_model::{Kind, MOST_NODES, START_UP, efficient_nodes, simulated, speed_up, times};
-use super::markdown::{NONE, decimals, figure, table, whole};
+use super::markdown::{NONE, decimals, figure, interval, table, whole};
 
 /// Nodes that the table tells.
 const NODES: [u32; 4] = [8, 64, 256, MOST_NODES];
@@ -111,7 +111,7 @@ pub fn tables(rows: &[Row]) -> String {
     let ratios = passes(rows).map(|of| {
         let cells = [&of.error, &of.error_of_all, &of.brightness, &of.steps, &of.seconds];
         let cells =
-            cells.into_iter().zip([3, 3, 4, 4, 3]).map(|(ratio, digits)| told_as(ratio, digits));
+            cells.into_iter().zip([3, 3, 4, 4, 3]).map(|(ratio, digits)| interval(ratio, digits));
         [of.scene.clone(), of.photons.clone()].into_iter().chain(cells).collect()
     });
     let equality = table(
@@ -189,15 +189,6 @@ pub fn tables(rows: &[Row]) -> String {
          simulation in which nodes differ by 10 % in speed, each task waits {START_UP} s for its start and each crop takes what its rows do. \
          There is a part a node: passes have 8 rays or more, crops a row or more. Crops that are reconstructed get rays \
          around them, too.\n\n{nodes}"
-    )
-}
-
-/// A ratio with its interval.
-fn told_as(ratio: &Interval, digits: usize) -> String {
-    let estimate = decimals(ratio.estimate, digits);
-    ratio.range.map_or_else(
-        || estimate.clone(),
-        |[low, high]| format!("{estimate} ({low:.digits$} to {high:.digits$})"),
     )
 }
 

@@ -1,6 +1,6 @@
 //! Tables and figures as Markdown.
 
-use fogbow::study::significant;
+use fogbow::study::{Interval, significant};
 
 /// What stands where there is no figure.
 pub const NONE: &str = "–";
@@ -30,6 +30,13 @@ pub fn decimals(value: impl Into<Option<f64>>, decimals: usize) -> String {
 pub fn range(range: Option<[f64; 2]>, decimals: usize) -> String {
     range
         .map_or_else(|| NONE.into(), |[low, high]| format!("{low:.decimals$} to {high:.decimals$}"))
+}
+
+/// An estimate in so many decimals, where there is one, with its interval in brackets.
+pub fn interval<'a>(interval: impl Into<Option<&'a Interval>>, decimals: usize) -> String {
+    let Some(Interval { estimate, range: ends, .. }) = interval.into() else { return NONE.into() };
+    let estimate = self::decimals(*estimate, decimals);
+    if ends.is_none() { estimate } else { format!("{estimate} ({})", range(*ends, decimals)) }
 }
 
 /// `value` with commas between thousands.

@@ -3,7 +3,7 @@
 use fogbow::study::Interval;
 use serde::{Deserialize, Serialize};
 
-use super::markdown::{NONE, decimals, figure, table, whole};
+use super::markdown::{decimals, figure, interval, table, whole};
 
 /// Largest factor between stated and true errors that passes.
 const WITHIN: f64 = 1.3;
@@ -63,8 +63,8 @@ pub fn tables(rows: &[Row]) -> String {
             row.scene.clone(),
             figure(row.goal, 2),
             figure(row.stated, 2),
-            told(row.found.as_ref(), 4),
-            told(row.ratio.as_ref(), 2),
+            interval(row.found.as_ref(), 4),
+            interval(row.ratio.as_ref(), 2),
             figure(row.rays, 2),
             whole(row.photons),
             figure(row.seconds, 2),
@@ -99,17 +99,6 @@ pub fn tables(rows: &[Row]) -> String {
          took.\n\n{beside}\n{}\n",
         summary(rows),
         foretold_summary(rows)
-    )
-}
-
-/// An estimate with its interval.
-fn told(interval: Option<&Interval>, digits: usize) -> String {
-    interval.map_or_else(
-        || NONE.into(),
-        |of| {
-            let range = of.range.map(|[low, high]| format!(" ({low:.digits$} to {high:.digits$})"));
-            format!("{:.digits$}{}", of.estimate, range.unwrap_or_default())
-        },
     )
 }
 

@@ -6,10 +6,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fogbow::make::{Kind, Settings, make};
+use fogbow::make::Kind;
 use fogbow::scene::{LoadOptions, Scene};
-use fogbow::vdb;
 
+use super::super::scene_text::{
+    FLOOR, HIGHER, LAMP_ASIDE, LAMP_INSIDE, PANEL, SKY, SKY_ABOVE, SUN_BEHIND, grid, make_grids,
+    photons, region,
+};
 use super::super::scenes::{scaled, shipped};
 use crate::pages::Result;
 
@@ -33,27 +36,18 @@ const BARE: [(&str, Kind, f64); 2] = [("smoke", Kind::Smoke, 0.15), ("fire", Kin
 const RESOLUTION: u32 = 48;
 const PLUME_LENGTH: f64 = 2.0;
 
-const FRONT: &str = "[camera]\nposition = [0.0, 1.0, 5.0]\ntarget = [0.0, 1.0, 0.0]\nfov = 30.0\n\
-                     [film]\nsize = [96, 54]\n";
-const WITHIN: &str = "[camera]\nposition = [0.2, 1.1, 1.2]\ntarget = [0.0, 1.0, -1.0]\nfov = 60.0\n\
-                      [film]\nsize = [96, 54]\n";
+const FILM: &str = "[film]\nsize = [96, 54]\n";
+const WITHIN: &str =
+    "[camera]\nposition = [0.2, 1.1, 1.2]\ntarget = [0.0, 1.0, -1.0]\nfov = 60.0\n";
 const ROOM: &str = "box = { min = [-3.0, 0.0, -3.0], max = [3.0, 3.0, 6.0] }";
 const BANK: &str = "box = { min = [-4.0, 0.0, 2.0], max = [4.0, 2.5, 8.0] }";
 const BOX: &str = "box = { min = [-1.0, 0.0, -1.0], max = [1.0, 2.0, 1.0] }";
 const BALL: &str = "sphere = { center = [0.0, 1.0, 0.0], radius = 1.0 }";
-const FLOOR: &str = "[[surface]]\nshape = \"plane\"\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 1.0, 0.0]\n\
-                     material = { type = \"diffuse\", reflectance = 0.4 }\n";
 const FLAME: &str = "[[medium]]\nfile = \"flame.vdb\"\nsigma_t = 12.0\nalbedo = [0.55, 0.5, 0.45]\n\
                      emission = { temperature = \"temperature\", kelvin_scale = 1800.0, scale = 0.1 }\n";
 
-const PANEL: &str = "[[light]]\ntype = \"area\"\ncenter = [-2.0, 2.6, 1.0]\nu = [0.0, 0.0, 0.5]\n\
-                     v = [-0.3, -0.4, 0.0]\nradiance = 30.0\n";
 const SMALL_LAMP: &str = "[[light]]\ntype = \"area\"\ncenter = [0.4, 1.6, 0.0]\nu = [0.1, 0.0, 0.0]\n\
                           v = [0.0, -0.1, 0.0]\nradiance = 100.0\n";
-const LAMP_ASIDE: &str =
-    "[[light]]\ntype = \"point\"\nposition = [2.0, 3.0, 1.0]\nintensity = 20.0\n";
-const LAMP_INSIDE: &str =
-    "[[light]]\ntype = \"point\"\nposition = [0.0, 0.8, 0.0]\nintensity = 5.0\n";
 const HIDDEN_LAMP: &str =
     "[[light]]\ntype = \"point\"\nposition = [2.2, 1.5, -2.4]\nintensity = 20.0\n";
 const COLOURED_LAMPS: &str = "[[light]]\ntype = \"point\"\nposition = [2.0, 2.0, 1.0]\n\
@@ -66,11 +60,6 @@ const SUN_ABOVE: &str =
     "[[light]]\ntype = \"sun\"\ndirection = [-0.5, -1.0, -0.6]\nirradiance = 3.0\nangle = 10.0\n";
 const SUN_ASIDE: &str =
     "[[light]]\ntype = \"sun\"\ndirection = [1.0, -0.3, -0.2]\nirradiance = 3.0\n";
-const SUN_BEHIND: &str =
-    "[[light]]\ntype = \"sun\"\ndirection = [0.3, -0.3, 1.0]\nirradiance = 3.0\n";
-const SKY: &str = "[[light]]\ntype = \"environment\"\nradiance = 0.1\n";
-const SKY_ABOVE: &str = "[[light]]\ntype = \"environment\"\n\
-                         gradient = [[-90.0, 0.05], [0.0, 0.2], [90.0, 1.0]]\n";
 
 /// A scene, and the error that it is rendered to.
 pub struct GoalScene {
@@ -94,22 +83,9 @@ impl GoalScene {
     }
 }
 
-/// A medium in `density`, which is a file or a region.
-fn medium(density: &str, sigma_t: f64, albedo: &str, g: f64) -> String {
-    format!(
-        "[[medium]]\n{density}\nsigma_t = {sigma_t:?}\nalbedo = {albedo}\n\
-         phase = {{ type = \"henyey-greenstein\", g = {g:?} }}\n"
-    )
-}
-
-/// A homogeneous medium in a region.
-fn region(shape: &str, sigma_t: f64, albedo: &str, g: f64) -> String {
-    medium(&format!("region = {{ {shape} }}"), sigma_t, albedo, g)
-}
-
 /// The plume.
 fn plume(sigma_t: f64, albedo: &str) -> String {
-    medium("file = \"plume.vdb\"", sigma_t, albedo, 0.3)
+    grid("plume.vdb", sigma_t, albedo, 0.3)
 }
 
 /// A box of diffuse walls.
@@ -126,10 +102,6 @@ fn ball(x: f64, z: f64, radius: f64, material: &str) -> String {
         "[[surface]]\nshape = \"sphere\"\ncenter = {:?}\nradius = {radius:?}\nmaterial = {{ {material} }}\n",
         [x, radius, z]
     )
-}
-
-fn photons(photons: u64) -> String {
-    format!("[render]\nphotons = {photons}\n")
 }
 
 /// A room whose lamp stands behind a screen.
@@ -153,41 +125,46 @@ fn made() -> Vec<(&'static str, f64, String)> {
     let red = ball(-0.7, 0.0, 0.5, "type = \"diffuse\", reflectance = [0.7, 0.2, 0.1]");
     let back = wall([-3.0, 0.0, -2.1], [3.0, 3.0, -2.0]);
     let scenes: [(&str, f64, &[&str]); 14] = [
-        ("faint smoke", 0.15, &[FRONT, &few, &plume(0.2, "0.9"), PANEL]),
+        ("faint smoke", 0.15, &[HIGHER, FILM, &few, &plume(0.2, "0.9"), PANEL]),
         (
             "lamp behind a corner, fog",
             0.4,
-            &[FRONT, &many, &region(ROOM, 0.2, "0.9", 0.3), FLOOR, &corner(), HIDDEN_LAMP],
+            &[HIGHER, FILM, &many, &region(ROOM, 0.2, "0.9", 0.3), FLOOR, &corner(), HIDDEN_LAMP],
         ),
         (
             "small lamp seen in fog",
             0.35,
-            &[FRONT, &many, &region(ROOM, 0.3, "0.95", 0.5), FLOOR, SMALL_LAMP],
+            &[HIGHER, FILM, &many, &region(ROOM, 0.3, "0.95", 0.5), FLOOR, SMALL_LAMP],
         ),
         (
             "glint of the sun on a mirror",
             1.0,
-            &[FRONT, &few, &plume(4.0, "0.9"), FLOOR, &mirror, SUN_ABOVE, SKY],
+            &[HIGHER, FILM, &few, &plume(4.0, "0.9"), FLOOR, &mirror, SUN_ABOVE, SKY],
         ),
-        ("surfaces alone, glass", 0.4, &[FRONT, &many, FLOOR, &back, &glass, &red, PANEL]),
+        ("surfaces alone, glass", 0.4, &[HIGHER, FILM, &many, FLOOR, &back, &glass, &red, PANEL]),
         (
             "coloured lamps, coloured smoke",
             0.15,
-            &[FRONT, &many, &plume(20.0, "[0.95, 0.8, 0.5]"), FLOOR, COLOURED_LAMPS],
+            &[HIGHER, FILM, &many, &plume(20.0, "[0.95, 0.8, 0.5]"), FLOOR, COLOURED_LAMPS],
         ),
-        ("spot in fog", 0.2, &[FRONT, &many, &region(ROOM, 0.3, "0.95", 0.6), FLOOR, SPOT]),
-        ("flame alone", 0.25, &[FRONT, &few, FLAME]),
-        ("thick cloud", 0.4, &[FRONT, &few, &region(BALL, 15.0, "0.9999", 0.85), SUN_ASIDE, SKY]),
+        ("spot in fog", 0.2, &[HIGHER, FILM, &many, &region(ROOM, 0.3, "0.95", 0.6), FLOOR, SPOT]),
+        ("flame alone", 0.25, &[HIGHER, FILM, &few, FLAME]),
+        (
+            "thick cloud",
+            0.4,
+            &[HIGHER, FILM, &few, &region(BALL, 15.0, "0.9999", 0.85), SUN_ASIDE, SKY],
+        ),
         (
             "forward peak, sun behind",
             0.2,
-            &[FRONT, &few, &region(BALL, 1.0, "0.95", 0.95), SUN_BEHIND],
+            &[HIGHER, FILM, &few, &region(BALL, 1.0, "0.95", 0.95), SUN_BEHIND],
         ),
         (
             "fog bank and plume",
             0.3,
             &[
-                FRONT,
+                HIGHER,
+                FILM,
                 &few,
                 &region(BANK, 0.3, "0.95", 0.3),
                 &plume(20.0, "0.95"),
@@ -195,16 +172,16 @@ fn made() -> Vec<(&'static str, f64, String)> {
                 LAMP_ASIDE,
             ],
         ),
-        ("lamp inside a plume", 0.5, &[FRONT, &few, &plume(40.0, "0.95"), LAMP_INSIDE, SKY]),
+        ("lamp inside a plume", 0.5, &[HIGHER, FILM, &few, &plume(40.0, "0.95"), LAMP_INSIDE, SKY]),
         (
             "box under the sky alone",
             0.1,
-            &[FRONT, &few, &region(BOX, 8.0, "0.999", 0.0), SKY_ABOVE],
+            &[HIGHER, FILM, &few, &region(BOX, 8.0, "0.999", 0.0), SKY_ABOVE],
         ),
         (
             "camera inside smoke",
             0.15,
-            &[WITHIN, &few, &region(ROOM, 0.7, "0.95", 0.3), SUN_ASIDE, SKY],
+            &[WITHIN, FILM, &few, &region(ROOM, 0.7, "0.95", 0.3), SUN_ASIDE, SKY],
         ),
     ];
     scenes.into_iter().map(|(title, goal, parts)| (title, goal, parts.concat())).collect()
@@ -213,19 +190,16 @@ fn made() -> Vec<(&'static str, f64, String)> {
 /// All of them, those of made files with their files in `folder`.
 pub fn scenes(folder: &Path) -> Result<Vec<GoalScene>> {
     fs::create_dir_all(folder)?;
-    let grid = |name: &str, kind, voxel| -> Result<PathBuf> {
-        let path = folder.join(name);
-        vdb::write(&path, &make(kind, &Settings { seed: 1, resolution: RESOLUTION, voxel })?)?;
-        Ok(path)
-    };
-    grid("plume.vdb", Kind::Smoke, Some(PLUME_LENGTH / f64::from(RESOLUTION)))?;
-    grid("flame.vdb", Kind::Fire, None)?;
+    let grids =
+        |name: &str, kind, longest| make_grids(&folder.join(name), kind, RESOLUTION, longest);
+    grids("plume.vdb", Kind::Smoke, Some(PLUME_LENGTH))?;
+    grids("flame.vdb", Kind::Fire, None)?;
     let mut scenes = Vec::new();
     for (name, goal) in SHIPPED {
         scenes.push(GoalScene { title: format!("{name}.toml"), goal, path: shipped(name) });
     }
     for (name, kind, goal) in BARE {
-        let path = grid(&format!("bare_{name}.vdb"), kind, None)?;
+        let path = grids(&format!("bare_{name}.vdb"), kind, None)?;
         scenes.push(GoalScene { title: format!("made {name}, bare"), goal, path });
     }
     for (title, goal, text) in made() {

@@ -6,11 +6,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use fogbow::make::{Kind, Settings, make};
+use fogbow::make::Kind;
 use fogbow::scene::{LoadOptions, Look, LookOptions, Scene};
-use fogbow::vdb;
 use toml::{Table, Value};
 
+use super::super::scene_text::{
+    FLOOR, HIGHER, LAMP_ASIDE, LAMP_INSIDE, PANEL, SKY, SKY_ABOVE, SUN_BEHIND, grid, make_grids,
+    photons, region,
+};
 use super::super::scenes::{shared, shipped};
 use crate::pages::Result;
 
@@ -42,7 +45,6 @@ const GRIDS: [(&str, Kind, u32, f64); 2] =
     [("plume.vdb", Kind::Smoke, 48, 2.0), ("detail.vdb", Kind::Cloud, 160, 2.0)];
 
 const FRONT: &str = "[camera]\nposition = [0.0, 0.0, 5.0]\ntarget = [0.0, 0.0, 0.0]\nfov = 30.0\n";
-const HIGHER: &str = "[camera]\nposition = [0.0, 1.0, 5.0]\ntarget = [0.0, 1.0, 0.0]\nfov = 30.0\n";
 const WITHIN: &str =
     "[camera]\nposition = [0.2, 0.1, 1.2]\ntarget = [0.0, 0.0, -1.0]\nfov = 60.0\n";
 const FILM: &str = "[film]\nsize = [64, 64]\n";
@@ -51,47 +53,13 @@ const SUN_IN_FRONT: &str =
     "[[light]]\ntype = \"sun\"\ndirection = [0.2, -0.3, -1.0]\nirradiance = 3.0\n";
 const SUN_ASIDE: &str =
     "[[light]]\ntype = \"sun\"\ndirection = [1.0, -0.3, 0.0]\nirradiance = 3.0\n";
-const SUN_BEHIND: &str =
-    "[[light]]\ntype = \"sun\"\ndirection = [0.3, -0.3, 1.0]\nirradiance = 3.0\n";
-const SKY: &str = "[[light]]\ntype = \"environment\"\nradiance = 0.1\n";
-const SKY_ABOVE: &str = "[[light]]\ntype = \"environment\"\n\
-                         gradient = [[-90.0, 0.05], [0.0, 0.2], [90.0, 1.0]]\n";
-const LAMP_INSIDE: &str =
-    "[[light]]\ntype = \"point\"\nposition = [0.0, 0.8, 0.0]\nintensity = 5.0\n";
-const LAMP: &str = "[[light]]\ntype = \"point\"\nposition = [2.0, 3.0, 1.0]\nintensity = 20.0\n";
-const PANEL: &str = "[[light]]\ntype = \"area\"\ncenter = [-2.0, 2.6, 1.0]\nu = [0.0, 0.0, 0.5]\n\
-                     v = [-0.3, -0.4, 0.0]\nradiance = 30.0\n";
 const MIRROR: &str = "[[surface]]\nshape = \"quad\"\ncenter = [0.7, 1.0, -1.0]\nu = [0.8, 0.0, 0.4]\n\
                       v = [0.0, 1.2, 0.0]\nmaterial = { type = \"mirror\", reflectance = 0.9 }\n";
-const FLOOR: &str = "[[surface]]\nshape = \"plane\"\npoint = [0.0, 0.0, 0.0]\n\
-                     normal = [0.0, 1.0, 0.0]\n\
-                     material = { type = \"diffuse\", reflectance = 0.4 }\n";
 
 const BALL: &str = "sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 }";
 const BOX: &str = "box = { min = [-1.0, -1.0, -1.0], max = [1.0, 1.0, 1.0] }";
 const ROOM: &str = "box = { min = [-3.0, -3.0, -3.0], max = [3.0, 3.0, 3.0] }";
 const BANK: &str = "box = { min = [-4.0, -1.0, 2.0], max = [4.0, 2.5, 8.0] }";
-
-/// A homogeneous medium in a region.
-fn region(shape: &str, sigma_t: f64, albedo: f64, g: f64) -> String {
-    format!("[[medium]]\nregion = {{ {shape} }}\n{}", coefficients(sigma_t, albedo, g))
-}
-
-/// The medium of a grid.
-fn grid(file: &str, sigma_t: f64, albedo: f64, g: f64) -> String {
-    format!("[[medium]]\nfile = \"{file}\"\n{}", coefficients(sigma_t, albedo, g))
-}
-
-fn coefficients(sigma_t: f64, albedo: f64, g: f64) -> String {
-    format!(
-        "sigma_t = {sigma_t:?}\nalbedo = {albedo:?}\n\
-         phase = {{ type = \"henyey-greenstein\", g = {g:?} }}\n"
-    )
-}
-
-fn photons(photons: u64) -> String {
-    format!("[render]\nphotons = {photons}\n")
-}
 
 /// The made scenes: name and text. Balls, boxes and plumes are about 2 m thick.
 fn made() -> Vec<(&'static str, String)> {
@@ -146,7 +114,7 @@ fn made() -> Vec<(&'static str, String)> {
                 &region(BANK, 0.3, 0.95, 0.3),
                 &grid("plume.vdb", 20.0, 0.95, 0.3),
                 FLOOR,
-                LAMP,
+                LAMP_ASIDE,
             ],
         ),
         (
@@ -210,8 +178,7 @@ pub fn fly_in(frames: u32) -> Result<Vec<StrategyScene>> {
 fn made_grids(folder: &Path) -> Result<PathBuf> {
     fs::create_dir_all(folder)?;
     for (name, kind, resolution, longest) in GRIDS {
-        let voxel = Some(longest / f64::from(resolution));
-        vdb::write(&folder.join(name), &make(kind, &Settings { seed: 1, resolution, voxel })?)?;
+        make_grids(&folder.join(name), kind, resolution, Some(longest))?;
     }
     Ok(folder.canonicalize()?)
 }
