@@ -23,6 +23,8 @@ mod scattered;
 mod shots;
 mod terminal;
 mod tev;
+mod told_apart;
+mod wind;
 
 use std::path::Path;
 

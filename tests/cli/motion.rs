@@ -3,30 +3,16 @@
 use std::fs;
 use std::path::Path;
 
-use fogbow::vdb::{Block, GridToWrite, ValueType, write};
-use glam::{DVec3, IVec3};
+use glam::DVec3;
 
 use crate::parts::{layers, merges, report};
 use crate::run;
+use crate::wind::write_cube;
 
-/// A cube of 8³ voxels of even smoke in a wind of 2 m/s, with the velocities by component too.
+/// A cube of smoke in a wind of 2 m/s, with the velocities by component too.
 fn moving(path: &Path) {
-    let wind = [2.0_f32, 0.0, 0.0];
-    let grid = |name: &str, value_type, values: Vec<f32>| {
-        let block = Block { origin: IVec3::ZERO, values, active: None };
-        let fog = GridToWrite::fog(name, 0.2, DVec3::splat(-0.8));
-        let class = if name == "density" { "fog volume" } else { "unknown" }.into();
-        GridToWrite { value_type, class, blocks: vec![block], ..fog }
-    };
-    let scalar = |name: &str, value: f32| grid(name, ValueType::Float, vec![value; 512]);
-    let grids = [
-        scalar("density", 1.0),
-        grid("vel", ValueType::Vec3, wind.repeat(512)),
-        scalar("u", 2.0),
-        scalar("v_up", 1e-9),
-        scalar("w", 1e-9),
-    ];
-    write(path, &grids).unwrap();
+    let components = [("u", 2.0), ("v_up", 1e-9), ("w", 1e-9)];
+    write_cube(path, DVec3::splat(-0.8), [2.0, 0.0, 0.0], &components);
 }
 
 const SCENE: &str = "\

@@ -3,28 +3,20 @@
 use std::fs;
 use std::path::Path;
 
-use fogbow::vdb::{Block, GridToWrite, ValueType, write};
-use glam::{DVec3, IVec3};
+use glam::DVec3;
 use serde_json::Value;
 
 use crate::parts::layers;
 use crate::run;
+use crate::wind::write_cube;
 
 /// Frames 1 and 2 of a cube of smoke in a wind of a metre a frame.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for number in [1, 2] {
-        let grid = |name: &str, value_type, values: Vec<f32>| {
-            let block = Block { origin: IVec3::ZERO, values, active: None };
-            let fog = GridToWrite::fog(name, 0.2, DVec3::new(f64::from(number) - 2.3, -0.8, -0.8));
-            let class = if name == "density" { "fog volume" } else { "unknown" }.into();
-            GridToWrite { value_type, class, blocks: vec![block], ..fog }
-        };
-        let grids = [
-            grid("density", ValueType::Float, vec![1.0; 512]),
-            grid("vel", ValueType::Vec3, [24.0, 0.0, 0.0].repeat(512)),
-        ];
-        write(&folder.path().join(format!("smoke_{number:04}.vdb")), &grids).unwrap();
+        let path = folder.path().join(format!("smoke_{number:04}.vdb"));
+        let corner = DVec3::new(f64::from(number) - 2.3, -0.8, -0.8);
+        write_cube(&path, corner, [24.0, 0.0, 0.0], &[]);
     }
     fs::write(folder.path().join("s.toml"), SCENE).unwrap();
     folder
@@ -93,7 +85,7 @@ fn sequences_have_times_between_frames() {
     assert!(again.iter().all(|report| report["state"] == "finished"), "{again:?}");
 }
 
-/// One picture has its time by a key, and other commands by a flag.
+/// One picture has its time by a key, and `fogbow plan` by a flag.
 #[test]
 fn one_picture_is_between_two_frames() {
     let folder = folder();

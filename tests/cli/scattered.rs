@@ -4,44 +4,22 @@ use std::path::Path;
 
 use fogbow::image::Layers;
 
-use crate::groups::{ALL, folder, means, scene};
-use crate::parts::{layers, merges, report};
+use crate::parts::{layers, report};
 use crate::run;
+use crate::told_apart::{
+    ALL, CHANNELS, Mean, Pass, STRATEGIES, check, check_merges, difference, folder, mean_of_eight,
+    means, part, scene,
+};
 
 const ORDERS: [&str; 3] = ["emitted", "first", "more"];
 
-const CHANNELS: [&str; 3] = ["R", "G", "B"];
-
-/// How light of media can be estimated without surfaces in the way of any.
-const STRATEGIES: [&str; 5] =
-    ["beams", "fluence-toward-eye", "moments", "shared-gathers", "traced"];
-
-/// The layer of this part in this channel.
-fn part<'l>(layers: &'l Layers, order: &str, channel: &str) -> &'l [f32] {
-    layers.get(&format!("scattered.{order}.{channel}")).unwrap()
-}
+const OF_MEDIA: Pass<'_> =
+    Pass { names: ["scattered"; 2], parts: &ORDERS, whole: ["media.R", "media.G", "media.B"] };
 
 /// Whether a part is black everywhere.
 fn is_black(layers: &Layers, order: &str) -> bool {
-    CHANNELS.iter().all(|channel| part(layers, order, channel).iter().all(|value| *value == 0.0))
-}
-
-/// The largest difference of the sum of these parts from the `right` light, relative to its largest value.
-fn difference(layers: &Layers, orders: &[&str], right: impl Fn(&str) -> String) -> f32 {
-    let (mut worst, mut brightest) = (0.0_f32, 0.0_f32);
-    for channel in CHANNELS {
-        for (index, value) in layers.get(&right(channel)).unwrap().iter().enumerate() {
-            let sum: f32 = orders.iter().map(|order| part(layers, order, channel)[index]).sum();
-            worst = worst.max((sum - value).abs());
-            brightest = brightest.max(*value);
-        }
-    }
-    assert!(brightest > 0.0);
-    worst / brightest
-}
-
-fn of_media(channel: &str) -> String {
-    format!("media.{channel}")
+    let is_black = |channel| part(layers, "scattered", order, channel).iter().all(|v| *v == 0.0);
+    CHANNELS.into_iter().all(is_black)
 }
 
 /// The scene in `folder`, rendered with `passes` and as `more` says.
@@ -57,14 +35,7 @@ fn orders_add_up_to_the_light_of_media_and_change_none_of_the_picture() {
     let ways = STRATEGIES.map(|strategy| vec!["--strategy", strategy]);
     let others = [vec![], vec!["--reconstruct"], vec!["--threads", "1"]];
     for more in ways.into_iter().chain(others) {
-        let plain = rendered(folder, "media", &more);
-        let all = rendered(folder, "media,scattered", &more);
-        assert_eq!(all.channels.len(), plain.channels.len() + 9, "{more:?}");
-        for (name, values) in &plain.channels {
-            assert!(all.get(name) == Some(values), "{name} is another with orders, {more:?}");
-        }
-        let off = difference(&all, &ORDERS, of_media);
-        assert!(off < 1e-6, "{off} with {more:?}");
+        let all = check(folder, &OF_MEDIA, &["media"], &more);
         assert!(!ORDERS.iter().any(|order| is_black(&all, order)), "{more:?}");
         let says = &all.attributes["fogbow:light_passes"];
         assert!(says.starts_with("parts of "), "{says}");
@@ -145,7 +116,8 @@ fn light_of_a_lamp_a_sky_or_a_flame_that_smoke_scatters_once_is_the_first_order(
             assert_eq!(is_black(&found, "emitted"), !glows, "{light} {how:?}");
             // The sky is seen beside.
             if light != SKY {
-                let off = difference(&found, &["emitted", "first"], str::to_owned);
+                let once = Pass { parts: &["emitted", "first"], whole: CHANNELS, ..OF_MEDIA };
+                let off = difference(&found, &once);
                 assert!(off < 1e-6, "{off} of {light}, {how:?}");
             }
         }
@@ -173,23 +145,8 @@ fn light_of_a_wall_or_a_mirror_is_more_than_the_first_order() {
 
 #[test]
 fn crops_and_means_have_orders_as_pictures_have() {
-    let folder = folder(&scene(ALL));
-    let folder = folder.path();
-    let passes = ["--passes", "media,scattered", "--strategy", "beams"];
-    report(folder, &[&["-o", "whole.exr"][..], &passes].concat());
-    for (name, crop) in [("a.exr", "0,0,24x9"), ("b.exr", "0,9,24x11")] {
-        report(folder, &[&["-o", name, "--crop", crop][..], &passes].concat());
-    }
-    merges(folder, &["a.exr", "b.exr"], "merged.exr");
-    let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| layers(folder, name));
-    assert!(whole.channels.iter().all(|(name, values)| merged.get(name) == Some(values)));
-    report(folder, &[&["-o", "c.exr", "--seed", "6"][..], &passes[..]].concat());
-    merges(folder, &["whole.exr", "c.exr"], "mean.exr");
-    assert!(difference(&layers(folder, "mean.exr"), &ORDERS, of_media) < 1e-6);
+    check_merges("media,scattered", &OF_MEDIA);
 }
-
-/// Mean over eight seeds, and its squared standard error.
-type Mean = (f64, f64);
 
 /// Means of the channels of each order over pictures of the scene `text`, made as `how` says.
 fn means_of_orders(text: &str, how: &[&str]) -> [[Mean; 3]; 3] {
@@ -201,12 +158,7 @@ fn means_of_orders(text: &str, how: &[&str]) -> [[Mean; 3]; 3] {
     };
     let pictures: [_; 8] = std::array::from_fn(|seed| of_seed(1 + seed as u32));
     std::array::from_fn(|order| {
-        std::array::from_fn(|channel| {
-            let values = pictures.map(|means| means[order][channel]);
-            let mean = values.iter().sum::<f64>() / 8.0;
-            let spread = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
-            (mean, spread / (7.0 * 8.0))
-        })
+        std::array::from_fn(|channel| mean_of_eight(pictures.map(|means| means[order][channel])))
     })
 }
 
