@@ -93,9 +93,12 @@ pub(super) fn settings(
     }
     let has_light = film.passes.has_light() || film.passes.has_parts();
     if has_light && rendered.is_some() {
-        let is_clean = |r: &Rendered| r.film.denoiser().is_some() || r.film.is_reconstructed();
-        let noisy = rendered.is_some_and(is_clean);
-        let of = if noisy { "noisy.R, noisy.G and noisy.B" } else { "R, G and B" };
+        let is_denoised = |r: &Rendered| r.film.denoiser().is_some();
+        let of = if rendered.is_some_and(is_denoised) {
+            "noisy.R, noisy.G and noisy.B"
+        } else {
+            "R, G and B"
+        };
         settings.insert("light_passes".into(), json!(format!("parts of {of}")));
     }
     if let Some(crop) = render.crop {

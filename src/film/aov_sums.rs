@@ -1,14 +1,16 @@
 //! Sums over the rays of a pixel, from which its passes follow.
 //!
 //! How many numbers there are follows from the passes: the coverages of objects, a block of those of opacity, one of light by
-//! component, and one of its parts by group or by order of scattering, each where a pass needs it.
+//! component, and one of its parts by group or by order of scattering, each where a pass needs it; and one of those parts by
+//! component and half, where they are reconstructed.
 
-use glam::DVec3;
 use smallvec::SmallVec;
 
+use super::light_passes::{PART_NUMBERS, add_part, by_component, means, read_part, shared};
+use super::reconstruct::LightPart;
 use super::sample::{OpacityDepths, Sample};
 use crate::image::{FAR, Features, cryptomatte};
-use crate::math::{MAX_GROUPS, ORDERS, Rgb};
+use crate::math::{LightParts, ORDERS, Rgb};
 use crate::scene::{Aov, Aovs, GroupNames};
 
 /// Opacity, the three depths and the three coordinates of the position, these six weighed by opacity.
@@ -33,6 +35,21 @@ pub struct AovSums {
     pub passes: Aovs,
     /// The groups of emitters that the scene has.
     pub groups: GroupNames,
+    /// Whether parts of light are gathered by component and half, too.
+    pub in_halves: bool,
+}
+
+/// What a ray brings to the passes of its pixel.
+#[derive(Debug, Clone, Copy)]
+pub struct AovRay<'a> {
+    /// Its light, and what it sees.
+    pub sample: &'a Sample,
+    /// Its half, 0 or 1, where pixels are in halves.
+    pub half: Option<usize>,
+    /// The parts of its light, where they are told apart.
+    pub parts: Option<&'a LightParts>,
+    /// The coverages of objects that it sees, by their [identifiers](cryptomatte::identifier).
+    pub objects: &'a [(u32, f64)],
 }
 
 /// A pixel whose passes are asked for.
@@ -56,9 +73,10 @@ impl AovSums {
         self.blocks().into_iter().sum()
     }
 
-    /// How many of the numbers are those of objects, of opacity, of light by component, and of its parts by group or order.
-    fn blocks(&self) -> [usize; 4] {
-        let Self { passes, groups } = self;
+    /// How many of the numbers are those of objects, of opacity, of light by component, of its parts by group or order, and of
+    /// these by component and half.
+    fn blocks(&self) -> [usize; 5] {
+        let passes = self.passes;
         let of = |is_asked: bool, numbers: usize| if is_asked { numbers } else { 0 };
         let motion = of(passes.has(Aov::Motion), MOTION);
         [
@@ -66,9 +84,35 @@ impl AovSums {
             of(passes.has_depths(), DEPTHS + motion),
             // Light by order is shared out as that of media is.
             of(passes.has_light() || passes.has(Aov::Scattered), LIGHT),
-            of(passes.has(Aov::Groups), 3 * groups.len())
-                + of(passes.has(Aov::Scattered), 3 * ORDERS),
+            3 * self.parts(),
+            PART_NUMBERS * self.parts_in_halves(),
         ]
+    }
+
+    /// How many parts the light is told apart by.
+    fn parts(&self) -> usize {
+        let Self { passes, groups, .. } = self;
+        let of = |aov: Aov, parts: usize| if passes.has(aov) { parts } else { 0 };
+        of(Aov::Groups, groups.len()) + of(Aov::Scattered, ORDERS)
+    }
+
+    /// How many parts are gathered by component and half.
+    pub fn parts_in_halves(&self) -> usize {
+        if self.in_halves { self.parts() } else { 0 }
+    }
+
+    /// The parts that are gathered by component and half, of this many pixels, without light yet.
+    pub fn light_parts(&self, pixels: usize) -> Vec<LightPart> {
+        (0..self.parts_in_halves()).map(|number| LightPart::new(number, pixels)).collect()
+    }
+
+    /// Sets the `pixel` of `parts` by its `sums` over this many rays.
+    pub fn set_light_parts(&self, parts: &mut [LightPart], pixel: usize, sums: &[f64], rays: u64) {
+        let [.., last] = self.blocks();
+        let numbers = sums[sums.len() - last..].chunks_exact(PART_NUMBERS);
+        for (part, numbers) in parts.iter_mut().zip(numbers) {
+            (part.sums[pixel], part.emission[pixel]) = read_part(numbers, rays);
+        }
     }
 
     /// Whether a pixel has none.
@@ -87,16 +131,17 @@ impl AovSums {
         self.passes.iter().flat_map(of_pass).collect()
     }
 
-    /// Adds a ray to the `sums` of its pixel, which sees `objects` with these coverages, by their
-    /// [identifiers](cryptomatte::identifier). One that is not [sound](Sample::is_sound) is ignored.
-    pub fn add(&self, sums: &mut [f64], sample: &Sample, objects: &[(u32, f64)]) {
+    /// Adds a ray to the `sums` of its pixel. One that is not [sound](Sample::is_sound) is ignored.
+    pub fn add(&self, sums: &mut [f64], ray: &AovRay<'_>) {
+        let AovRay { sample, half, parts, objects } = *ray;
         if !sample.is_sound() || sums.len() < self.len() {
             return;
         }
-        let [list, depths, light, _] = self.blocks();
+        let [list, depths, light, told_apart, _] = self.blocks();
         let (list, rest) = sums.split_at_mut(list);
         let (depths, rest) = rest.split_at_mut(depths);
-        let (light, told_apart) = rest.split_at_mut(light);
+        let (light, rest) = rest.split_at_mut(light);
+        let (told_apart, in_halves) = rest.split_at_mut(told_apart);
         objects.iter().for_each(|(identifier, coverage)| {
             cryptomatte::add(list, *identifier, *coverage);
         });
@@ -106,22 +151,28 @@ impl AovSums {
             let numbers = [1.0, first, mean, last].into_iter().chain(places);
             depths.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += opacity * number);
         }
-        let parts = sample.components;
-        let parts = [parts.media, parts.direct, parts.indirect, sample.visible_emission];
-        let numbers = parts.into_iter().flat_map(|rgb| rgb.to_array());
+        let components = sample.components;
+        let components =
+            [components.media, components.direct, components.indirect, sample.visible_emission];
+        let numbers = components.into_iter().flat_map(|rgb| rgb.to_array());
         light.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
-        let parts = sample.parts.unwrap_or_default();
-        let numbers = parts.as_flattened().iter().copied().map(f64::from);
+        let Some(parts) = parts else { return };
+        let numbers = parts.all.as_flattened().iter().copied().map(f64::from);
         told_apart.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
+        if let Some(half) = half {
+            let sums = in_halves.chunks_exact_mut(PART_NUMBERS);
+            sums.enumerate().for_each(|(part, sums)| add_part(sums, half, parts, part));
+        }
     }
 
     /// The values of the layers of `pixel`.
     pub fn values(&self, pixel: &AovPixel<'_>) -> impl Iterator<Item = f64> {
         let missing = pixel.sums.len() < self.len();
-        let [list, depths, light, _] = if missing { [0; 4] } else { self.blocks() };
+        let [list, depths, light, told_apart, _] = if missing { [0; 5] } else { self.blocks() };
         let (list, rest) = pixel.sums.split_at(list);
         let (depths, rest) = rest.split_at(depths);
-        let (light, told_apart) = rest.split_at(light);
+        let (light, rest) = rest.split_at(light);
+        let told_apart = &rest[..told_apart];
         let opacity = depths.first().copied().unwrap_or(0.0);
         let seen = opacity > 0.0;
         let mean = move |sum: f64, nothing: f64| if seen { sum / opacity } else { nothing };
@@ -130,7 +181,11 @@ impl AovSums {
             [0, 1, 2].map(|axis| mean(depths.get(first + axis).copied().unwrap_or(0.0), 0.0))
         };
         let (position, motion) = (place(4), place(DEPTHS));
-        let parts = if light.is_empty() { [Rgb::ZERO; 5] } else { parts(light, pixel) };
+        let parts = if light.is_empty() {
+            [Rgb::ZERO; 5]
+        } else {
+            by_component(light, pixel.rays, pixel.mean, pixel.shown)
+        };
         let features = pixel.features;
         let mut values: SmallVec<[f64; 64]> = SmallVec::new();
         for aov in self.passes.iter() {
@@ -152,7 +207,8 @@ impl AovSums {
                 }
                 Aov::Groups | Aov::Scattered => {
                     let all = if aov == Aov::Groups { pixel.shown } else { parts[0] };
-                    let told_apart = shared(told_apart, pixel.rays, all);
+                    let told_apart = means(told_apart, pixel.rays);
+                    let told_apart = shared(told_apart, all);
                     values.extend(told_apart.flat_map(|part| part.to_array()));
                     continue;
                 }
@@ -162,46 +218,20 @@ impl AovSums {
     }
 }
 
-/// The light of a pixel by component, W/(m² sr), in the order of [`Aov::LIGHT`]: together it is what the picture shows.
-fn parts(sums: &[f64], pixel: &AovPixel<'_>) -> [Rgb; 5] {
-    let rays = pixel.rays.max(1) as f64;
-    let [media, direct, indirect, emission] =
-        std::array::from_fn(|part| DVec3::from_slice(&sums[3 * part..]) / rays);
-    let known: [Rgb; 4] = [media, direct, indirect, emission];
-    let left = pixel.mean - known.iter().sum::<Rgb>();
-    let size: Rgb = pixel.mean.abs() + known.iter().map(|part| part.abs()).sum::<Rgb>();
-    // What rounding leaves is nothing.
-    let specular = Rgb::select(left.abs().cmpgt(size * f64::from(f32::EPSILON)), left, Rgb::ZERO);
-    // Where a pixel has not got all rays, the picture shows what is gathered for all of them in its right share.
-    let more = pixel.shown - pixel.mean;
-    let gathered = media.abs() + indirect.abs();
-    let share =
-        |part: Rgb| Rgb::select(gathered.cmpgt(Rgb::ZERO), more * part.abs() / gathered, Rgb::ZERO);
-    let others = Rgb::select(gathered.cmpgt(Rgb::ZERO), Rgb::ZERO, more);
-    [media + share(media), direct, indirect + share(indirect), emission, specular + others]
-}
-
-/// The light of each group in a pixel, or of each order, W/(m² sr), from their sums over these rays: together it is `all`. What
-/// that has of light gathered for other rays, and what rounding leaves, is shared as the rest of the light is.
-fn shared(sums: &[f64], rays: u64, all: Rgb) -> impl Iterator<Item = Rgb> {
-    let rays = rays.max(1) as f64;
-    let parts: SmallVec<[Rgb; MAX_GROUPS]> =
-        sums.chunks_exact(3).map(|sum| DVec3::from_slice(sum) / rays).collect();
-    let size: Rgb = parts.iter().map(|part| part.abs()).sum();
-    let left = all - parts.iter().sum::<Rgb>();
-    let is_lit = size.cmpgt(Rgb::ZERO);
-    parts.into_iter().enumerate().map(move |(index, part)| {
-        let dark = if index == 0 { left } else { Rgb::ZERO };
-        part + Rgb::select(is_lit, left * part.abs() / size, dark)
-    })
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::film::{Accumulator, Components};
+    use crate::math::MAX_GROUPS;
     use crate::scene::Scene;
     use proptest::prelude::*;
+
+    /// A ray without parts or objects.
+    fn ray(sample: &Sample) -> AovRay<'_> {
+        AovRay { sample, half: None, parts: None, objects: &[] }
+    }
 
     fn pixel<'a>(sums: &'a [f64], samples: &Accumulator, shown: Rgb) -> AovPixel<'a> {
         let (rays, mean) = (samples.count(), samples.mean());
@@ -225,8 +255,8 @@ mod tests {
                     visible_emission: emission,
                     ..Sample::default()
                 };
-                layout.add(&mut sums, &sample, &[]);
-                layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[]);
+                layout.add(&mut sums, &ray(&sample));
+                layout.add(&mut sums, &ray(&Sample { radiance: Rgb::NAN, ..sample }));
                 samples.add(sample);
             }
             let shown = (samples.mean() + more).max(Rgb::ZERO);
@@ -250,7 +280,8 @@ mod tests {
         };
         let camera = "[camera]\nposition = [0, 0, 1]\ntarget = [0, 0, 0]\n".to_owned();
         let scene = Scene::of_text(&(camera + &["a", "b", "c"].map(lamp).concat()));
-        let layout = AovSums { passes: "groups".parse().unwrap(), groups: scene.groups.names };
+        let (passes, groups) = ("groups".parse().unwrap(), scene.groups.names);
+        let layout = AovSums { passes, groups, ..AovSums::default() };
         let names = layout.layers();
         assert_eq!((names.len(), names[3].as_str(), layout.len()), (9, "group.b.R", 9));
         let (mut sums, mut samples) = (vec![0.0; layout.len()], Accumulator::default());
@@ -260,9 +291,12 @@ mod tests {
         }
         for light in [6.0, 6.0 + 1e-9] {
             let radiance = Rgb::new(light, 0.0, 0.1 * light);
-            let sample = Sample { radiance, parts: Some(groups), ..Sample::default() };
-            layout.add(&mut sums, &sample, &[]);
-            layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[]);
+            let parts = LightParts { all: groups, ..LightParts::default() };
+            let sample = Sample { radiance, ..Sample::default() };
+            let unsound = Sample { radiance: Rgb::NAN, ..sample };
+            for sample in [&sample, &unsound] {
+                layout.add(&mut sums, &AovRay { parts: Some(&parts), ..ray(sample) });
+            }
             samples.add(sample);
         }
         let shown = Rgb::new(12.0, 0.5, 0.0);
@@ -288,8 +322,9 @@ mod tests {
             indirect: Rgb::ZERO,
         };
         let radiance = components.media + components.direct;
-        let sample = Sample { radiance, components, parts: Some(parts), ..Sample::default() };
-        layout.add(&mut sums, &sample, &[]);
+        let parts = LightParts { all: parts, ..LightParts::default() };
+        let sample = Sample { radiance, components, ..Sample::default() };
+        layout.add(&mut sums, &AovRay { parts: Some(&parts), ..ray(&sample) });
         samples.add(sample);
         let shown = radiance + Rgb::new(8.0, 0.0, 0.0);
         let values: Vec<f64> = layout.values(&pixel(&sums, &samples, shown)).collect();
@@ -303,7 +338,7 @@ mod tests {
         let passes = "depth,position,motion".parse().unwrap();
         let layout = AovSums { passes, ..AovSums::default() };
         let mut sums = vec![0.0; layout.len()];
-        let ray = |opacity, mean, x| {
+        let seen = |opacity, mean, x| {
             let depths = OpacityDepths {
                 opacity,
                 first: 1.0,
@@ -317,8 +352,8 @@ mod tests {
         let samples = Accumulator::default();
         let nothing: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
         assert_eq!(nothing, [FAR, FAR, FAR, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        for sample in [ray(1.0, 2.0, 3.0), ray(0.5, 5.0, 6.0), Sample::default()] {
-            layout.add(&mut sums, &sample, &[]);
+        for sample in [seen(1.0, 2.0, 3.0), seen(0.5, 5.0, 6.0), Sample::default()] {
+            layout.add(&mut sums, &ray(&sample));
         }
         let seen: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ZERO)).collect();
         assert_eq!(seen, [1.0, 3.0, 9.0, 4.0, 0.0, 0.0, 0.0, 4.0, 0.0]);
@@ -334,8 +369,9 @@ mod tests {
         let sample = Sample { radiance: Rgb::ONE, visible_emission: Rgb::ONE, ..Sample::default() };
         let [a, b] = ["a", "b"].map(cryptomatte::identifier);
         for objects in [&[(a, 0.25), (b, 0.5)][..], &[(b, 0.5)], &[]] {
-            layout.add(&mut sums, &sample, objects);
-            layout.add(&mut sums, &Sample { radiance: Rgb::NAN, ..sample }, &[(a, 1.0)]);
+            layout.add(&mut sums, &AovRay { objects, ..ray(&sample) });
+            let unsound = Sample { radiance: Rgb::NAN, ..sample };
+            layout.add(&mut sums, &AovRay { objects: &[(a, 1.0)], ..ray(&unsound) });
             samples.add(sample);
         }
         let values: Vec<f64> = layout.values(&pixel(&sums, &samples, Rgb::ONE)).collect();

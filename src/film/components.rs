@@ -27,6 +27,27 @@ pub struct HalfSums {
     pub opacity: f32,
 }
 
+/// Light of one half of a pixel, all of it or a part: sums over rays, W/(m² sr).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightSums {
+    /// Radiance, of all components and what is in none of them.
+    pub radiance: Vec3,
+    /// Light of media.
+    pub media: Vec3,
+    /// Direct light of surfaces.
+    pub direct: Vec3,
+    /// Indirect light of surfaces.
+    pub indirect: Vec3,
+}
+
+impl HalfSums {
+    /// All of its light.
+    pub const fn light(&self) -> LightSums {
+        let Self { radiance, media, direct, indirect, .. } = *self;
+        LightSums { radiance, media, direct, indirect }
+    }
+}
+
 /// Sums over what all rays of a pixel see.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SeenSums {
@@ -54,6 +75,11 @@ pub struct PixelComponents {
 }
 
 impl PixelComponents {
+    /// All light of both halves.
+    pub fn light(&self) -> [LightSums; 2] {
+        self.halves.each_ref().map(HalfSums::light)
+    }
+
     /// Number of 64-bit words of [`to_bits`](Self::to_bits).
     ///
     /// Unit: count. Definition: of the format of checkpoints.

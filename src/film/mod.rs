@@ -6,20 +6,22 @@ mod aov_sums;
 mod components;
 mod deep;
 mod feature_mean;
+mod light_passes;
 mod passes;
 mod reconstruct;
 mod sample;
 mod tiled;
 
 pub use accumulator::Accumulator;
-pub use aov_sums::AovSums;
+pub use aov_sums::{AovRay, AovSums};
 pub use components::{ComponentFilm, PixelComponents};
 pub use deep::{DEEP_BYTES, DeepPixel, FlatPixel};
 pub use feature_mean::FeatureMean;
+pub use light_passes::shared;
 pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
 pub use reconstruct::{
-    Antialiased, FilmNoise, RECONSTRUCTION_BYTES, RECONSTRUCTION_REACH, Reconstruction,
-    VisibilityRay,
+    Antialiased, FilmNoise, LightPart, PART_BYTES, PictureLight, PixelLight, RECONSTRUCTION_BYTES,
+    RECONSTRUCTION_REACH, Reconstruction, VisibilityRay,
 };
 pub use sample::{CaughtShadow, Components, OpacityDepths, Sample, Seen, VisibleSurface};
-pub use tiled::{FilmContents, FilmState, Importance, Pixel, Tile, TiledFilm};
+pub use tiled::{FilmContents, FilmState, Importance, Pixel, Resolved, Tile, TiledFilm};

@@ -3,16 +3,13 @@
 use glam::DVec3;
 
 use crate::image::Features;
-use crate::math::{GroupParts, Rgb};
+use crate::math::Rgb;
 
 /// The result of one camera ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Radiance, W/(m² sr).
     pub radiance: Rgb,
-    /// The parts of the radiance that groups of emitters have, or those of the light of media by order of scattering, where they
-    /// are told apart.
-    pub parts: Option<GroupParts>,
     /// The part of the radiance that is indirect light estimated for other rays of the pixel too, which
     /// leave it out.
     pub indirect: Rgb,
@@ -43,7 +40,6 @@ impl Default for Sample {
     fn default() -> Self {
         Self {
             radiance: Rgb::ZERO,
-            parts: None,
             indirect: Rgb::ZERO,
             visible_emission: Rgb::ZERO,
             components: Components::default(),

@@ -6,6 +6,7 @@ use super::accumulator::Accumulator;
 use super::aov_sums::{AovPixel, AovSums};
 use super::components::{ComponentFilm, PixelComponents};
 use super::feature_mean::FeatureMean;
+use super::reconstruct::LightPart;
 use crate::image::{Features, Film, FilmPixel, Window};
 use crate::math::GOLDEN_RATIO;
 
@@ -48,6 +49,17 @@ pub struct Importance {
     pub xs: f32,
     /// Saliency, 0 to 1.
     pub saliency: f32,
+}
+
+/// What the samples of a film resolve into.
+#[derive(Debug)]
+pub struct Resolved {
+    /// Its layers.
+    pub film: Film,
+    /// Its components, where they are gathered.
+    pub components: Option<ComponentFilm>,
+    /// The parts of its light by component and half, where they are gathered.
+    pub parts: Vec<LightPart>,
 }
 
 /// A square of pixels, cut where the window ends.
@@ -251,18 +263,19 @@ impl TiledFilm {
     }
 
     /// Resolves the samples into layers of a film that is a part of one of the size `full` (width, height):
-    /// `pixel` makes a pixel of its column, row and samples. Returns the components as well, where they are gathered.
+    /// `pixel` makes a pixel of its column, row and samples.
     pub fn resolve(
         mut self,
         full: [u32; 2],
         pixel: impl Fn(u32, u32, &Accumulator) -> FilmPixel,
-    ) -> (Film, Option<ComponentFilm>) {
+    ) -> Resolved {
         let mut film = Film::part(full, self.window);
         let Window { left, top, width, .. } = self.window;
         let width = width as usize;
         let mut means = vec![Features::default(); self.features().count()];
         let mut pixels = vec![PixelComponents::default(); self.components().count()];
         let layout = self.aovs;
+        let mut parts = layout.light_parts(self.window.pixels() as usize);
         let mut passes: Vec<_> = layout
             .layers()
             .into_iter()
@@ -287,6 +300,10 @@ impl TiledFilm {
                 for ((_, plane), value) in passes.iter_mut().zip(layout.values(&of_pixel)) {
                     plane[row * width + column] = value as f32;
                 }
+                if !parts.is_empty() {
+                    let (index, rays) = (row * width + column, samples.count());
+                    layout.set_light_parts(&mut parts, index, aovs, rays);
+                }
                 if let Some(components) = components {
                     pixels[row * width + column] = *components;
                 }
@@ -299,7 +316,7 @@ impl TiledFilm {
             film.set_features(means);
         }
         let components = (!pixels.is_empty()).then_some(ComponentFilm { width, pixels });
-        (film, components)
+        Resolved { film, components, parts }
     }
 }
 

@@ -194,6 +194,17 @@ impl Film {
         self.passes = passes;
     }
 
+    /// Replaces the layer of a pass of this name, where there is one, by the `value` of each pixel, row by row from the top;
+    /// pixels without a value keep theirs. Values that are not finite are replaced as by [`set`](Self::set).
+    pub fn replace_pass(&mut self, name: &str, value: impl Fn(usize) -> Option<f64>) {
+        let planes = self.passes.iter_mut().filter(|(known, _)| known == name);
+        for (index, pixel) in planes.flat_map(|(_, plane)| plane.iter_mut().enumerate()) {
+            if let Some(value) = value(index) {
+                *pixel = finite(value, &mut self.repaired);
+            }
+        }
+    }
+
     /// The layers of passes with their names.
     pub fn passes(&self) -> impl Iterator<Item = (&str, &[f32])> {
         self.passes.iter().map(|(name, plane)| (name.as_str(), plane.as_slice()))

@@ -17,3 +17,18 @@ pub const ORDERS: usize = 3;
 
 /// The parts of a colour that each group has, or each order of scattering.
 pub type GroupParts = [[f32; 3]; MAX_GROUPS];
+
+/// The parts of the light of one camera ray, in all and by component, W/(m² sr).
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LightParts {
+    /// Of all light; of that of media where it is told apart by order of scattering.
+    pub all: GroupParts,
+    /// Of light of media.
+    pub media: GroupParts,
+    /// Of direct light of surfaces; of none of these where it is told apart by order.
+    pub direct: GroupParts,
+    /// Of indirect light of surfaces.
+    pub indirect: GroupParts,
+    /// Of visible emission.
+    pub emission: GroupParts,
+}

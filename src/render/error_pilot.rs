@@ -48,7 +48,7 @@ impl ErrorMaps {
             ((a.radiance + b.radiance) / pixel.rays().max(1.0)).to_array()
         };
         let rendered = components.pixels.iter().map(radiance).collect();
-        let pilot = reconstruction.image(&Image::new(width, height, rendered), &[]);
+        let pilot = reconstruction.image(&Image::new(width, height, rendered), &[], &[]);
         let noise = reconstruction.noise();
         let visible = visible_differences(&pilot, &noise.reconstructed);
         let error = MeasuredError {

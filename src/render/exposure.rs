@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use crate::cache::{LazyCells, SamplePass};
 use crate::director::PixelBudget;
 use crate::film::{
-    Accumulator, ComponentFilm, FilmContents, Pass, Pixel, Sample, Tile, TiledFilm, passes,
-    sample_pass,
+    Accumulator, AovRay, ComponentFilm, FilmContents, LightPart, Pass, Pixel, Resolved, Sample,
+    Tile, TiledFilm, passes, sample_pass,
 };
 use crate::image::{Film, FilmPixel, Window};
 use crate::math::{Ray, Spectrum, Stage, Stream, World};
@@ -93,6 +93,8 @@ pub struct Exposure {
     pub shown: Window,
     /// Its components, where they are gathered.
     pub components: Option<ComponentFilm>,
+    /// The parts of its light by component, where they are gathered.
+    pub parts: Vec<LightPart>,
     /// Work done for it, that before a checkpoint included.
     pub work: Work,
     /// Why it ended.
@@ -166,7 +168,7 @@ pub fn resolve(
     let is_cut = ended != Ended::Complete;
     let rays_left = if is_cut { Remaining::count(&mut film, &budget).rays } else { 0 };
     let known = is_cut.then(|| has_rays(&mut film, &budget));
-    let (mut film, components) = film.resolve(region.size, |x, y, samples: &Accumulator| {
+    let resolved = film.resolve(region.size, |x, y, samples: &Accumulator| {
         let budget = budget(x, y);
         let PixelBudget { radius, step, saliency, xs, .. } = budget;
         let pixel = FilmPixel::from(samples);
@@ -175,8 +177,10 @@ pub fn resolve(
         let radiance = (pixel.radiance + correction).not_negative();
         FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
     });
+    let Resolved { mut film, components, parts } = resolved;
     known.iter().for_each(|known| film.fill(known));
-    Exposure { film, shown: region.shown, components, work, ended, rays_left, checkpoint_error }
+    let shown = region.shown;
+    Exposure { film, shown, components, parts, work, ended, rays_left, checkpoint_error }
 }
 
 /// The picture of the samples that the `film` of `region` has so far, for which so much `work` was done.
@@ -354,7 +358,9 @@ where
                 components.add(half, &sample);
             }
             if !aovs.is_empty() {
-                contents.aovs.add(aovs, &sample, &of.workspace.objects);
+                let Workspace { objects, parts, .. } = &of.workspace;
+                let ray = AovRay { sample: &sample, half, parts: parts.as_ref(), objects };
+                contents.aovs.add(aovs, &ray);
             }
             of.workspace.ctx.work.dropped_samples += samples.dropped() - dropped;
             // Filling cells of caches may have taken long.

@@ -112,7 +112,7 @@ impl<'a> FeatureTracer<'a> {
         workspace: &mut Workspace<S>,
     ) -> (Features, Option<OpacityDepths>) {
         let (mut albedo, mut normal) = (Rgb::ZERO, glam::DVec3::ZERO);
-        let Workspace { ctx, profiles, objects } = workspace;
+        let Workspace { ctx, profiles, objects, .. } = workspace;
         let (end, solids) = (self.scene.camera.end(&ray), EnclosingSolids::NONE);
         let mut pending: SmallVec<[FeatureRay; 4]> =
             smallvec![FeatureRay { ray, end, weight: Rgb::ONE, solids, bounces: 0 }];

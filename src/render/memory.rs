@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::reconstructed_passes::reconstructed_pass_bytes;
 use super::stage_settings::{exposed_window, film_contents, shown_window};
 use crate::director::PixelBudget;
 use crate::film::{
@@ -113,7 +114,7 @@ pub(super) fn memory_with(
     let features = passes + if features { FEATURES } else { 0 };
     let film = pixels
         * if settings.in_halves() {
-            (RECONSTRUCTING + plane as u64)
+            (RECONSTRUCTING + (plane + reconstructed_pass_bytes(&aovs)) as u64)
                 .max(FILM + features + size_of::<PixelComponents>() as u64)
         } else {
             FILM + features

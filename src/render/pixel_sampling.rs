@@ -4,7 +4,7 @@
 use crate::cache::SamplePass;
 use crate::director::PixelBudget;
 use crate::film::Accumulator;
-use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World};
+use crate::math::{LightParts, Ray, Rgb, Spectrum, Stage, Stream, World};
 use crate::medium::Profile;
 use crate::scene::Scene;
 use crate::transport::{PathContext, SobolPoint, StratifiedSample};
@@ -133,6 +133,8 @@ pub struct Workspace<S> {
     pub profiles: Profiles<S>,
     /// Objects that the current ray sees, by their identifiers, with their coverages; empty where none are gathered.
     pub objects: Vec<(u32, f64)>,
+    /// The parts of the light of the current ray, where they are told apart.
+    pub parts: Option<LightParts>,
 }
 
 /// Optical thickness along the rays in hand, in memory that is reused.
@@ -147,7 +149,7 @@ pub struct Profiles<S> {
 impl<S: Spectrum> Workspace<S> {
     /// Empty memory, and a context to draw from.
     pub(super) fn new(ctx: PathContext) -> Self {
-        Self { ctx, profiles: Profiles::default(), objects: Vec::new() }
+        Self { ctx, profiles: Profiles::default(), objects: Vec::new(), parts: None }
     }
 }
 

@@ -8,11 +8,15 @@ use super::exposure::{Exposure, RenderRegion};
 use super::features::visible_surface;
 use super::pixel_sampling::{Workspace, sobol_point};
 use super::progress::Stages;
+use super::reconstructed_passes::{Edge, Edges, write_passes};
 use super::rendered::Ended;
 use super::stage_settings::finest_step;
-use crate::film::{Antialiased, ComponentFilm, PixelComponents, Reconstruction, VisibilityRay};
+use crate::film::{
+    Antialiased, ComponentFilm, LightPart, PictureLight, PixelComponents, Reconstruction,
+    VisibilityRay,
+};
 use crate::image::Film;
-use crate::math::{Ray, Rgb, Spectrum, Stage, Stream, World, luminance};
+use crate::math::{Ray, Spectrum, Stage, Stream, World, luminance};
 use crate::scene::{RenderSettings, Scene};
 use crate::transport::{PathContext, SobolPoint, camera_position, camera_view};
 use crate::work::Work;
@@ -36,27 +40,39 @@ pub(super) fn finish<S: Spectrum>(
     exposed: &mut Exposure,
     stages: &mut Stages,
 ) -> Work {
-    let components = exposed.components.take();
+    let (components, parts) = (exposed.components.take(), std::mem::take(&mut exposed.parts));
     let wanted = settings.reconstructs() && exposed.ended != Ended::Stopped;
     let Some(components) = components.filter(|_| wanted) else { return Work::default() };
     let start = Instant::now();
     let step = finest_step(scene, settings);
-    let work = reconstruct::<S>(scene, region, step, &mut exposed.film, &components);
+    let light = RenderedLight { components: &components, parts: &parts };
+    let work = reconstruct::<S>(scene, region, step, &mut exposed.film, light);
     stages.done("reconstruct", start);
     work
 }
 
-/// Takes noise off `film` of `region`, of which `components` are known. Visibility rays march with `step`, in metres.
+/// What is known of the light of a picture.
+struct RenderedLight<'a> {
+    components: &'a ComponentFilm,
+    /// Its parts by group or order, where they are told apart.
+    parts: &'a [LightPart],
+}
+
+/// Takes noise off `film` of `region`, of which `rendered` is the light. Visibility rays march with `step`, in metres.
 fn reconstruct<S: Spectrum>(
     scene: &Scene,
     region: &RenderRegion,
     step: f64,
     film: &mut Film,
-    components: &ComponentFilm,
+    rendered: RenderedLight<'_>,
 ) -> Work {
     let raw = film.image();
+    let RenderedLight { components, parts } = rendered;
     let reconstruction = Reconstruction::new(components);
-    let specular = reconstruction.specular_light(&raw, film.visible_emission());
+    let emission = film.visible_emission().to_vec();
+    let all = reconstruction.all_light(&raw, &emission);
+    let parts: Vec<PictureLight<'_>> =
+        parts.iter().map(|part| reconstruction.light_of(part)).collect();
     let visibility = Visibility::new(scene, region, step);
     let empty = || {
         let rng = Stream::new(region.seed, Stage::Visibility, 0, 0);
@@ -66,11 +82,17 @@ fn reconstruct<S: Spectrum>(
     let antialiased = edges.par_iter().map_init(empty, |workspace, &pixel| {
         workspace.ctx.work = Work::default();
         let rays = visibility.through(pixel, &components.pixels[pixel], workspace);
-        (reconstruction.antialiased(pixel, &rays, &specular), workspace.ctx.work)
+        let of = |light: &PictureLight<'_>| reconstruction.antialiased(light, pixel, &rays);
+        let edge = of(&all).map(|all| Edge { all, parts: parts.iter().filter_map(of).collect() });
+        (edge, workspace.ctx.work)
     });
-    let (antialiased, work): (Vec<Option<Antialiased>>, Vec<Work>) = antialiased.unzip();
-    let antialiased: Vec<Antialiased> = antialiased.into_iter().flatten().collect();
-    film.set_reconstructed(&reconstruction.image(&raw, &antialiased));
+    let (edges, work): (Vec<Option<Edge>>, Vec<Work>) = antialiased.unzip();
+    let edges: Vec<Edge> = edges.into_iter().flatten().collect();
+    let of_all: Vec<Antialiased> = edges.iter().map(|edge| edge.all).collect();
+    let shares = reconstruction.residual_shares(&of_all);
+    film.set_reconstructed(&reconstruction.image(&raw, &of_all, &shares));
+    let edges = Edges { edges: &edges, shares: &shares };
+    write_passes(scene, &reconstruction, &edges, (&all, &parts), film);
     work.into_iter().sum()
 }
 
@@ -133,8 +155,9 @@ impl<'a> Visibility<'a> {
             profiles.path.count(&mut ctx.work);
             transmittance = profiles.path.transmittance();
         }
+        let emission = transmittance * camera_view::emission::<S>(scene, ray, hit.as_ref(), ctx);
+        let parts = scene.groups.told_apart(emission, [S::ZERO, S::ZERO, S::ZERO, emission]);
         let transmittance = transmittance.rgb();
-        let emitted: Rgb = camera_view::emission(scene, ray, hit.as_ref(), ctx);
         let hit = hit.filter(|hit| !camera_view::is_holdout(scene, hit));
         let is_specular =
             hit.as_ref().is_some_and(|hit| hit.material.is_specular() || hit.material.is_rough());
@@ -145,7 +168,8 @@ impl<'a> Visibility<'a> {
             surface: diffuse
                 .map(|hit| visible_surface(camera_position(scene), ray, &hit, transmittance)),
             specular: is_specular,
-            emission: (transmittance * emitted).as_vec3().into(),
+            emission: emission.rgb().as_vec3().into(),
+            emission_parts: parts.map(|parts| parts.emission),
             opacity: (1.0 - luminance(transmittance)) as f32,
         }
     }

@@ -127,6 +127,6 @@ pub(super) fn film_contents(scene: &Scene, settings: &RenderSettings) -> FilmCon
     FilmContents {
         features: settings.denoise || passes.has_features(),
         components: settings.in_halves(),
-        aovs: AovSums { passes, groups: scene.groups.names },
+        aovs: AovSums { passes, groups: scene.groups.names, in_halves: settings.reconstructs() },
     }
 }

@@ -54,7 +54,7 @@ fn trace_reference<S: Spectrum>(
         |_, _| budget,
         |camera_ray, workspace: &mut Workspace<S>| {
             let (paths, tracer) = &times[camera_ray.time];
-            let sample = paths.radiance::<S>(camera_ray.ray, &mut workspace.ctx);
+            let sample = paths.radiance(camera_ray.ray, workspace);
             tracer.complete_reference(sample, camera_ray, workspace)
         },
         &[],

@@ -161,6 +161,15 @@ pub fn check_merges(passes: &str, pass: &Pass<'_>) {
     report(folder, &[&["-o", "c.exr", "--seed", "6"][..], &passes[..]].concat());
     merges(folder, &["whole.exr", "c.exr"], "mean.exr");
     assert!(difference(&layers(folder, "mean.exr"), pass) < 1e-6);
+    // Those that are reconstructed, too.
+    let passes = [&passes[..], &["--reconstruct"]].concat();
+    report(folder, &[&["-o", "whole.exr"][..], &passes].concat());
+    for (name, crop) in [("a.exr", "0,0,24x9"), ("b.exr", "0,9,24x11")] {
+        report(folder, &[&["-o", name, "--crop", crop][..], &passes].concat());
+    }
+    merges(folder, &["a.exr", "b.exr"], "merged.exr");
+    let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| layers(folder, name));
+    assert!(whole.channels.iter().all(|(name, values)| merged.get(name) == Some(values)));
 }
 
 /// Mean over pictures with different seeds, and its squared standard error.

@@ -1,114 +1,104 @@
 //! Antialiasing of pixels at edges: visibility rays look up filtered light in the pixels around, and rays of the picture
 //! correct what is systematically wrong with it.
 
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 
-use super::edges::mean_reflectance;
-use super::levels::around;
-use super::media::OPACITY_STEP;
+use super::Reconstruction;
+use super::light::{FilteredComponents, PictureLight, PixelLight};
 use super::scale::{DARKEST, box_means, box_sums};
-use super::surfaces::{SurfaceFeatures, ratio};
-use super::{FilteredLight, Reconstruction};
-use crate::film::sample::VisibleSurface;
-
-/// Likeness of all neighbours of a surface below which its light is not known from them.
-///
-/// Unit: none. Limit: on what the light of another surface counts.
-const LEAST_LIKENESS: f32 = 1e-3;
+use super::visibility::VisibilityRay;
 
 /// Pixels on each side over which the agreement of both halves is averaged.
 ///
 /// Unit: pixels. Limit: on how far an edge decides for others: a contact shadow is as narrow.
 pub(super) const AGREEMENT_RADIUS: usize = 2;
 
-/// Distance along each axis from a ray beyond which pixels do not count.
-///
-/// Unit: pixels. Definition: of the square of 3 x 3 around a pixel.
-const REACH: f32 = 1.5;
-
-/// Factor up to which light of media is taken to another opacity.
-///
-/// Unit: none. Limit: on what is known of a medium that neighbours hardly see.
-const MOST_OPACITY: f32 = 2.0;
-
-/// What a visibility ray sees.
-#[derive(Debug, Clone, Copy)]
-pub struct VisibilityRay {
-    /// The half of the picture that has a ray along it too, where one has.
-    pub half: Option<usize>,
-    /// Where it passes through the film, in pixels from the centre of its pixel.
-    pub place: [f32; 2],
-    /// The first surface, where it is diffuse.
-    pub surface: Option<VisibleSurface>,
-    /// Whether the first surface is a mirror or glass.
-    pub specular: bool,
-    /// Emission of surfaces and of the environment, W/(m² sr).
-    pub emission: Vec3A,
-    /// Opacity of media.
-    pub opacity: f32,
-}
-
 /// A pixel by visibility rays.
 #[derive(Debug, Clone, Copy)]
 pub struct Antialiased {
     /// Its index.
     pub pixel: usize,
-    /// Its radiance, W/(m² sr).
-    pub radiance: Vec3A,
-    /// What rays of each half of the picture have brought less what looking up along the same rays gives, W/(m² sr);
-    /// `None` without rays.
-    residuals: [Option<Vec3A>; 2],
+    /// Its light.
+    light: PixelLight,
+    /// What rays of each half of the picture have brought less what looking up along the same rays gives; `None` without
+    /// rays.
+    residuals: [Option<PixelLight>; 2],
 }
 
-/// A pixel and how much it counts.
-struct Neighbour {
-    pixel: usize,
-    weight: f32,
+impl Antialiased {
+    /// Its light with a share of the mean residual of both halves.
+    pub fn corrected(&self, share: f32) -> PixelLight {
+        let [a, b] = self.residuals.map(Option::unwrap_or_default);
+        self.light + (a + b) * (0.5 * share)
+    }
 }
 
 impl Reconstruction<'_> {
-    /// The radiance of `pixel` along `rays`, some of which may be rays of the picture; `specular` is [what mirrors and
-    /// glass show](Self::specular_light). `None` where no pixel around has the light of what a ray hits.
+    /// The `light` of `pixel` along `rays`, some of which may be rays of the picture. `None` where no pixel around has the
+    /// light of what a ray hits.
     pub fn antialiased(
         &self,
+        light: &PictureLight<'_>,
         pixel: usize,
         rays: &[VisibilityRay],
-        specular: &[Vec3A],
     ) -> Option<Antialiased> {
         let sees_specular = rays.iter().any(|ray| ray.specular);
-        let specular = if sees_specular { self.specular_of(pixel, specular) } else { None };
-        let mut radiance = Vec3A::ZERO;
-        let mut of_halves = [(Vec3A::ZERO, 0.0); 2];
+        let specular = if sees_specular { self.specular_of(light, pixel) } else { None };
+        let along = |filtered: &FilteredComponents, ray: &VisibilityRay| {
+            let mut along = self.light_along(light, filtered, pixel, ray)?;
+            if ray.specular {
+                along.specular = specular?;
+            }
+            Some(along)
+        };
+        let mut sum = PixelLight::default();
+        let mut of_halves = [(PixelLight::default(), 0.0); 2];
         for ray in rays {
-            radiance += self.radiance_along(&self.mean, pixel, ray, specular)?;
+            sum = sum + along(&light.filtered.mean, ray)?;
             if let Some(half) = ray.half {
                 let (sum, count) = &mut of_halves[half];
-                *sum += self.radiance_along(&self.halves[half], pixel, ray, specular)?;
+                *sum = *sum + along(&light.filtered.halves[half], ray)?;
                 *count += 1.0;
             }
         }
         let residual = |half: usize| {
-            let (sums, (sum, count)) = (&self.film.pixels[pixel].halves[half], of_halves[half]);
-            let rendered = Vec3A::from(sums.radiance) / sums.rays;
-            (count > 0.0 && sums.rays > 0.0).then(|| rendered - sum / count)
+            let (sum, count) = of_halves[half];
+            let rays = self.film.pixels[pixel].halves[half].rays;
+            let rendered = || self.rendered(light, pixel, half);
+            (count > 0.0 && rays > 0.0).then(|| rendered() - sum * (1.0 / count))
         };
         let residuals = [residual(0), residual(1)];
-        Some(Antialiased { pixel, radiance: radiance / rays.len() as f32, residuals })
+        Some(Antialiased { pixel, light: sum * (1.0 / rays.len() as f32), residuals })
     }
 
-    /// The radiance of `all` with a share of the mean residual of both halves: the product of their residuals, which is the
-    /// squared bias in the mean, less its standard error, over the square of their mean, which holds the noise too, both
-    /// summed over the pixels around (shrinkage by James and Stein 1961, "Estimation with Quadratic Loss").
-    pub(super) fn corrected(&self, all: &[Antialiased]) -> Vec<Vec3A> {
+    /// The `light` of `pixel` as rays of a half bring it. What is in no component is of mirrors or glass where the pixel
+    /// sees any.
+    fn rendered(&self, light: &PictureLight<'_>, pixel: usize, half: usize) -> PixelLight {
+        let components = &self.film.pixels[pixel];
+        let sums = light.sums(self.film, pixel)[half];
+        let mean = |sum: Vec3| Vec3A::from(sum) / components.halves[half].rays;
+        let rest = mean(sums.radiance - sums.media - sums.direct - sums.indirect);
+        let [emission, specular] =
+            if components.seen.specular > 0.0 { [Vec3A::ZERO, rest] } else { [rest, Vec3A::ZERO] };
+        let [media, direct, indirect] = [sums.media, sums.direct, sums.indirect].map(mean);
+        PixelLight { media, direct, indirect, emission, specular }
+    }
+
+    /// The share of the mean residual of both halves that each of `all` takes of all light: the product of their residuals,
+    /// which is the squared bias in the mean, less its standard error, over the square of their mean, which holds the noise
+    /// too, both summed over the pixels around (shrinkage by James and Stein 1961, "Estimation with Quadratic Loss").
+    pub fn residual_shares(&self, all: &[Antialiased]) -> Vec<f32> {
         let none = vec![0.0; self.film.pixels.len()];
         let around = |of: Vec<f32>| box_sums(self.film.width, &of, AGREEMENT_RADIUS);
         let mut squares = none.clone();
-        all.iter().for_each(|of| squares[of.pixel] = of.radiance.length_squared());
+        all.iter().for_each(|of| squares[of.pixel] = of.light.total().length_squared());
         let squares = box_means(self.film.width, &squares, AGREEMENT_RADIUS);
         let [mut agreed, mut agreed_squares, mut noisy] = [none.clone(), none.clone(), none];
-        for &Antialiased { pixel, radiance, residuals } in all {
-            let [Some(a), Some(b)] = residuals else { continue };
-            let scale = radiance.length_squared() + DARKEST * squares[pixel];
+        for &Antialiased { pixel, light, residuals } in all {
+            let [Some(a), Some(b)] = residuals.map(|of| of.map(PixelLight::total)) else {
+                continue;
+            };
+            let scale = light.total().length_squared() + DARKEST * squares[pixel];
             let product = a.dot(b) / scale;
             let square = (0.5 * (a + b)).length_squared() / scale;
             if (product * product).is_finite() && square.is_finite() {
@@ -117,100 +107,11 @@ impl Reconstruction<'_> {
             }
         }
         let [agreed, agreed_squares, noisy] = [agreed, agreed_squares, noisy].map(around);
-        let corrected = |of: &Antialiased| {
+        let share = |of: &Antialiased| {
             let sure = agreed[of.pixel] - agreed_squares[of.pixel].sqrt();
-            let share = if sure > 0.0 { (sure / noisy[of.pixel]).min(1.0) } else { 0.0 };
-            let [a, b] = of.residuals.map(|residual| residual.unwrap_or(Vec3A::ZERO));
-            of.radiance + share * 0.5 * (a + b)
+            if sure > 0.0 { (sure / noisy[of.pixel]).min(1.0) } else { 0.0 }
         };
-        all.iter().map(corrected).collect()
-    }
-
-    /// The radiance along a ray through `pixel` by `filtered` light, W/(m² sr).
-    fn radiance_along(
-        &self,
-        filtered: &FilteredLight,
-        pixel: usize,
-        ray: &VisibilityRay,
-        specular: Option<Vec3A>,
-    ) -> Option<Vec3A> {
-        let light = ray.emission + self.media_along(filtered, pixel, ray);
-        Some(match &ray.surface {
-            Some(surface) => {
-                let reflectance = Vec3A::from(surface.reflectance.as_vec3());
-                light + reflectance * self.irradiance(filtered, pixel, surface, ray.place)?
-            }
-            None if ray.specular => light + specular?,
-            None => light,
-        })
-    }
-
-    /// The pixels of 3 x 3 around `pixel`, of which those further from `place` count less.
-    fn near(&self, pixel: usize, place: [f32; 2]) -> impl Iterator<Item = Neighbour> {
-        around(self.film.size(), pixel).map(move |(pixel, at)| {
-            let [x, y] = [0, 1].map(|axis| (REACH - (at[axis] - place[axis]).abs()).max(0.0));
-            Neighbour { pixel, weight: x * y }
-        })
-    }
-
-    /// Light of media along a ray through `pixel`.
-    fn media_along(&self, filtered: &FilteredLight, pixel: usize, ray: &VisibilityRay) -> Vec3A {
-        let (mut sum, mut weights) = (Vec3A::ZERO, 0.0);
-        for Neighbour { pixel, weight } in self.near(pixel, ray.place) {
-            let opacity = self.film.pixels[pixel].opacity();
-            let steps = (ray.opacity - opacity) / OPACITY_STEP;
-            let weight = weight / (1.0 + steps * steps);
-            // Media that only emit have none.
-            let taken = if opacity > 0.0 { ray.opacity / opacity } else { 1.0 };
-            sum += weight * taken.min(MOST_OPACITY) * filtered.media[pixel];
-            weights += weight;
-        }
-        sum / weights
-    }
-
-    /// Reflected light over reflectance at a surface that a ray through `pixel` sees at `place`.
-    fn irradiance(
-        &self,
-        filtered: &FilteredLight,
-        pixel: usize,
-        surface: &VisibleSurface,
-        place: [f32; 2],
-    ) -> Option<Vec3A> {
-        let [offset, normal] =
-            [surface.offset, surface.normal].map(|vector| Vec3A::from(vector.as_vec3()));
-        let (mut light, mut reflectance, mut weights) = (Vec3A::ZERO, Vec3A::ZERO, 0.0);
-        for Neighbour { pixel, weight } in self.near(pixel, place) {
-            let Some(there) = &self.surfaces[pixel] else { continue };
-            let here = SurfaceFeatures { offset, normal, spacing: there.spacing };
-            let weight = weight * here.likeness(there, 1.0);
-            light += weight * filtered.reflected[pixel];
-            reflectance += weight * mean_reflectance(&self.film.pixels[pixel]);
-            weights += weight;
-        }
-        if weights > LEAST_LIKENESS {
-            return Some(ratio(light, reflectance));
-        }
-        let own = &self.film.pixels[pixel];
-        (own.seen.surfaces > 0.0).then(|| {
-            let light = own.halves[0].direct + own.halves[0].indirect;
-            let light = light + own.halves[1].direct + own.halves[1].indirect;
-            ratio(light.into(), own.rays() * mean_reflectance(own))
-        })
-    }
-
-    /// What a mirror or glass in `pixel` shows, or in the pixels around where it sees none.
-    fn specular_of(&self, pixel: usize, specular: &[Vec3A]) -> Option<Vec3A> {
-        let add = |(sum, count): (Vec3A, f32), pixel: usize| {
-            let components = &self.film.pixels[pixel];
-            (sum + specular[pixel] * components.rays(), count + components.seen.specular)
-        };
-        let none = (Vec3A::ZERO, 0.0);
-        let (mut sum, mut count) = add(none, pixel);
-        if count == 0.0 {
-            let near = around(self.film.size(), pixel).map(|(near, _)| near);
-            (sum, count) = near.fold(none, add);
-        }
-        (count > 0.0).then(|| sum / count)
+        all.iter().map(share).collect()
     }
 }
 
@@ -218,7 +119,7 @@ impl Reconstruction<'_> {
 mod tests {
     use glam::DVec3;
 
-    use super::super::tests::{SIZE, film, floor, medium, raw, surface};
+    use super::super::tests::{DARK, SIZE, all_light, film, floor, medium, raw, surface};
     use super::*;
     use crate::film::{ComponentFilm, Sample};
     use crate::image::Image;
@@ -245,6 +146,7 @@ mod tests {
                 surface: seen.surface,
                 specular: seen.specular,
                 emission: visible_emission.as_vec3().into(),
+                emission_parts: None,
                 opacity: (1.0 - transmittance) as f32,
             }
         };
@@ -302,11 +204,12 @@ mod tests {
         for scene in scenes {
             let film = coarse(scene);
             let reconstruction = Reconstruction::new(&film);
+            let light = all_light(&reconstruction);
             let edges = reconstruction.edges();
             assert!((SIZE[0]..4 * SIZE[0]).contains(&edges.len()), "{} edges", edges.len());
             for pixel in edges {
-                let antialiased = reconstruction.antialiased(pixel, &rays(scene, pixel), &[]);
-                let found = antialiased.unwrap().radiance;
+                let antialiased = reconstruction.antialiased(&light, pixel, &rays(scene, pixel));
+                let found = antialiased.unwrap().corrected(0.0).total();
                 let expected = expected(scene, pixel);
                 let error = (f64::from(found.x) - expected).abs();
                 assert!(error < 1e-3 * expected, "{found} for {expected} at {pixel}");
@@ -337,6 +240,7 @@ mod tests {
             }
         }
         let reconstruction = Reconstruction::new(&film);
+        let light = all_light(&reconstruction);
         let mut errors = [0.0; 2];
         let edges = reconstruction.edges();
         let all: Vec<Antialiased> = edges
@@ -349,12 +253,13 @@ mod tests {
                     let place = [0.0, place as f32];
                     rays.push(VisibilityRay { half: Some(half), place, surface, ..rays[0] });
                 }
-                reconstruction.antialiased(pixel, &rays, &[]).unwrap()
+                reconstruction.antialiased(&light, pixel, &rays).unwrap()
             })
             .collect();
-        for (of, corrected) in all.iter().zip(reconstruction.corrected(&all)) {
+        for (of, share) in all.iter().zip(reconstruction.residual_shares(&all)) {
             let expected = expected(clean, of.pixel);
-            for (error, found) in errors.iter_mut().zip([of.radiance, corrected]) {
+            for (error, share) in errors.iter_mut().zip([0.0, share]) {
+                let found = of.corrected(share).total();
                 *error += (f64::from(found.x) - expected).powi(2);
             }
         }
@@ -380,12 +285,13 @@ mod tests {
             *light = light.map(|light| light + mirrored);
         }
         let raw = Image::new(SIZE[0], SIZE[1], pixels);
-        let specular = reconstruction.specular_light(&raw, &[[0.0; 3]; SIZE[0] * SIZE[1]]);
+        let light = reconstruction.all_light(&raw, DARK);
         for pixel in reconstruction.edges() {
             let rays = rays(&scene, pixel);
             let share = rays.iter().filter(|ray| ray.specular).count() as f64 / rays.len() as f64;
             let expected = 4.0 * share + expected(&scene, pixel);
-            let found = reconstruction.antialiased(pixel, &rays, &specular).unwrap().radiance;
+            let found = reconstruction.antialiased(&light, pixel, &rays);
+            let found = found.unwrap().corrected(0.0).total();
             assert!((f64::from(found.x) - expected).abs() < 1e-3 * expected, "{found}, {expected}");
         }
     }
@@ -395,6 +301,7 @@ mod tests {
         let film = coarse(&|_, _| Sample::default());
         let reconstruction = Reconstruction::new(&film);
         assert!(reconstruction.edges().is_empty());
-        assert!(reconstruction.antialiased(100, &rays(&corner, 100), &[]).is_none());
+        let light = all_light(&reconstruction);
+        assert!(reconstruction.antialiased(&light, 100, &rays(&corner, 100)).is_none());
     }
 }

@@ -86,9 +86,12 @@ pub(super) fn biweight(x: f32) -> f32 {
     left * left
 }
 
-/// Factor by which each pixel of each half is to be darkened, so that it is no brighter than the brightest of its eight
+/// Factors by which outliers are darkened: of each half of each pixel, 1 where it is none.
+pub(super) type OutlierFactors = [Vec<f32>; 2];
+
+/// The factor by which each pixel of each half is to be darkened, so that it is no brighter than the brightest of its eight
 /// neighbours, in either half, and itself in the other half.
-pub(super) fn outlier_factors(width: usize, halves: &[Vec<Vec4>; 2]) -> [Vec<f32>; 2] {
+pub(super) fn outlier_factors(width: usize, halves: &[Vec<Vec4>; 2]) -> OutlierFactors {
     let luminance = |pixel: Vec4| luminance(pixel.truncate().as_dvec3()) as f32;
     let size = [width, halves[0].len() / width];
     [0, 1].map(|half| {

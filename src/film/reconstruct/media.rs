@@ -4,7 +4,8 @@ use glam::{Vec3A, Vec4};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use super::levels::{Candidate, LEVELS, Tap, biweight, outlier_factors, taps};
+use super::LightOf;
+use super::levels::{Candidate, LEVELS, OutlierFactors, Tap, biweight, outlier_factors, taps};
 use crate::film::components::{ComponentFilm, PixelComponents};
 
 /// Difference of the logarithms of distances beyond which a neighbour does not count.
@@ -30,13 +31,21 @@ struct MediaFeatures {
     log_distance: f32,
 }
 
-/// Light of media at all levels, from that of the pixels on, without outliers.
-pub(super) fn candidates(film: &ComponentFilm) -> Vec<Candidate> {
-    let mut light = pixels(film);
-    let factors = outlier_factors(film.width, &light);
-    for (light, factors) in light.iter_mut().zip(factors) {
+/// Factors by which outliers of light of media are darkened.
+pub(super) fn outliers(film: &ComponentFilm) -> OutlierFactors {
+    outlier_factors(film.width, &pixels(film, &|pixel| film.pixels[pixel].light()))
+}
+
+/// `light` of media at all levels, from that of the pixels on, with `outliers` darkened.
+pub(super) fn candidates(
+    film: &ComponentFilm,
+    light: LightOf<'_>,
+    outliers: &OutlierFactors,
+) -> Vec<Candidate> {
+    let mut light = pixels(film, light);
+    for (light, factors) in light.iter_mut().zip(outliers) {
         for (light, factor) in light.iter_mut().zip(factors) {
-            *light = (Vec3A::from_vec4(*light) * factor).extend(light.w);
+            *light = (Vec3A::from_vec4(*light) * *factor).extend(light.w);
         }
     }
     levels(film, light)
@@ -75,14 +84,14 @@ fn media_features(pixel: &PixelComponents) -> Option<MediaFeatures> {
     })
 }
 
-/// Light of the pixels themselves.
-pub(super) fn pixels(film: &ComponentFilm) -> [Vec<Vec4>; 2] {
+/// `light` of the pixels themselves.
+pub(super) fn pixels(film: &ComponentFilm, light: LightOf<'_>) -> [Vec<Vec4>; 2] {
     [0, 1].map(|half| {
-        let mean = |pixel: &PixelComponents| {
-            let sums = &pixel.halves[half];
-            (Vec3A::from(sums.media) / sums.rays.max(1.0)).extend(sums.rays)
+        let mean = |(index, pixel): (usize, &PixelComponents)| {
+            let rays = pixel.halves[half].rays;
+            (Vec3A::from(light(index)[half].media) / rays.max(1.0)).extend(rays)
         };
-        film.pixels.par_iter().map(mean).collect()
+        film.pixels.par_iter().enumerate().map(mean).collect()
     })
 }
 
@@ -163,7 +172,9 @@ mod tests {
         let opacity = |x: f64, y: f64| 0.4 + 0.3 * (0.3 * x).sin() * (0.2 * y).cos();
         let light = |x: f64, y: f64| 2.0 + 0.02 * x - 0.01 * y + 1.5 * opacity(x, y);
         let film = film(1, 0.0, 0, |x, y, _| medium(light(x, y), opacity(x, y), 5.0));
-        for (level, candidate) in candidates(&film).iter().enumerate() {
+        let all = |pixel: usize| film.pixels[pixel].light();
+        let candidates = candidates(&film, &all, &outliers(&film));
+        for (level, candidate) in candidates.iter().enumerate() {
             for (index, _) in film.pixels.iter().enumerate() {
                 let [x, y] = [index % SIZE[0], index / SIZE[0]].map(|at| at as f64);
                 let found = f64::from(candidate.mean(index).unwrap().y);
@@ -184,7 +195,8 @@ mod tests {
             }
         }
         let raw = raw(&film);
-        for candidate in levels(&film, pixels(&film)) {
+        let all = |pixel: usize| film.pixels[pixel].light();
+        for candidate in levels(&film, pixels(&film, &all)) {
             for (pixel, raw) in raw.pixels().iter().enumerate() {
                 let found = candidate.mean(pixel).unwrap().y;
                 assert!((found - raw[1]).abs() < 0.01, "{found:?} for {raw:?}");

@@ -17,30 +17,38 @@
 
 mod antialias;
 mod edges;
+mod filter;
 mod levels;
+mod light;
 mod media;
 mod noise;
 mod scale;
 mod surfaces;
+mod visibility;
 
 use glam::{Vec3A, Vec4};
 
-pub use antialias::{Antialiased, VisibilityRay};
+pub use antialias::Antialiased;
+pub use light::{LightPart, PART_BYTES, PictureLight, PixelLight};
 pub use noise::FilmNoise;
+pub use visibility::VisibilityRay;
 
-use super::components::{ComponentFilm, PixelComponents};
+use super::components::ComponentFilm;
 use crate::image::Image;
+use filter::Filter;
+use light::{FilteredLight, LightOf};
 use surfaces::SurfaceFeatures;
 
 /// Bytes of a pixel that reconstruction takes beside its components at most: selected light of two components, and those
-/// of surfaces at all levels, in two halves, with sums, errors and what is seen.
+/// of surfaces at all levels, in two halves, with sums, errors, what is seen, and factors and levels of three components.
 ///
 /// Unit: bytes. Derivation: from the sizes of what is held.
 pub const RECONSTRUCTION_BYTES: usize = 2 * 2 * (levels::LEVELS as usize + 1) * size_of::<Vec4>()
     + surfaces::SUMS_BYTES
     + (levels::LEVELS as usize + 1) * size_of::<f32>()
     + size_of::<Option<SurfaceFeatures>>()
-    + 2 * size_of::<[Vec3A; 3]>();
+    + 3 * 3 * size_of::<f32>()
+    + 3 * size_of::<[Vec3A; 3]>();
 
 /// Pixels on each side on which a reconstructed pixel depends.
 ///
@@ -57,76 +65,33 @@ pub const RECONSTRUCTION_REACH: usize = 1
 #[derive(Debug)]
 pub struct Reconstruction<'a> {
     film: &'a ComponentFilm,
-    /// By both halves.
-    mean: FilteredLight,
-    /// By each half.
-    halves: [FilteredLight; 2],
     /// The surfaces that pixels see.
     surfaces: Vec<Option<SurfaceFeatures>>,
-}
-
-/// Light of each pixel with less noise, W/(m² sr).
-#[derive(Debug)]
-struct FilteredLight {
-    /// Of media.
-    media: Vec<Vec3A>,
-    /// That surfaces reflect.
-    reflected: Vec<Vec3A>,
-}
-
-impl FilteredLight {
-    /// Direct and indirect light of surfaces together.
-    fn new(media: Vec<Vec3A>, direct: Vec<Vec3A>, indirect: &[Vec3A]) -> Self {
-        let reflected = direct.into_iter().zip(indirect).map(|(d, i)| d + *i).collect();
-        Self { media, reflected }
-    }
+    filter: Filter,
+    /// All light.
+    filtered: FilteredLight,
 }
 
 impl<'a> Reconstruction<'a> {
     /// Takes the noise off the components of `film`.
     pub fn new(film: &'a ComponentFilm) -> Self {
-        let media = scale::select(film.width, &media::candidates(film));
         let surfaces = surfaces::surfaces(film);
-        let [direct, indirect] = surfaces::candidates(film, &surfaces)
-            .map(|candidates| scale::select(film.width, &candidates));
-        let mean = FilteredLight::new(media.mean, direct.mean, &indirect.mean);
-        let [[media_a, media_b], [direct_a, direct_b]] = [media.halves, direct.halves];
-        let [indirect_a, indirect_b] = &indirect.halves;
-        let halves = [
-            FilteredLight::new(media_a, direct_a, indirect_a),
-            FilteredLight::new(media_b, direct_b, indirect_b),
-        ];
-        Self { film, mean, halves, surfaces }
+        let (filter, filtered) = Filter::new(film, &surfaces);
+        Self { film, surfaces, filter, filtered }
     }
 
-    /// What mirrors and glass show in each pixel of `raw`, of which `emission` is visible emission, W/(m² sr).
-    pub fn specular_light(&self, raw: &Image, emission: &[[f32; 3]]) -> Vec<Vec3A> {
-        let all = self.film.pixels.iter().zip(raw.pixels()).zip(emission);
-        let rest = |((pixel, raw), emission): ((&PixelComponents, &[f32; 3]), &[f32; 3])| {
-            if pixel.seen.specular == 0.0 {
-                return Vec3A::ZERO;
-            }
-            Vec3A::from_array(*raw) - Vec3A::from_array(*emission) - mean_light(pixel)
-        };
-        all.map(rest).collect()
-    }
-
-    /// The picture, with pixels that are `antialiased`; `raw` is the one as it was rendered.
+    /// The picture, which as it was rendered is `raw`, with pixels that are `antialiased`, each by so much of its
+    /// [residual](Self::residual_shares).
     ///
     /// # Panics
     /// Where they differ in size.
-    pub fn image(&self, raw: &Image, antialiased: &[Antialiased]) -> Image {
+    pub fn image(&self, raw: &Image, antialiased: &[Antialiased], shares: &[f32]) -> Image {
         assert_eq!(self.film.pixels.len(), raw.pixels().len(), "one a pixel");
-        let pixels = self.film.pixels.iter().zip(raw.pixels()).enumerate();
-        let pixels = pixels.map(|(index, (pixel, raw))| {
-            let filtered = self.mean.media[index] + self.mean.reflected[index];
-            let change =
-                if pixel.rays() > 0.0 { filtered - mean_light(pixel) } else { Vec3A::ZERO };
-            Vec3A::from_array(*raw) + change
-        });
-        let mut pixels: Vec<Vec3A> = pixels.collect();
-        for (antialiased, radiance) in antialiased.iter().zip(self.corrected(antialiased)) {
-            pixels[antialiased.pixel] = radiance;
+        let pixels = raw.pixels().iter().enumerate();
+        let changed = pixels.map(|(index, raw)| Vec3A::from_array(*raw) + self.change(index));
+        let mut pixels: Vec<Vec3A> = changed.collect();
+        for (antialiased, share) in antialiased.iter().zip(shares) {
+            pixels[antialiased.pixel] = antialiased.corrected(*share).total();
         }
         // Noise of moments makes light negative.
         let pixels = pixels.into_iter().map(|pixel| pixel.max(Vec3A::ZERO).to_array());
@@ -134,25 +99,28 @@ impl<'a> Reconstruction<'a> {
     }
 }
 
-/// Mean light of all components of a pixel.
-fn mean_light(pixel: &PixelComponents) -> Vec3A {
-    let [a, b] = &pixel.halves;
-    let sum = a.media + b.media + a.direct + b.direct + a.indirect + b.indirect;
-    Vec3A::from(sum) / pixel.rays()
-}
-
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
 
+    use super::light::mean_components;
     use super::*;
+    use crate::film::PixelComponents;
     use crate::film::{Components, Sample, Seen, VisibleSurface};
     use crate::math::{Rgb, Stage, Stream};
 
     pub const SIZE: [usize; 2] = [48, 32];
 
     fn reconstruct(film: &ComponentFilm, raw: &Image) -> Image {
-        Reconstruction::new(film).image(raw, &[])
+        Reconstruction::new(film).image(raw, &[], &[])
+    }
+
+    /// No emission in any pixel.
+    pub const DARK: &[[f32; 3]] = &[[0.0; 3]; SIZE[0] * SIZE[1]];
+
+    /// All light that a film of `reconstruction` has, without mirrors.
+    pub fn all_light<'a>(reconstruction: &'a Reconstruction<'_>) -> PictureLight<'a> {
+        reconstruction.all_light(&raw(reconstruction.film), DARK)
     }
 
     /// A film whose rays are `sample(x, y, noise)`, `rays` of each half, where `noise` has the mean 1 and so much variance.
@@ -183,7 +151,10 @@ mod tests {
 
     /// The picture itself.
     pub fn raw(film: &ComponentFilm) -> Image {
-        let pixels = film.pixels.iter().map(|pixel| mean_light(pixel).to_array()).collect();
+        let mean = |pixel: &PixelComponents| {
+            mean_components(&pixel.light(), pixel.rays()).total().to_array()
+        };
+        let pixels = film.pixels.iter().map(mean).collect();
         Image::new(film.width, film.pixels.len() / film.width, pixels)
     }
 
@@ -275,7 +246,8 @@ mod tests {
             let film =
                 film(4, 0.2, 100 + seed, |x, y, noise| medium(noise * light(x, y), 0.5, 4.0));
             // Outliers are clamped by both halves, which would not be independent.
-            let candidates = media::levels(&film, media::pixels(&film));
+            let all = |pixel: usize| film.pixels[pixel].light();
+            let candidates = media::levels(&film, media::pixels(&film, &all));
             let [raw, .., widest] = candidates.as_slice() else { unreachable!() };
             let scales = scale::scales(SIZE[0], widest);
             let told = candidates.iter().map(|candidate| {

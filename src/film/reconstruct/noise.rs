@@ -68,8 +68,8 @@ impl Reconstruction<'_> {
     fn filtered(&self, pixel: usize, is_edge: bool) -> [f32; 2] {
         let components = &self.film.pixels[pixel];
         let light = |half: usize| {
-            let (sums, filtered) = (&components.halves[half], &self.halves[half]);
-            let (mut media, mut reflected) = (filtered.media[pixel], filtered.reflected[pixel]);
+            let (sums, filtered) = (&components.halves[half], &self.filtered.halves[half]);
+            let (mut media, mut reflected) = (filtered.media[pixel], filtered.reflected(pixel));
             if !is_edge {
                 let opacity = components.opacity();
                 if opacity > 0.0 {

@@ -29,8 +29,8 @@ pub(super) struct Selected {
     pub halves: [Vec<Vec3A>; 2],
 }
 
-/// The component of these `candidates`, from that of the pixels on.
-pub(super) fn select(width: usize, candidates: &[Candidate]) -> Selected {
+/// The level of least error of each pixel, between those of these `candidates`, from that of the pixels on.
+pub(super) fn best_levels(width: usize, candidates: &[Candidate]) -> Vec<f32> {
     let [raw, .., widest] = candidates else { unreachable!("there are several levels") };
     let scales = scales(width, widest);
     let errors: Vec<Vec<f32>> =
@@ -42,7 +42,12 @@ pub(super) fn select(width: usize, candidates: &[Candidate]) -> Selected {
         levels.min_by(|a, b| error(a).total_cmp(&error(b))).unwrap_or(0) as f32
     };
     let best: Vec<f32> = (0..pixels).into_par_iter().map(best).collect();
-    let levels = box_means(width, &best, LEVEL_RADIUS);
+    box_means(width, &best, LEVEL_RADIUS)
+}
+
+/// The component of these `candidates`, in each pixel at the one of these `levels`.
+pub(super) fn select(candidates: &[Candidate], levels: &[f32]) -> Selected {
+    let pixels = levels.len();
     let blend = |at: &(dyn Fn(usize, usize) -> Option<Vec3A> + Sync), pixel: usize| {
         let level = levels[pixel];
         let below = (level as usize).min(candidates.len() - 1);

@@ -3,8 +3,9 @@
 use glam::{Vec3A, Vec4};
 use rayon::prelude::*;
 
-use super::levels::{Candidate, LEVELS, biweight, outlier_factors, taps};
-use crate::film::components::{ComponentFilm, HalfSums, PixelComponents};
+use super::LightOf;
+use super::levels::{Candidate, LEVELS, OutlierFactors, biweight, outlier_factors, taps};
+use crate::film::components::{ComponentFilm, PixelComponents};
 
 /// Distance from a pixel's plane, in spacings of the taps, beyond which a neighbour does not count.
 ///
@@ -54,12 +55,6 @@ struct Sums {
 }
 
 impl Sums {
-    fn of(half: &HalfSums) -> Self {
-        let [direct, indirect, reflectance] =
-            [half.direct, half.indirect, half.reflectance].map(Vec3A::from);
-        Self { direct, indirect, reflectance }
-    }
-
     fn add(&mut self, weight: f32, other: &Self) {
         self.direct += weight * other.direct;
         self.indirect += weight * other.indirect;
@@ -67,15 +62,34 @@ impl Sums {
     }
 }
 
-/// Direct and indirect light of surfaces at all levels, from that of the pixels on.
+/// Sums of the pixels themselves.
+fn pixels(film: &ComponentFilm, light: LightOf<'_>) -> Vec<[Sums; 2]> {
+    let of_pixel = |(index, pixel): (usize, &PixelComponents)| {
+        let light = light(index);
+        [0, 1].map(|half| {
+            let [direct, indirect] = [light[half].direct, light[half].indirect].map(Vec3A::from);
+            Sums { direct, indirect, reflectance: pixel.halves[half].reflectance.into() }
+        })
+    };
+    film.pixels.par_iter().enumerate().map(of_pixel).collect()
+}
+
+/// Direct and indirect `light` of surfaces at all levels, from that of the pixels on, with `outliers` of each darkened.
 pub(super) fn candidates(
     film: &ComponentFilm,
     surfaces: &[Option<SurfaceFeatures>],
+    light: LightOf<'_>,
+    outliers: [&OutlierFactors; 2],
 ) -> [Vec<Candidate>; 2] {
     let size = film.size();
-    let mut sums: Vec<[Sums; 2]> =
-        film.pixels.par_iter().map(|pixel| pixel.halves.each_ref().map(Sums::of)).collect();
-    darken_outliers(film, &mut sums);
+    let mut sums = pixels(film, light);
+    for half in 0..2 {
+        let factors = outliers[0][half].iter().zip(&outliers[1][half]);
+        for (sums, (direct, indirect)) in sums.iter_mut().zip(factors) {
+            sums[half].direct *= *direct;
+            sums[half].indirect *= *indirect;
+        }
+    }
     let mut all = [Vec::new(), Vec::new()];
     let mut push = |sums: &[[Sums; 2]], filtered: bool| {
         all[0].push(candidate(film, sums, |sums| sums.direct, filtered));
@@ -120,26 +134,20 @@ pub(super) fn surfaces(film: &ComponentFilm) -> Vec<Option<SurfaceFeatures>> {
     surfaces
 }
 
-/// Darkens light of pixels that is brighter than that of all neighbours.
-fn darken_outliers(film: &ComponentFilm, sums: &mut [[Sums; 2]]) {
-    let light: [fn(&mut Sums) -> &mut Vec3A; 2] =
-        [|sums| &mut sums.direct, |sums| &mut sums.indirect];
-    for light in light {
+/// Factors by which outliers of direct and of indirect light of surfaces are darkened.
+pub(super) fn outliers(film: &ComponentFilm) -> [OutlierFactors; 2] {
+    let sums = pixels(film, &|pixel| film.pixels[pixel].light());
+    let light: [fn(&Sums) -> Vec3A; 2] = [|sums| sums.direct, |sums| sums.indirect];
+    light.map(|light| {
         let irradiance = |half: usize| {
-            let pixels = film.pixels.iter().zip(sums.iter());
             let known = |(pixel, sums): (&PixelComponents, &[Sums; 2])| {
-                let mut sums = sums[half];
-                ratio(*light(&mut sums), sums.reflectance).extend(pixel.halves[half].rays)
+                let sums = &sums[half];
+                ratio(light(sums), sums.reflectance).extend(pixel.halves[half].rays)
             };
-            pixels.map(known).collect::<Vec<Vec4>>()
+            film.pixels.iter().zip(&sums).map(known).collect::<Vec<Vec4>>()
         };
-        let factors = outlier_factors(film.width, &[irradiance(0), irradiance(1)]);
-        for (half, factors) in factors.iter().enumerate() {
-            for (sums, factor) in sums.iter_mut().zip(factors) {
-                *light(&mut sums[half]) *= *factor;
-            }
-        }
-    }
+        outlier_factors(film.width, &[irradiance(0), irradiance(1)])
+    })
 }
 
 /// The average of what neighbours on the plane of `pixel` have.
@@ -206,13 +214,20 @@ mod tests {
     use super::*;
     use crate::film::reconstruct::tests::{SIZE, film, floor, surface};
 
+    /// Direct light of `film` at all levels.
+    fn direct(film: &ComponentFilm) -> Vec<Candidate> {
+        let [direct, indirect] = outliers(film);
+        let all = |pixel: usize| film.pixels[pixel].light();
+        let [direct, _] = candidates(film, &surfaces(film), &all, [&direct, &indirect]);
+        direct
+    }
+
     /// Reflectance is not averaged: a floor of checks under even light stays sharp.
     #[test]
     fn textures_of_surfaces_stay_sharp() {
         let albedo = |x: f64, y: f64| if (x + y) % 2.0 == 0.0 { 0.8 } else { 0.1 };
         let film = film(1, 0.0, 0, |x, y, _| surface(3.0, floor(x, y), DVec3::Y, albedo(x, y)));
-        let [direct, _] = candidates(&film, &surfaces(&film));
-        for candidate in &direct {
+        for candidate in direct(&film) {
             for index in 0..film.pixels.len() {
                 let [x, y] = [index % SIZE[0], index / SIZE[0]].map(|at| at as f64);
                 let found = f64::from(candidate.mean(index).unwrap().y);
@@ -232,8 +247,7 @@ mod tests {
                 let (offset, normal) = if x < 20.0 { other(x, y) } else { (floor(x, y), DVec3::Y) };
                 surface(if x < 20.0 { 100.0 } else { 1.0 }, offset, normal, 0.5)
             });
-            let [direct, _] = candidates(&film, &surfaces(&film));
-            for candidate in &direct {
+            for candidate in direct(&film) {
                 for index in 0..film.pixels.len() {
                     let expected = if index % SIZE[0] < 20 { 50.0 } else { 0.5 };
                     let found = candidate.mean(index).unwrap().y;

@@ -100,7 +100,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     /// Estimates the radiance that arrives along a camera ray at its origin: the path to the first
     /// diffuse surface, and the rays that forward peaks deflect on its way.
     pub fn radiance(&self, camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>) -> Sample {
-        let Workspace { ctx, profiles, .. } = workspace;
+        let Workspace { ctx, profiles, parts, .. } = workspace;
         let mut pending = PendingRays::new();
         let start = PendingRay {
             ray: camera_ray.ray,
@@ -121,15 +121,17 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let others = self.trace_pending(pending, camera_ray, ctx, profiles);
         let radiance = path.light.radiance + others.light.radiance;
         let media = path.components.media + others.components.media;
+        let ComponentLight { direct, indirect, .. } = path.components;
+        let components = [media, direct, indirect, path.visible_emission];
+        *parts = self.scene.groups.told_apart(radiance, components);
         Sample {
             radiance: radiance.rgb(),
-            parts: self.scene.groups.told_apart(radiance, media),
             indirect: (path.light.indirect + others.light.indirect).rgb(),
             visible_emission: path.visible_emission.rgb(),
             components: Components {
                 media: media.rgb(),
-                direct: path.components.direct.rgb(),
-                indirect: path.components.indirect.rgb(),
+                direct: direct.rgb(),
+                indirect: indirect.rgb(),
             },
             seen: path.seen,
             alpha: if path.is_covered { 1.0 } else { 1.0 - path.transmittance },

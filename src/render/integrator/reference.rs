@@ -14,6 +14,7 @@ use glam::DVec3;
 use crate::film::{CaughtShadow, Components, Sample};
 use crate::light::LightSample;
 use crate::math::{Ray, Rgb, Spectrum, World, luminance};
+use crate::render::pixel_sampling::Workspace;
 use crate::surface::{SurfaceHit, TransportMode};
 use crate::transport::tracking::{self, Absorption, FlightEnd, FlightStep};
 use crate::transport::{
@@ -28,7 +29,8 @@ const SURE_EVENTS: u32 = 8;
 
 impl PathTracer<'_> {
     /// An estimate of the light that arrives along `ray`, one of the camera's, at its origin.
-    pub fn radiance<S: Spectrum>(&self, ray: Ray<World>, ctx: &mut PathContext) -> Sample {
+    pub fn radiance<S: Spectrum>(&self, ray: Ray<World>, workspace: &mut Workspace<S>) -> Sample {
+        let Workspace { ctx, parts, .. } = workspace;
         let hit = camera_view::first_surface(self.scene, &ray, ctx);
         let end = camera_view::span_before(self.scene, &ray, hit.as_ref()).end;
         let transmittance = luminance(self.transmittance::<S>(&ray, end, ctx).rgb());
@@ -54,9 +56,10 @@ impl PathTracer<'_> {
         let seen = if catches { transmittance } else { 0.0 };
         let radiance = path.state.radiance;
         let of_media = path.before_surface.unwrap_or(radiance);
+        let components = [of_media, S::ZERO, S::ZERO, S::ZERO];
+        *parts = self.scene.groups.told_apart(radiance, components);
         Sample {
             radiance: radiance.rgb(),
-            parts: self.scene.groups.told_apart(radiance, of_media),
             components: Components { media: of_media.rgb(), ..Components::default() },
             alpha: if is_covered { 1.0 } else { 1.0 - transmittance },
             caught: CaughtShadow { seen, shadowed, unshadowed },

@@ -47,10 +47,10 @@ pub struct Row {
 }
 
 /// What the plan says of a render over what the render took.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Foretold {
-    /// Seconds.
-    pub seconds: f64,
+    /// Seconds, of the same seed.
+    pub seconds: Option<Interval>,
     /// The peak of memory.
     pub memory: f64,
 }
@@ -80,7 +80,7 @@ pub fn tables(rows: &[Row]) -> String {
             row.scene.clone(),
             format!("{brighter:+.2} ± {sure:.2}"),
             decimals(row.bias_percent, 2),
-            decimals(row.foretold.seconds, 2),
+            interval(row.foretold.seconds.as_ref(), 2),
             decimals(row.foretold.memory, 2),
         ]
     });
@@ -96,7 +96,7 @@ pub fn tables(rows: &[Row]) -> String {
          ## Light that is missed, and what was foretold\n\
          Brightness and bias are against two traced references: the whole picture with its standard error, and blocks of \
          16 x 16 pixels, the root of the mean squared bias. Foretold by `fogbow plan --error`, over what the render \
-         took.\n\n{beside}\n{}\n",
+         with the same seed took.\n\n{beside}\n{}\n",
         summary(rows),
         foretold_summary(rows)
     )
@@ -125,10 +125,12 @@ fn summary(rows: &[Row]) -> String {
 
 /// How many cost what was foretold.
 fn foretold_summary(rows: &[Row]) -> String {
-    let near = |value: fn(&Foretold) -> f64| {
-        rows.iter().filter(|row| is_within(value(&row.foretold), FORETOLD_WITHIN)).count()
+    let near = |value: fn(&Foretold) -> Option<f64>| {
+        let ratios = rows.iter().filter_map(|row| value(&row.foretold));
+        ratios.filter(|ratio| is_within(*ratio, FORETOLD_WITHIN)).count()
     };
-    let [seconds, memory] = [near(|of| of.seconds), near(|of| of.memory)];
+    let seconds = near(|of| of.seconds.as_ref().map(|ratio| ratio.estimate));
+    let memory = near(|of| Some(of.memory));
     format!(
         "Within a factor of {FORETOLD_WITHIN} are the seconds of {seconds} and the memory of {memory} of {} scenes.",
         rows.len()

@@ -46,7 +46,7 @@ struct Extent {
     reference_rays: u32,
 }
 
-const WHOLE: Extent = Extent { seeds: 8, stride: 1, part: 1, goal: 1.0, reference_rays: 8 };
+const WHOLE: Extent = Extent { seeds: 8, stride: 1, part: 1, goal: 1.0, reference_rays: 32 };
 const QUICK: Extent = Extent { seeds: 3, stride: 5, part: 3, goal: 2.0, reference_rays: 4 };
 
 /// A part a scene.
@@ -91,12 +91,16 @@ fn compare(scene: &GoalScene, extent: &Extent, pool: &ThreadPool, folder: &Path)
     let size = scene.size(extent.part)?;
     let (goal, width) = (scene.goal * extent.goal, size[0] as usize);
     let loaded = scene.load(size)?;
-    let foretold = pool.install(|| foretold_seconds(&loaded, goal))?;
     let of_seed = |goal: f64| {
         let loaded = &loaded;
         move |seed: u64| Picture::new(loaded, goal, seed, pool)
     };
     let pictures = (1..=extent.seeds).map(of_seed(goal)).collect::<Result<Vec<_>>>()?;
+    let foretold = (1..).zip(&pictures).map(|(seed, picture)| {
+        let foretold = pool.install(|| foretold_seconds(&loaded, goal, seed))?;
+        Ok(foretold / picture.seconds)
+    });
+    let foretold = foretold.collect::<Result<Vec<f64>>>()?;
     let [a, b] = TRUTH_SEEDS.map(of_seed(TRUTH_SHARE * goal));
     let [a, b] = [a?.pixels, b?.pixels];
     let truths = Truths::new([&a, &b], width);
@@ -115,7 +119,6 @@ fn compare(scene: &GoalScene, extent: &Extent, pool: &ThreadPool, folder: &Path)
     let is_black = |picture: &&Picture| {
         picture.stated.is_none() || light(&picture.pixels) < BLACK * truth_light
     };
-    let seconds = of_all(|picture| picture.seconds);
     let references = references(&loaded, extent.reference_rays, pool);
     let beside = Beside::new(&pictures, &references, width)?;
     Ok(Row {
@@ -134,9 +137,9 @@ fn compare(scene: &GoalScene, extent: &Extent, pool: &ThreadPool, folder: &Path)
         bias_percent: beside.bias,
         rays: of_all(|picture| picture.rays),
         photons: of_all(|picture| picture.photons),
-        seconds,
+        seconds: of_all(|picture| picture.seconds),
         foretold: Foretold {
-            seconds: foretold / seconds,
+            seconds: Interval::from_values(&foretold),
             memory: foretold_memory(scene, goal, size, folder)?,
         },
     })
@@ -194,9 +197,10 @@ fn references(scene: &Scene, rays: u32, pool: &ThreadPool) -> [Pixels; 2] {
     })
 }
 
-/// Processor seconds that `fogbow plan` would foretell of a render to the error `goal`.
-fn foretold_seconds(scene: &Scene, goal: f64) -> fogbow::Result<f64> {
-    let settings = RenderSettings { error: Some(ErrorGoal::Relative(goal)), ..scene.render };
+/// Processor seconds that `fogbow plan` would foretell of a render to the error `goal` with this seed.
+fn foretold_seconds(scene: &Scene, goal: f64, seed: u64) -> fogbow::Result<f64> {
+    let error = Some(ErrorGoal::Relative(goal));
+    let settings = RenderSettings { error, seed, ..scene.render };
     let (costs, spent) = Spent::on(|| render::costs(scene, &settings, 0));
     // The plan is of a clock, which stands still for no other program.
     Ok(costs?.seconds.total() * spent.ran / spent.elapsed)
