@@ -24,7 +24,7 @@ use crate::work::Work;
 use super::checkpoint::{CheckpointWriter, Checkpoints};
 use super::checkpoint_file::CheckpointState;
 use super::control::{Control, Halt, PreviewTimer};
-use super::cost_model::{CostModel, Remaining, Timing};
+use super::cost_model::{CostModel, Remaining, Timing, has_rays};
 use super::pixel_sampling::{
     CameraRay, FilmPlace, Numbering, Workspace, begin_sample, indirect_correction, indirect_weight,
 };
@@ -194,17 +194,6 @@ pub fn picture_so_far(
     let sampled = Sampled { film, work, ended: Ended::Stopped, checkpoint_error: None };
     let exposed = resolve(region, budget, sampled);
     exposed.rendered(Work::default(), Stages::default(), None)
-}
-
-/// Whether each pixel has a ray or needs none, row by row from the top.
-fn has_rays(film: &mut TiledFilm, budget: impl Fn(u32, u32) -> PixelBudget) -> Vec<bool> {
-    let Window { left, top, width, .. } = film.window;
-    let mut known = vec![false; film.window.pixels() as usize];
-    for (x, y, samples) in film.tiles.iter_mut().flat_map(Tile::pixels) {
-        let index = (y - top) as usize * width as usize + (x - left) as usize;
-        known[index] = samples.given() > 0 || budget(x, y).rays == 0;
-    }
-    known
 }
 
 impl RenderRegion {

@@ -1,8 +1,7 @@
 //! The filter: what all light of a picture decides, and what parts of it are filtered by too.
 
-use super::LightOf;
 use super::levels::{Candidate, OutlierFactors};
-use super::light::{FilteredComponents, FilteredLight};
+use super::light::{FilteredComponents, FilteredLight, LightOf};
 use super::media;
 use super::scale::{self, Selected};
 use super::surfaces::{self, SurfaceFeatures};

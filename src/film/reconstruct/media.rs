@@ -4,8 +4,8 @@ use glam::{Vec3A, Vec4};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use super::LightOf;
 use super::levels::{Candidate, LEVELS, OutlierFactors, Tap, biweight, outlier_factors, taps};
+use super::light::LightOf;
 use crate::film::components::{ComponentFilm, PixelComponents};
 
 /// Difference of the logarithms of distances beyond which a neighbour does not count.

@@ -22,6 +22,7 @@ mod levels;
 mod light;
 mod media;
 mod noise;
+mod parts;
 mod scale;
 mod surfaces;
 mod visibility;
@@ -36,7 +37,7 @@ pub use visibility::VisibilityRay;
 use super::components::ComponentFilm;
 use crate::image::Image;
 use filter::Filter;
-use light::{FilteredLight, LightOf};
+use light::FilteredLight;
 use surfaces::SurfaceFeatures;
 
 /// Bytes of a pixel that reconstruction takes beside its components at most: selected light of two components, and those

@@ -3,8 +3,8 @@
 use glam::{Vec3A, Vec4};
 use rayon::prelude::*;
 
-use super::LightOf;
 use super::levels::{Candidate, LEVELS, OutlierFactors, biweight, outlier_factors, taps};
+use super::light::LightOf;
 use crate::film::components::{ComponentFilm, PixelComponents};
 
 /// Distance from a pixel's plane, in spacings of the taps, beyond which a neighbour does not count.
