@@ -145,31 +145,32 @@ pub fn check(folder: &Path, pass: &Pass<'_>, others: &[&str], more: &[&str]) -> 
     all
 }
 
+/// That the picture in `folder`, rendered with these `flags`, is that of its two crops. It is in `whole.exr`.
+fn check_crops(folder: &Path, flags: &[&str]) {
+    let rendered = |name: &str, more: &[&str]| {
+        report(folder, &[&["-o", name], flags, more].concat());
+    };
+    rendered("whole.exr", &[]);
+    for (name, crop) in [("a.exr", "0,0,24x9"), ("b.exr", "0,9,24x11")] {
+        rendered(name, &["--crop", crop]);
+    }
+    merges(folder, &["a.exr", "b.exr"], "merged.exr");
+    let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| layers(folder, name));
+    assert!(whole.channels.iter().all(|(name, values)| merged.get(name) == Some(values)));
+}
+
 /// That crops and means of the picture of `scene(ALL)` with these `passes` have the layers that pictures have, and the parts of
-/// `pass` add up in both.
+/// `pass` add up in both; so do crops of the reconstructed one.
 pub fn check_merges(passes: &str, pass: &Pass<'_>) {
     let folder = folder(&scene(ALL));
     let folder = folder.path();
-    let passes = ["--passes", passes, "--strategy", "beams"];
-    report(folder, &[&["-o", "whole.exr"][..], &passes].concat());
-    for (name, crop) in [("a.exr", "0,0,24x9"), ("b.exr", "0,9,24x11")] {
-        report(folder, &[&["-o", name, "--crop", crop][..], &passes].concat());
-    }
-    merges(folder, &["a.exr", "b.exr"], "merged.exr");
-    let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| layers(folder, name));
-    assert!(whole.channels.iter().all(|(name, values)| merged.get(name) == Some(values)));
-    report(folder, &[&["-o", "c.exr", "--seed", "6"][..], &passes[..]].concat());
+    let flags = ["--passes", passes, "--strategy", "beams"];
+    check_crops(folder, &[&flags[..], &["--reconstruct"]].concat());
+    assert!(difference(&layers(folder, "merged.exr"), pass) < 1e-6);
+    check_crops(folder, &flags);
+    report(folder, &[&["-o", "c.exr", "--seed", "6"][..], &flags].concat());
     merges(folder, &["whole.exr", "c.exr"], "mean.exr");
     assert!(difference(&layers(folder, "mean.exr"), pass) < 1e-6);
-    // Those that are reconstructed, too.
-    let passes = [&passes[..], &["--reconstruct"]].concat();
-    report(folder, &[&["-o", "whole.exr"][..], &passes].concat());
-    for (name, crop) in [("a.exr", "0,0,24x9"), ("b.exr", "0,9,24x11")] {
-        report(folder, &[&["-o", name, "--crop", crop][..], &passes].concat());
-    }
-    merges(folder, &["a.exr", "b.exr"], "merged.exr");
-    let [whole, merged] = ["whole.exr", "merged.exr"].map(|name| layers(folder, name));
-    assert!(whole.channels.iter().all(|(name, values)| merged.get(name) == Some(values)));
 }
 
 /// Mean over pictures with different seeds, and its squared standard error.
