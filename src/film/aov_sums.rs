@@ -6,11 +6,11 @@
 
 use smallvec::SmallVec;
 
-use super::light_passes::{PART_NUMBERS, add_part, by_component, means, read_part, shared};
-use super::reconstruct::LightPart;
+use super::components::LightPart;
+use super::light_passes::{PART_NUMBERS, add_part, by_component, means, read_part, share_out};
 use super::sample::{OpacityDepths, Sample};
 use crate::image::{FAR, Features, cryptomatte};
-use crate::math::{LightParts, ORDERS, Rgb};
+use crate::math::{ORDERS, RayParts, Rgb};
 use crate::scene::{Aov, Aovs, GroupNames};
 
 /// Opacity, the three depths and the three coordinates of the position, these six weighed by opacity.
@@ -47,7 +47,7 @@ pub struct AovRay<'a> {
     /// Its half, 0 or 1, where pixels are in halves.
     pub half: Option<usize>,
     /// The parts of its light, where they are told apart.
-    pub parts: Option<&'a LightParts>,
+    pub parts: Option<&'a RayParts>,
     /// The coverages of objects that it sees, by their [identifiers](cryptomatte::identifier).
     pub objects: &'a [(u32, f64)],
 }
@@ -122,13 +122,17 @@ impl AovSums {
 
     /// The names of the layers, in the order of [`values`](Self::values).
     pub fn layers(&self) -> Vec<String> {
-        let of_pass = |aov: Aov| match aov {
+        self.passes.iter().flat_map(|aov| self.layers_of(aov)).collect()
+    }
+
+    /// The names of the layers that a pass has.
+    pub fn layers_of(&self, aov: Aov) -> Vec<String> {
+        match aov {
             Aov::Cryptomatte => cryptomatte::layers().to_vec(),
             Aov::Groups => self.groups.iter().flat_map(|group| aov.layers(group)).collect(),
             Aov::Scattered => Aov::ORDERS.iter().flat_map(|order| aov.layers(order)).collect(),
             _ => aov.layers("").to_vec(),
-        };
-        self.passes.iter().flat_map(of_pass).collect()
+        }
     }
 
     /// Adds a ray to the `sums` of its pixel. One that is not [sound](Sample::is_sound) is ignored.
@@ -208,7 +212,7 @@ impl AovSums {
                 Aov::Groups | Aov::Scattered => {
                     let all = if aov == Aov::Groups { pixel.shown } else { parts[0] };
                     let told_apart = means(told_apart, pixel.rays);
-                    let told_apart = shared(told_apart, all);
+                    let told_apart = share_out(told_apart, all);
                     values.extend(told_apart.flat_map(|part| part.to_array()));
                     continue;
                 }
@@ -291,7 +295,7 @@ mod tests {
         }
         for light in [6.0, 6.0 + 1e-9] {
             let radiance = Rgb::new(light, 0.0, 0.1 * light);
-            let parts = LightParts { all: groups, ..LightParts::default() };
+            let parts = RayParts { all: groups, ..RayParts::default() };
             let sample = Sample { radiance, ..Sample::default() };
             let unsound = Sample { radiance: Rgb::NAN, ..sample };
             for sample in [&sample, &unsound] {
@@ -322,7 +326,7 @@ mod tests {
             indirect: Rgb::ZERO,
         };
         let radiance = components.media + components.direct;
-        let parts = LightParts { all: parts, ..LightParts::default() };
+        let parts = RayParts { all: parts, ..RayParts::default() };
         let sample = Sample { radiance, components, ..Sample::default() };
         layout.add(&mut sums, &AovRay { parts: Some(&parts), ..ray(&sample) });
         samples.add(sample);

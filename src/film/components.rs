@@ -170,6 +170,25 @@ impl PixelComponents {
     }
 }
 
+/// A part of the light of a picture as its rays bring it: that of a group of emitters, or of an order of scattering.
+#[derive(Debug, Clone)]
+pub struct LightPart {
+    /// Its number among the parts.
+    pub number: usize,
+    /// Light of each pixel, row by row from the top.
+    pub sums: Vec<[LightSums; 2]>,
+    /// Mean visible emission of each pixel, W/(m² sr).
+    pub emission: Vec<[f32; 3]>,
+}
+
+impl LightPart {
+    /// The part of this number of a picture of this many pixels, without light.
+    pub fn new(number: usize, pixels: usize) -> Self {
+        let sums = vec![Default::default(); pixels];
+        Self { number, sums, emission: vec![[0.0; 3]; pixels] }
+    }
+}
+
 /// Components of the pixels of a picture.
 #[derive(Clone, Debug)]
 pub struct ComponentFilm {
@@ -177,6 +196,8 @@ pub struct ComponentFilm {
     pub width: usize,
     /// Pixels, row by row from the top.
     pub pixels: Vec<PixelComponents>,
+    /// The parts of the light, where they are gathered by component and half.
+    pub parts: Vec<LightPart>,
 }
 
 impl ComponentFilm {

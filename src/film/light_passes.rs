@@ -4,7 +4,7 @@ use glam::DVec3;
 use smallvec::SmallVec;
 
 use super::components::LightSums;
-use crate::math::{LightParts, MAX_GROUPS, Rgb};
+use crate::math::{MAX_GROUPS, RayParts, Rgb};
 
 /// Numbers of a half: radiance, light of media, direct and indirect light of surfaces.
 ///
@@ -17,8 +17,8 @@ const HALF: usize = 12;
 pub(super) const PART_NUMBERS: usize = 2 * HALF + 3;
 
 /// Adds a ray of a `half`, 0 or 1, to the `sums` of the part of this number.
-pub(super) fn add_part(sums: &mut [f64], half: usize, light: &LightParts, part: usize) {
-    let LightParts { all, media, direct, indirect, emission } = light;
+pub(super) fn add_part(sums: &mut [f64], half: usize, light: &RayParts, part: usize) {
+    let RayParts { all, media, direct, indirect, emission } = light;
     let numbers = [all, media, direct, indirect].map(|of| of[part]);
     let numbers = numbers.as_flattened().iter().zip(&mut sums[half * HALF..]);
     let emission = emission[part];
@@ -67,7 +67,7 @@ pub(super) fn means(sums: &[f64], rays: u64) -> SmallVec<[Rgb; MAX_GROUPS]> {
 
 /// Light of a pixel by its `parts`, W/(m² sr), which together is `all`. What that has of light gathered for other rays, what it
 /// is cut off by at black, and what rounding leaves, is shared as the rest of the light is.
-pub fn shared(parts: SmallVec<[Rgb; MAX_GROUPS]>, all: Rgb) -> impl Iterator<Item = Rgb> {
+pub fn share_out(parts: SmallVec<[Rgb; MAX_GROUPS]>, all: Rgb) -> impl Iterator<Item = Rgb> {
     let size: Rgb = parts.iter().map(|part| part.abs()).sum();
     let left = all - parts.iter().sum::<Rgb>();
     let is_lit = size.cmpgt(Rgb::ZERO);

@@ -14,14 +14,14 @@ mod tiled;
 
 pub use accumulator::Accumulator;
 pub use aov_sums::{AovRay, AovSums};
-pub use components::{ComponentFilm, PixelComponents};
+pub use components::{ComponentFilm, LightPart, PixelComponents};
 pub use deep::{DEEP_BYTES, DeepPixel, FlatPixel};
 pub use feature_mean::FeatureMean;
-pub use light_passes::shared;
+pub use light_passes::share_out;
 pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
 pub use reconstruct::{
-    Antialiased, FilmNoise, LightPart, PART_BYTES, PictureLight, PixelLight, RECONSTRUCTION_BYTES,
+    Antialiased, FilmNoise, PART_BYTES, PictureLight, PixelLight, RECONSTRUCTION_BYTES,
     RECONSTRUCTION_REACH, Reconstruction, VisibilityRay,
 };
 pub use sample::{CaughtShadow, Components, OpacityDepths, Sample, Seen, VisibleSurface};
-pub use tiled::{FilmContents, FilmState, Importance, Pixel, Resolved, Tile, TiledFilm};
+pub use tiled::{FilmContents, FilmState, Importance, Pixel, Tile, TiledFilm};

@@ -6,7 +6,6 @@ use super::accumulator::Accumulator;
 use super::aov_sums::{AovPixel, AovSums};
 use super::components::{ComponentFilm, PixelComponents};
 use super::feature_mean::FeatureMean;
-use super::reconstruct::LightPart;
 use crate::image::{Features, Film, FilmPixel, Window};
 use crate::math::GOLDEN_RATIO;
 
@@ -25,6 +24,14 @@ pub struct FilmContents {
     pub components: bool,
     /// What passes follow from. Those of features need these as well.
     pub aovs: AovSums,
+}
+
+impl FilmContents {
+    /// The same of pixels that are not in halves.
+    #[must_use]
+    pub fn undivided(self) -> Self {
+        Self { components: false, aovs: AovSums { in_halves: false, ..self.aovs }, ..self }
+    }
 }
 
 /// What pixels have gathered, in the order of [`TiledFilm::samples`].
@@ -49,17 +56,6 @@ pub struct Importance {
     pub xs: f32,
     /// Saliency, 0 to 1.
     pub saliency: f32,
-}
-
-/// What the samples of a film resolve into.
-#[derive(Debug)]
-pub struct Resolved {
-    /// Its layers.
-    pub film: Film,
-    /// Its components, where they are gathered.
-    pub components: Option<ComponentFilm>,
-    /// The parts of its light by component and half, where they are gathered.
-    pub parts: Vec<LightPart>,
 }
 
 /// A square of pixels, cut where the window ends.
@@ -259,16 +255,16 @@ impl TiledFilm {
                 pixels[((y - top) * width + x - left) as usize] = *of_pixel;
             }
         }
-        ComponentFilm { width: width as usize, pixels }
+        ComponentFilm { width: width as usize, pixels, parts: Vec::new() }
     }
 
     /// Resolves the samples into layers of a film that is a part of one of the size `full` (width, height):
-    /// `pixel` makes a pixel of its column, row and samples.
+    /// `pixel` makes a pixel of its column, row and samples. Returns the components as well, where they are gathered.
     pub fn resolve(
         mut self,
         full: [u32; 2],
         pixel: impl Fn(u32, u32, &Accumulator) -> FilmPixel,
-    ) -> Resolved {
+    ) -> (Film, Option<ComponentFilm>) {
         let mut film = Film::part(full, self.window);
         let Window { left, top, width, .. } = self.window;
         let width = width as usize;
@@ -315,8 +311,8 @@ impl TiledFilm {
         if !means.is_empty() {
             film.set_features(means);
         }
-        let components = (!pixels.is_empty()).then_some(ComponentFilm { width, pixels });
-        Resolved { film, components, parts }
+        let components = (!pixels.is_empty()).then_some(ComponentFilm { width, pixels, parts });
+        (film, components)
     }
 }
 

@@ -20,7 +20,7 @@ pub type GroupParts = [[f32; 3]; MAX_GROUPS];
 
 /// The parts of the light of one camera ray, in all and by component, W/(m² sr).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct LightParts {
+pub struct RayParts {
     /// Of all light; of that of media where it is told apart by order of scattering.
     pub all: GroupParts,
     /// Of light of media.

@@ -21,7 +21,7 @@ pub use color::{Rgb, are_grey, is_grey, luminance};
 pub use cone::Cone;
 pub use equiangular::Equiangular;
 pub use frame::Frame;
-pub use group::{Group, GroupParts, LightParts, MAX_GROUPS, ORDERS};
+pub use group::{Group, GroupParts, MAX_GROUPS, ORDERS, RayParts};
 pub use grouped::GroupedRgb;
 pub use quantile::{WeightedValues, nth_smallest, quantile};
 pub use random::{Stage, Stream};

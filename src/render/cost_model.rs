@@ -1,4 +1,4 @@
-//! Rays that pixels have and that are left of an exposure, these in units that take about equally long, for progress reports.
+//! Rays that are left of an exposure, in units that take about equally long, for progress reports.
 //!
 //! Some rays of a pixel gather light for the others and take longer. How much longer is measured in the
 //! first passes. Nothing but the report depends on it.
@@ -9,8 +9,8 @@ use std::time::Duration;
 use rayon::prelude::*;
 
 use crate::director::PixelBudget;
+
 use crate::film::{Tile, TiledFilm};
-use crate::image::Window;
 
 /// Units of a ray that does not gather; so fine that rounding a gather's does not matter.
 const RAY: u64 = 1000;
@@ -110,20 +110,6 @@ impl CostModel {
         self.gather = Some((more * RAY as f64) as u64);
         true
     }
-}
-
-/// Whether each pixel has a ray or needs none, row by row from the top.
-pub(super) fn has_rays(
-    film: &mut TiledFilm,
-    budget: impl Fn(u32, u32) -> PixelBudget,
-) -> Vec<bool> {
-    let Window { left, top, width, .. } = film.window;
-    let mut known = vec![false; film.window.pixels() as usize];
-    for (x, y, samples) in film.tiles.iter_mut().flat_map(Tile::pixels) {
-        let index = (y - top) as usize * width as usize + (x - left) as usize;
-        known[index] = samples.given() > 0 || budget(x, y).rays == 0;
-    }
-    known
 }
 
 #[cfg(test)]

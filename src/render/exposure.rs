@@ -12,8 +12,8 @@ use rayon::prelude::*;
 use crate::cache::{LazyCells, SamplePass};
 use crate::director::PixelBudget;
 use crate::film::{
-    Accumulator, AovRay, ComponentFilm, FilmContents, LightPart, Pass, Pixel, Resolved, Sample,
-    Tile, TiledFilm, passes, sample_pass,
+    Accumulator, ComponentFilm, FilmContents, Pass, Pixel, Sample, Tile, TiledFilm, passes,
+    sample_pass,
 };
 use crate::image::{Film, FilmPixel, Window};
 use crate::math::{Ray, Spectrum, Stage, Stream, World};
@@ -24,7 +24,7 @@ use crate::work::Work;
 use super::checkpoint::{CheckpointWriter, Checkpoints};
 use super::checkpoint_file::CheckpointState;
 use super::control::{Control, Halt, PreviewTimer};
-use super::cost_model::{CostModel, Remaining, Timing, has_rays};
+use super::cost_model::{CostModel, Remaining, Timing};
 use super::pixel_sampling::{
     CameraRay, FilmPlace, Numbering, Workspace, begin_sample, indirect_correction, indirect_weight,
 };
@@ -93,8 +93,6 @@ pub struct Exposure {
     pub shown: Window,
     /// Its components, where they are gathered.
     pub components: Option<ComponentFilm>,
-    /// The parts of its light by component, where they are gathered.
-    pub parts: Vec<LightPart>,
     /// Work done for it, that before a checkpoint included.
     pub work: Work,
     /// Why it ended.
@@ -168,7 +166,7 @@ pub fn resolve(
     let is_cut = ended != Ended::Complete;
     let rays_left = if is_cut { Remaining::count(&mut film, &budget).rays } else { 0 };
     let known = is_cut.then(|| has_rays(&mut film, &budget));
-    let resolved = film.resolve(region.size, |x, y, samples: &Accumulator| {
+    let (mut film, components) = film.resolve(region.size, |x, y, samples: &Accumulator| {
         let budget = budget(x, y);
         let PixelBudget { radius, step, saliency, xs, .. } = budget;
         let pixel = FilmPixel::from(samples);
@@ -177,10 +175,8 @@ pub fn resolve(
         let radiance = (pixel.radiance + correction).not_negative();
         FilmPixel { radiance, saliency, xs, radius, step, ..pixel }
     });
-    let Resolved { mut film, components, parts } = resolved;
     known.iter().for_each(|known| film.fill(known));
-    let shown = region.shown;
-    Exposure { film, shown, components, parts, work, ended, rays_left, checkpoint_error }
+    Exposure { film, shown: region.shown, components, work, ended, rays_left, checkpoint_error }
 }
 
 /// The picture of the samples that the `film` of `region` has so far, for which so much `work` was done.
@@ -194,6 +190,17 @@ pub fn picture_so_far(
     let sampled = Sampled { film, work, ended: Ended::Stopped, checkpoint_error: None };
     let exposed = resolve(region, budget, sampled);
     exposed.rendered(Work::default(), Stages::default(), None)
+}
+
+/// Whether each pixel has a ray or needs none, row by row from the top.
+fn has_rays(film: &mut TiledFilm, budget: impl Fn(u32, u32) -> PixelBudget) -> Vec<bool> {
+    let Window { left, top, width, .. } = film.window;
+    let mut known = vec![false; film.window.pixels() as usize];
+    for (x, y, samples) in film.tiles.iter_mut().flat_map(Tile::pixels) {
+        let index = (y - top) as usize * width as usize + (x - left) as usize;
+        known[index] = samples.given() > 0 || budget(x, y).rays == 0;
+    }
+    known
 }
 
 impl RenderRegion {
@@ -347,9 +354,7 @@ where
                 components.add(half, &sample);
             }
             if !aovs.is_empty() {
-                let Workspace { objects, parts, .. } = &of.workspace;
-                let ray = AovRay { sample: &sample, half, parts: parts.as_ref(), objects };
-                contents.aovs.add(aovs, &ray);
+                contents.aovs.add(aovs, &of.workspace.aov_ray(&sample, half));
             }
             of.workspace.ctx.work.dropped_samples += samples.dropped() - dropped;
             // Filling cells of caches may have taken long.

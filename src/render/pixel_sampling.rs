@@ -3,8 +3,8 @@
 
 use crate::cache::SamplePass;
 use crate::director::PixelBudget;
-use crate::film::Accumulator;
-use crate::math::{LightParts, Ray, Rgb, Spectrum, Stage, Stream, World};
+use crate::film::{Accumulator, AovRay, Sample};
+use crate::math::{Ray, RayParts, Rgb, Spectrum, Stage, Stream, World};
 use crate::medium::Profile;
 use crate::scene::Scene;
 use crate::transport::{PathContext, SobolPoint, StratifiedSample};
@@ -134,7 +134,7 @@ pub struct Workspace<S> {
     /// Objects that the current ray sees, by their identifiers, with their coverages; empty where none are gathered.
     pub objects: Vec<(u32, f64)>,
     /// The parts of the light of the current ray, where they are told apart.
-    pub parts: Option<LightParts>,
+    pub parts: Option<RayParts>,
 }
 
 /// Optical thickness along the rays in hand, in memory that is reused.
@@ -150,6 +150,11 @@ impl<S: Spectrum> Workspace<S> {
     /// Empty memory, and a context to draw from.
     pub(super) fn new(ctx: PathContext) -> Self {
         Self { ctx, profiles: Profiles::default(), objects: Vec::new(), parts: None }
+    }
+
+    /// What the current ray, whose `sample` this is, brings to the passes of its pixel.
+    pub(super) fn aov_ray<'a>(&'a self, sample: &'a Sample, half: Option<usize>) -> AovRay<'a> {
+        AovRay { sample, half, parts: self.parts.as_ref(), objects: &self.objects }
     }
 }
 
@@ -218,7 +223,6 @@ pub(super) fn indirect_correction(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Sample;
 
     #[test]
     fn an_unfinished_pixel_has_as_much_light_as_a_finished_one() {

@@ -1,13 +1,14 @@
 //! Passes of light of a reconstructed picture: each by the weights of the whole, so that together they are what it shows.
 
+use glam::Vec3A;
 use smallvec::SmallVec;
 
 use crate::film::{
-    Antialiased, AovSums, PART_BYTES, PictureLight, PixelLight, Reconstruction, shared,
+    Antialiased, AovSums, PART_BYTES, PictureLight, PixelLight, Reconstruction, share_out,
 };
 use crate::image::Film;
 use crate::math::{MAX_GROUPS, Rgb};
-use crate::scene::{Aov, Scene};
+use crate::scene::Aov;
 
 /// Bytes of a pixel that passes of light with these sums take while they are reconstructed.
 pub(super) fn reconstructed_pass_bytes(sums: &AovSums) -> usize {
@@ -55,16 +56,16 @@ impl Edges<'_> {
     }
 }
 
-/// Replaces the passes of light of `film`, which is reconstructed from `all` light, of which the others are the parts that
-/// are told apart.
+/// Replaces the passes of light of `film`, those that have these `sums`. It is reconstructed from `all` light, of which the
+/// others are the parts that are told apart.
 pub(super) fn write_passes(
-    scene: &Scene,
+    sums: &AovSums,
     reconstruction: &Reconstruction<'_>,
     edges: &Edges<'_>,
     (all, parts): (&PictureLight<'_>, &[PictureLight<'_>]),
     film: &mut Film,
 ) {
-    let passes = scene.film.passes;
+    let passes = sums.passes;
     if !passes.has_light() && !passes.has_parts() {
         return;
     }
@@ -74,10 +75,12 @@ pub(super) fn write_passes(
         .pixels(reconstruction, all, |edge| Some(&edge.all))
         .into_iter()
         .enumerate()
-        .map(|(pixel, light)| Some(shared(by_component(&light?), shown(pixel)).collect()))
+        .map(|(pixel, light)| Some(share_out(by_component(&light?), shown(pixel)).collect()))
         .collect();
-    replace(film, Aov::LIGHT.map(|aov| aov.layers("")).into_iter(), &components);
-
+    replace(film, Aov::LIGHT.into_iter().flat_map(|aov| sums.layers_of(aov)), &components);
+    if parts.is_empty() {
+        return;
+    }
     let of_part = |(number, light): (usize, &PictureLight<'_>)| {
         edges.pixels(reconstruction, light, |edge| edge.parts.get(number))
     };
@@ -87,16 +90,11 @@ pub(super) fn write_passes(
         let of_media = components.as_ref()?.first().copied()?;
         let light = |part: &Vec<Option<PixelLight>>| Some(rgb(part[pixel]?.total()));
         let light: Option<Shares> = parts.iter().map(light).collect();
-        Some(shared(light?, if by_group { shown(pixel) } else { of_media }).collect())
+        Some(share_out(light?, if by_group { shown(pixel) } else { of_media }).collect())
     };
     let told_apart: Vec<Option<Shares>> = components.iter().enumerate().map(of_pixel).collect();
-    if by_group {
-        let layers = scene.groups.names.iter().map(|group| Aov::Groups.layers(group));
-        replace(film, layers, &told_apart);
-    } else if passes.has(Aov::Scattered) {
-        let layers = Aov::ORDERS.into_iter().map(|order| Aov::Scattered.layers(order));
-        replace(film, layers, &told_apart);
-    }
+    let pass = if by_group { Aov::Groups } else { Aov::Scattered };
+    replace(film, sums.layers_of(pass), &told_apart);
 }
 
 /// Light of a pixel in parts, W/(m² sr).
@@ -108,15 +106,14 @@ fn by_component(light: &PixelLight) -> Shares {
     [media, direct, indirect, emission, specular].into_iter().map(rgb).collect()
 }
 
-fn rgb(light: glam::Vec3A) -> Rgb {
+fn rgb(light: Vec3A) -> Rgb {
     light.as_dvec3()
 }
 
-/// Replaces the `layers` of each part by `light`, those of `film` that it has.
-fn replace(film: &mut Film, layers: impl Iterator<Item = [String; 3]>, light: &[Option<Shares>]) {
-    for (part, layers) in layers.enumerate() {
-        for (channel, name) in layers.iter().enumerate() {
-            film.replace_pass(name, |pixel| Some(light[pixel].as_ref()?.get(part)?[channel]));
-        }
+/// Replaces the `layers` by `light`, those of `film` that it has: three of each part.
+fn replace(film: &mut Film, layers: impl IntoIterator<Item = String>, light: &[Option<Shares>]) {
+    for (index, name) in layers.into_iter().enumerate() {
+        let (part, channel) = (index / 3, index % 3);
+        film.replace_pass(&name, |pixel| Some(light[pixel].as_ref()?.get(part)?[channel]));
     }
 }

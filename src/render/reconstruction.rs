@@ -12,8 +12,7 @@ use super::reconstructed_passes::{Edge, Edges, write_passes};
 use super::rendered::Ended;
 use super::stage_settings::finest_step;
 use crate::film::{
-    Antialiased, ComponentFilm, LightPart, PictureLight, PixelComponents, Reconstruction,
-    VisibilityRay,
+    Antialiased, ComponentFilm, PictureLight, PixelComponents, Reconstruction, VisibilityRay,
 };
 use crate::image::Film;
 use crate::math::{Ray, Spectrum, Stage, Stream, World, luminance};
@@ -40,39 +39,30 @@ pub(super) fn finish<S: Spectrum>(
     exposed: &mut Exposure,
     stages: &mut Stages,
 ) -> Work {
-    let (components, parts) = (exposed.components.take(), std::mem::take(&mut exposed.parts));
+    let components = exposed.components.take();
     let wanted = settings.reconstructs() && exposed.ended != Ended::Stopped;
     let Some(components) = components.filter(|_| wanted) else { return Work::default() };
     let start = Instant::now();
     let step = finest_step(scene, settings);
-    let light = RenderedLight { components: &components, parts: &parts };
-    let work = reconstruct::<S>(scene, region, step, &mut exposed.film, light);
+    let work = reconstruct::<S>(scene, region, step, &mut exposed.film, &components);
     stages.done("reconstruct", start);
     work
 }
 
-/// What is known of the light of a picture.
-struct RenderedLight<'a> {
-    components: &'a ComponentFilm,
-    /// Its parts by group or order, where they are told apart.
-    parts: &'a [LightPart],
-}
-
-/// Takes noise off `film` of `region`, of which `rendered` is the light. Visibility rays march with `step`, in metres.
+/// Takes noise off `film` of `region`, of which `components` are known. Visibility rays march with `step`, in metres.
 fn reconstruct<S: Spectrum>(
     scene: &Scene,
     region: &RenderRegion,
     step: f64,
     film: &mut Film,
-    rendered: RenderedLight<'_>,
+    components: &ComponentFilm,
 ) -> Work {
     let raw = film.image();
-    let RenderedLight { components, parts } = rendered;
     let reconstruction = Reconstruction::new(components);
     let emission = film.visible_emission().to_vec();
     let all = reconstruction.all_light(&raw, &emission);
-    let parts: Vec<PictureLight<'_>> =
-        parts.iter().map(|part| reconstruction.light_of(part)).collect();
+    let parts = components.parts.iter().map(|part| reconstruction.light_of(part));
+    let parts: Vec<PictureLight<'_>> = parts.collect();
     let visibility = Visibility::new(scene, region, step);
     let empty = || {
         let rng = Stream::new(region.seed, Stage::Visibility, 0, 0);
@@ -92,7 +82,7 @@ fn reconstruct<S: Spectrum>(
     let shares = reconstruction.residual_shares(&of_all);
     film.set_reconstructed(&reconstruction.image(&raw, &of_all, &shares));
     let edges = Edges { edges: &edges, shares: &shares };
-    write_passes(scene, &reconstruction, &edges, (&all, &parts), film);
+    write_passes(&region.contents.aovs, &reconstruction, &edges, (&all, &parts), film);
     work.into_iter().sum()
 }
 

@@ -179,7 +179,7 @@ mod tests {
             pixel
         });
         let pixels = pixels.collect();
-        (ComponentFilm { width, pixels }, errors)
+        (ComponentFilm { width, pixels, parts: Vec::new() }, errors)
     }
 
     /// The true error of the worst blocks in `errors`, relative to `light` everywhere and half of it.

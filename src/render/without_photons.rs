@@ -42,7 +42,7 @@ fn trace_reference<S: Spectrum>(
 ) -> Rendered {
     let mut stages = Stages::default();
     let start = Instant::now();
-    let contents = FilmContents { components: false, ..film_contents(scene, settings) };
+    let contents = film_contents(scene, settings).undivided();
     let of_time =
         |scene| (PathTracer::new(scene, settings.max_scatter), FeatureTracer::new(scene, contents));
     let times: Vec<_> = scene.moments().iter().map(of_time).collect();

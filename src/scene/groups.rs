@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Debug, Formatter};
 
-use crate::math::{Group, LightParts, MAX_GROUPS, Spectrum};
+use crate::math::{Group, MAX_GROUPS, RayParts, Spectrum};
 
 /// The longest name of a group.
 ///
@@ -111,13 +111,13 @@ impl Groups {
 
     /// The parts that the picture tells apart of what a camera ray brings, of which `components` are light of media, direct
     /// and indirect light of surfaces and visible emission: parts of `all` light by group, or of that of media by order.
-    pub fn told_apart<S: Spectrum>(&self, all: S, components: [S; 4]) -> Option<LightParts> {
+    pub fn told_apart<S: Spectrum>(&self, all: S, components: [S; 4]) -> Option<RayParts> {
         let [media, surfaces @ ..] = components;
         let all = if self.by_order { media } else { all }.parts()?;
         let of_surfaces =
             |light: S| if self.by_order { None } else { light.parts() }.unwrap_or_default();
         let [direct, indirect, emission] = surfaces.map(of_surfaces);
-        Some(LightParts { all, media: media.parts()?, direct, indirect, emission })
+        Some(RayParts { all, media: media.parts()?, direct, indirect, emission })
     }
 
     /// The group of the light of this index.

@@ -5,29 +5,10 @@ use std::ops::{Add, Mul, Sub};
 
 use glam::{Vec3, Vec3A};
 
-use crate::film::components::{ComponentFilm, LightSums};
+use crate::film::components::{ComponentFilm, LightPart, LightSums};
 
 /// The light of both halves of the pixel of this index, as sums over its rays.
 pub(super) type LightOf<'a> = &'a (dyn Fn(usize) -> [LightSums; 2] + Sync);
-
-/// A part of the light of a picture as its rays bring it: that of a group of emitters, or of an order of scattering.
-#[derive(Debug, Clone)]
-pub struct LightPart {
-    /// Its number among the parts.
-    pub number: usize,
-    /// Light of each pixel, row by row from the top.
-    pub sums: Vec<[LightSums; 2]>,
-    /// Mean visible emission of each pixel, W/(m² sr).
-    pub emission: Vec<[f32; 3]>,
-}
-
-impl LightPart {
-    /// The part of this number of a picture of this many pixels, without light.
-    pub fn new(number: usize, pixels: usize) -> Self {
-        let sums = vec![Default::default(); pixels];
-        Self { number, sums, emission: vec![[0.0; 3]; pixels] }
-    }
-}
 
 /// Bytes of a pixel that each part of the light takes beside what reconstruction takes of all light: its sums, filtered light of
 /// three components in mean and halves, and what mirrors and glass show.

@@ -30,7 +30,7 @@ mod visibility;
 use glam::{Vec3A, Vec4};
 
 pub use antialias::Antialiased;
-pub use light::{LightPart, PART_BYTES, PictureLight, PixelLight};
+pub use light::{PART_BYTES, PictureLight, PixelLight};
 pub use noise::FilmNoise;
 pub use visibility::VisibilityRay;
 
@@ -147,7 +147,7 @@ mod tests {
             }
             pixel
         };
-        ComponentFilm { width, pixels: (0..width * height).map(pixel).collect() }
+        ComponentFilm { width, pixels: (0..width * height).map(pixel).collect(), parts: Vec::new() }
     }
 
     /// The picture itself.
@@ -328,7 +328,11 @@ mod tests {
     /// A film without a ray, and one of a single pixel, are no trouble.
     #[test]
     fn nothing_and_one_pixel_stay_what_they_are() {
-        let empty = ComponentFilm { width: 3, pixels: vec![PixelComponents::default(); 6] };
+        let empty = ComponentFilm {
+            width: 3,
+            pixels: vec![PixelComponents::default(); 6],
+            parts: Vec::new(),
+        };
         let image = Image::new(3, 2, vec![[0.5; 3]; 6]);
         assert_eq!(reconstruct(&empty, &image).pixels(), image.pixels());
         let mut pixel = PixelComponents::default();
@@ -336,7 +340,7 @@ mod tests {
             pixel.add(half, &medium(2.0, 0.5, 1.0));
         }
         let one = reconstruct(
-            &ComponentFilm { width: 1, pixels: vec![pixel] },
+            &ComponentFilm { width: 1, pixels: vec![pixel], parts: Vec::new() },
             &Image::new(1, 1, vec![[2.0; 3]]),
         );
         assert!((one.pixels()[0][0] - 2.0).abs() < 1e-5, "{:?}", one.pixels());

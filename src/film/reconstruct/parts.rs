@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use glam::Vec3A;
 
 use super::Reconstruction;
-use super::light::{LightOf, LightPart, PictureLight, PixelLight, mean_components};
-use crate::film::components::PixelComponents;
+use super::light::{LightOf, PictureLight, PixelLight, mean_components};
+use crate::film::components::{LightPart, PixelComponents};
 use crate::image::Image;
 
 impl<'a> Reconstruction<'a> {
