@@ -303,12 +303,13 @@ fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
     pilot_bytes: u64,
 ) -> PhotonMemory {
     let [mut fluence, mut lazy] = photons.caches.memory_bytes();
+    let mut maps = scene.moments().len() as u64;
+    [fluence, lazy] = [fluence, lazy].map(|bytes| bytes * maps);
     if settings.in_halves() {
         let gathers = photons.caches.own_lazy().map(LazyCells::memory_bytes).sum::<usize>();
         fluence *= 2;
-        lazy += gathers as u64;
+        lazy += maps * gathers as u64;
+        maps *= 2;
     }
-    let times = scene.moments().len() as u64;
-    [fluence, lazy] = [fluence, lazy].map(|bytes| bytes * times);
-    photon::memory::<S, H>(work, [fluence, lazy], pilot_bytes)
+    photon::memory::<S, H>(work, maps, [fluence, lazy], pilot_bytes)
 }

@@ -226,7 +226,8 @@ impl SavedPhotons {
         let work: Work = parts.clone().map(|part| part.photons.work).sum();
         let grids: u64 = parts.flat_map(|part| &part.grids).sum();
         let held = Work { tracks: 0, ..work };
-        let photons = specialised!(self.head, photon_memory(&held, [2 * grids, 0], 0));
+        // Photons of all maps are read before the first is built.
+        let photons = specialised!(self.head, photon_memory(&held, 1, [2 * grids, 0], 0));
         memory_with(scene, settings, photons, program)
     }
 
