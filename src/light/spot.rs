@@ -262,7 +262,11 @@ impl Lobe for SpotLight {
     }
 
     fn shines(&self, along: DVec3) -> bool {
-        one_minus_cos_between(along.normalize_or_zero(), self.frame.z) < self.edge
+        let (cosine, aside2) =
+            (along.dot(self.frame.z), self.frame.z.cross(along).length_squared());
+        // As an inequality of sines, without a root: it is asked for each focus of each photon.
+        let is_within = aside2 < self.edge * (2.0 - self.edge) * along.length_squared();
+        if self.edge <= 1.0 { cosine > 0.0 && is_within } else { cosine > 0.0 || !is_within }
     }
 }
 
@@ -275,5 +279,32 @@ impl BeamPicture {
         let texel = index(-up, self.height) * self.width + index(right, self.width);
         let [r, g, b] = self.texels[texel].map(f64::from);
         Rgb::new(r, g, b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// In cones narrower and wider than a half space, and along vectors of any length.
+        #[test]
+        fn a_spot_shines_within_its_cone(
+            angle in 0.01..180.0_f64,
+            off in 0.0..PI,
+            turn in 0.0..2.0 * PI,
+            length in 1e-6..1e6_f64,
+        ) {
+            let origin = WorldPoint::new(0.0, 0.0, 0.0);
+            let axis = DVec3::new(1.0, 2.0, -0.5).normalize();
+            let falloff = Falloff::Smooth { start: 0.0 };
+            let spot = SpotLight::new(origin, axis, Rgb::ONE, angle, falloff).unwrap();
+            let aside = off.sin() * DVec3::new(turn.cos(), turn.sin(), 0.0);
+            let along = length * spot.frame.to_world(aside + off.cos() * DVec3::Z);
+            let edge = angle.to_radians();
+            prop_assume!((off - edge).abs() > 1e-7);
+            prop_assert_eq!(spot.shines(along), off < edge);
+        }
     }
 }
