@@ -8,6 +8,7 @@ mod completions;
 mod console;
 mod error;
 mod export;
+mod film_args;
 mod first_look;
 mod fit;
 mod frames;

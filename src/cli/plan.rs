@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde_json::{Value, json};
 
 use super::console;
+use super::film_args::FilmArgs;
 use super::load;
 use super::look::LookArgs;
 use super::memory_limit;
@@ -37,6 +38,8 @@ pub(super) struct Args {
     #[command(flatten)]
     settings: SettingArgs,
     #[command(flatten)]
+    film: FilmArgs,
+    #[command(flatten)]
     look: LookArgs,
     #[command(flatten)]
     run: RunArgs,
@@ -51,7 +54,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
 /// What `run` prints, of the scene `open`.
 pub(super) fn report(args: &Args, open: &mut OpenScene) -> Result<String> {
     let program = memory_limit::program();
-    let options = LoadOptions { frame: args.frame, ..load::options(&args.settings, &args.look) };
+    let options = args.film.apply(load::options(&args.settings, &args.look));
+    let options = LoadOptions { frame: args.frame, ..options };
     let (mut scene, pool, _) = load::scene(open, options, &args.run)?;
     let costs = pool.install(|| render::costs(&scene, &scene.render, program))?;
     (scene.render.rays, scene.render.photons) = (costs.rays, costs.photons);

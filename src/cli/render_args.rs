@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::console;
+use super::film_args::FilmArgs;
 use super::frames::FrameArgs;
 use super::header::Method;
 use super::limit_args::LimitArgs;
@@ -29,26 +30,10 @@ pub(super) struct Args {
     #[command(flatten)]
     pub(super) settings: SettingArgs,
     /// Render without bias, by path tracing: slow, to measure against.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "reconstruct")]
     pub(super) reference: bool,
-    /// Take noise off the picture in the end by Open Image Denoise; what was there stays in the layers
-    /// noisy.R, noisy.G and noisy.B. The library is that of FOGBOW_OIDN, of the loader's path or of a
-    /// Python environment (pip install pyoidn).
-    #[arg(long)]
-    pub(super) denoise: bool,
-    /// Take noise off the picture in the end by fogbow itself, which needs no library: light of media, and direct
-    /// and indirect light of surfaces, are each averaged over neighbours as widely as two halves of the rays and
-    /// photons agree. What was there stays in the layers noisy.R, noisy.G and noisy.B.
-    #[arg(long, conflicts_with_all = ["denoise", "reference"])]
-    pub(super) reconstruct: bool,
-    /// Store colours as 16-bit floats; a layer that is too bright or too dark for those keeps 32 bits, as do Z and
-    /// all that is no colour.
-    #[arg(long)]
-    pub(super) half: bool,
-    /// Write OUT.deep.exr beside the picture as well: samples of its light and opacity by distance, for compositing with
-    /// other pictures in depth.
-    #[arg(long)]
-    pub(super) deep: bool,
+    #[command(flatten)]
+    pub(super) film: FilmArgs,
     /// Write the scene that is rendered for a VDB file alone, with a sentence on every key.
     #[arg(long, value_name = "OUT.toml")]
     pub(super) write_scene: Option<PathBuf>,
@@ -85,19 +70,7 @@ impl Args {
 
     /// Settings that override the scene file's, and the look of a VDB file alone.
     pub(super) fn options(&self) -> LoadOptions {
-        let mut options = load::options(&self.settings, &self.look);
-        if self.denoise {
-            options = options.with("render.denoise", true);
-        }
-        if self.reconstruct {
-            options = options.with("render.reconstruct", true);
-        }
-        if self.half {
-            options = options.with("film.half", true);
-        }
-        if self.deep {
-            options = options.with("film.deep", true);
-        }
+        let options = self.film.apply(load::options(&self.settings, &self.look));
         LoadOptions { memory: self.limits.memory, planning: self.plan, ..options }
     }
 
@@ -152,7 +125,7 @@ pub(super) fn plan(args: &Args, scene: &Scene) -> Option<String> {
 /// # Errors
 /// As [`Denoiser::find`].
 pub(super) fn early_denoiser(args: &Args) -> Result<Option<Denoiser>> {
-    args.denoise.then(Denoiser::find).transpose()
+    args.film.denoise.then(Denoiser::find).transpose()
 }
 
 /// Finds a denoiser where `scene` is denoised and none was found yet. Returns whether it is denoised.

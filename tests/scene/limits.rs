@@ -124,28 +124,6 @@ fn fits(size: &str, setting: &str) {
     assert!(message.contains("(program ") && message.contains(" + film "), "{message}");
 }
 
-/// Photon maps of both halves of a picture are built one after the other: what is planned suffices, and is not far above
-/// what is taken.
-#[test]
-fn photons_in_halves_take_what_is_planned() {
-    let folder = TempDir::new().unwrap();
-    let budget = ["--size", "64x48", "--rays", "1", "--photons", "400000", "--strategy", "beams"];
-    let more = ["--set", "render.reconstruct=true", "--json", "--quiet"];
-    let budget = [&budget[..], &more].concat();
-    let scene = volume("smoke.toml");
-    let plan = [&["plan", scene.to_str().unwrap()], &budget[..]].concat();
-    let planned = report(fogbow(folder.path(), &plan));
-    let parts = &planned["memory"]["at_peak"];
-    let [peak, photons] =
-        [&planned["memory"]["peak"], &parts["photons"]].map(|bytes| bytes.as_u64().unwrap());
-    assert!(2 * photons > peak, "photons are the most of it: {parts}");
-    let rendered = report(render(folder.path(), "smoke.toml", &budget));
-    if let Some(taken) = rendered["peak_memory"].as_u64() {
-        assert!(taken <= peak + peak / 8, "{taken} bytes were taken, {peak} planned");
-        assert!(peak <= taken + taken / 3, "{taken} bytes were taken, {peak} planned");
-    }
-}
-
 /// The command where no file may grow beyond so many KiB, which a shell can forbid; a full disk fails
 /// alike.
 fn limited(folder: &Path, kibibytes: u64, command: &Command) -> Command {
