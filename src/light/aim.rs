@@ -1,7 +1,5 @@
 //! Directions from one place of a light toward what photons should reach.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 use smallvec::{SmallVec, smallvec};
 
@@ -37,8 +35,6 @@ pub(super) struct Aim<'a, L> {
     targets: SmallVec<[Target; 4]>,
     /// 1 - cos of the cone outside which nothing is to be reached.
     limit: f64,
-    /// Squared sine of the half angle of the widest cone round a focus that is worth aiming at.
-    widest_focus: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -77,9 +73,7 @@ impl<'a, L: Lobe> Aim<'a, L> {
             (None, Some((_, width))) => width,
             _ => ALL,
         };
-        let width = lobe.one_minus_cos().min(1.0);
-        let widest_focus = width * (2.0 - width);
-        Self { reach, from, lobe, axis, targets, limit, widest_focus }
+        Self { reach, from, lobe, axis, targets, limit }
     }
 
     /// A direction and its density, 1/sr; nothing where the direction misses the reach.
@@ -96,9 +90,7 @@ impl<'a, L: Lobe> Aim<'a, L> {
         let missed = by_lobe && self.off_axis(direction) > self.limit;
         let mut pdf = self.unfocused_pdf(direction);
         if !self.reach.foci().is_empty() {
-            let of_lobe = self.lobe.pdf(direction);
-            let pdfs = self.reach.foci().iter();
-            let pdfs = pdfs.map(|f| f.weight * self.focus_pdf(f, direction, of_lobe));
+            let pdfs = self.reach.foci().iter().map(|f| f.weight * self.focus_pdf(f, direction));
             pdf = 0.5 * (pdf + pdfs.sum::<f64>());
         }
         (!missed && pdf > 0.0).then_some((direction, pdf))
@@ -124,9 +116,10 @@ impl<'a, L: Lobe> Aim<'a, L> {
 
     /// Whether the cone round a focus, in this direction from the light, is worth aiming at.
     fn has_cone(&self, focus: &TargetSphere, toward: DVec3) -> bool {
+        let (radius2, distance2) = (focus.radius * focus.radius, toward.length_squared());
+        let width = self.lobe.one_minus_cos().min(1.0);
         // As an inequality of sines: cheap, since it is asked for each focus of each photon.
-        focus.radius * focus.radius < toward.length_squared() * self.widest_focus
-            && self.lobe.shines(toward)
+        radius2 < distance2 * (width * (2.0 - width)) && self.lobe.shines(toward)
     }
 
     /// The cone round a focus, where it is worth aiming at.
@@ -138,24 +131,23 @@ impl<'a, L: Lobe> Aim<'a, L> {
         })
     }
 
-    /// Density of a unit `direction` that a focus is aimed at by, where the lobe has the density `of_lobe`, 1/sr.
-    fn focus_pdf(&self, focus: &TargetSphere, direction: DVec3, of_lobe: f64) -> f64 {
+    fn focus_pdf(&self, focus: &TargetSphere, direction: DVec3) -> f64 {
         let toward = focus.center - self.from;
-        let radius2 = focus.radius * focus.radius;
-        let meets =
-            toward.dot(direction) > 0.0 && toward.cross(direction).length_squared() <= radius2;
-        if !meets && of_lobe == 0.0 {
-            return 0.0;
-        }
         if !self.has_cone(focus, toward) {
-            return of_lobe;
+            return self.lobe.pdf(direction);
         }
-        if !meets {
+        // Most foci lie aside.
+        let along = toward.dot(direction);
+        let aside2 = toward.length_squared() - along * along;
+        if along < 0.0 || aside2 > 1.01 * focus.radius * focus.radius + 1e-9 * along * along {
             return 0.0;
         }
-        // One over the solid angle of the cone, 2 pi (1 - cos), by the square of its sine.
-        let by_sine2 = toward.length_squared() / radius2;
-        (by_sine2 + (by_sine2 * (by_sine2 - 1.0)).sqrt()) / (2.0 * PI)
+        match self.cone_of(focus) {
+            Some((axis, width)) if one_minus_cos_between(axis, direction) <= width => {
+                warp::uniform_cone_pdf(width)
+            }
+            _ => 0.0,
+        }
     }
 
     fn target_pdf(&self, target: Target, direction: DVec3) -> f64 {

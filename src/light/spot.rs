@@ -262,11 +262,7 @@ impl Lobe for SpotLight {
     }
 
     fn shines(&self, along: DVec3) -> bool {
-        let (cosine, aside2) =
-            (along.dot(self.frame.z), self.frame.z.cross(along).length_squared());
-        // As an inequality of sines, without a root: it is asked for each focus of each photon.
-        let is_within = aside2 < self.edge * (2.0 - self.edge) * along.length_squared();
-        if self.edge <= 1.0 { cosine > 0.0 && is_within } else { cosine > 0.0 || !is_within }
+        one_minus_cos_between(along.normalize_or_zero(), self.frame.z) < self.edge
     }
 }
 

@@ -9,7 +9,6 @@ use std::time::Duration;
 use rayon::prelude::*;
 
 use crate::director::PixelBudget;
-
 use crate::film::{Tile, TiledFilm};
 
 /// Units of a ray that does not gather; so fine that rounding a gather's does not matter.
