@@ -112,7 +112,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
     }
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
-    /// camera per unit of sigma_s, W/(m² sr), for a ray of `pass`: that of one of the eight nearest
+    /// camera per unit of sigma_s, W/(m² sr), for a ray of `pass`: the mean of two of the eight nearest
     /// cells, drawn with `u` in [0, 1). `gather` returns the mean of gathers that start at places of a cell by these points.
     pub fn sample(
         &self,
@@ -121,7 +121,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
         u: f64,
         pass: SamplePass,
         ctx: &mut PathContext,
-        gather: impl FnOnce(&GatherOrigins, GatherPoints, &mut PathContext) -> S,
+        gather: impl Fn(&GatherOrigins, GatherPoints, &mut PathContext) -> S,
     ) -> S {
         let (medium, width, footprint) = (self.medium, self.cells.width(), &self.footprint);
         // Gathers of a cell, by the number of rays that are expected to look it up.
