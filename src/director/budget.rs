@@ -78,7 +78,7 @@ impl PixelBudget {
             let rays = (f64::from(self.rays) * importance).round() as u32;
             budget.rays = rays.clamp(directing.floor.max(self.pilot).min(self.rays), self.rays);
             // As many gathers a ray as the gold standard has.
-            budget.gathers = (self.gathers * budget.shared_rays()).div_ceil(self.rays).max(1);
+            budget.gathers = self.gathers_for(budget.shared_rays());
         }
         if directing.directed.radius {
             let level = radius_level(directing, xs);
@@ -121,8 +121,13 @@ impl PixelBudget {
             0 => (self.rays + pass.number - 1, 1),
             rays => (start as u32, rays as u32),
         };
-        let gathers = (self.gathers * rays).div_ceil(self.rays).max(1);
-        Self { rays, first, gathers, ..self }
+        Self { rays, first, gathers: self.gathers_for(rays), ..self }
+    }
+
+    /// So many gathers for these of its `rays` as it has for all of them, and at least one.
+    fn gathers_for(&self, rays: u32) -> u32 {
+        let gathers = u64::from(self.gathers) * u64::from(rays);
+        gathers.div_ceil(self.rays.into()).max(1) as u32
     }
 
     /// Rays after the pilot's, some of which gather for others.
@@ -227,14 +232,16 @@ mod tests {
         for (rays, gathers) in [(1, 4), (16, 4), (17, 5), (64, 16), (1024, 256)] {
             assert_eq!(PixelBudget::fixed(rays, 0.1, 0.02).gathers, gathers, "of {rays}");
         }
-        let whole = PixelBudget::fixed(64, 0.1, 0.02);
-        let of_pass = |number| {
-            let pass = Some(PicturePass { count: 8, number });
-            whole.of_pass(&RenderSettings { rays: 64, pass, ..RenderSettings::default() }).gathers
-        };
-        assert_eq!((1..=8).map(of_pass).sum::<u32>(), whole.gathers);
+        for rays in [64, 1 << 20] {
+            let whole = PixelBudget::fixed(rays, 0.1, 0.02);
+            let of_pass = |number| {
+                let pass = Some(PicturePass { count: 8, number });
+                whole.of_pass(&RenderSettings { rays, pass, ..RenderSettings::default() }).gathers
+            };
+            assert_eq!((1..=8).map(of_pass).sum::<u32>(), whole.gathers);
+        }
         // Those of a round are its own.
-        assert_eq!(whole.with_round(32).gathers, 8);
+        assert_eq!(PixelBudget::fixed(64, 0.1, 0.02).with_round(32).gathers, 8);
     }
 
     proptest! {
