@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint};
 
 use super::camera_thickness::CameraThickness;
-use super::gather_origin::GatherOrigins;
+use super::gather_origin::{GatherCell, GatherOrigins};
 use super::lazy_cells::LazyCells;
 
 /// Gathers per expected lookup of a cell by a ray: about one for each place at which a ray samples.
@@ -68,13 +68,13 @@ pub struct GatherPoints {
 ///
 /// The number of gathers is in proportion to the light that rays are expected to take from a cell. Each
 /// pass has its own, so that the rays of all passes weigh the same and cells improve with the picture. Where other
-/// renders shoot some of the rays of a pass, they have their share of the gathers of a cell, whose Sobol points are
-/// those of one sequence: together they are as well stratified as in one render.
+/// renders shoot some of the rays of a pass, they have their share of the gathers of a cell, which start at the same
+/// places by Sobol points of one sequence: together they are as well stratified as in one render.
 #[derive(Debug)]
 pub struct FinalGatherCache<S = Rgb> {
     cells: LazyCells<S>,
     medium: usize,
-    /// Seed of the Sobol points of gathers, the same in all renders that share them.
+    /// Seed of the Sobol points of gathers and of where they start, the same in all renders that share them.
     points_seed: u64,
     footprint: PixelFootprint,
     /// Caches of other times of the scene among which the rays of a pass choose evenly, this one included.
@@ -135,7 +135,8 @@ impl<S: Spectrum> FinalGatherCache<S> {
             let lookups = wanted(p, &here);
             let part = self.opacity(scene, p) / lookups.max(1.0);
             if ctx.rng.uniform() < part {
-                GatherOrigins::in_cell::<S>(scene, medium, p, width, footprint, None, ctx);
+                let cell = GatherCell { center: p, width, scramble: ctx.rng.scramble() };
+                GatherOrigins::in_cell::<S>(scene, medium, cell, footprint, None, ctx);
             }
             let count = (lookups.max(MIN_GATHERS) * part + ctx.rng.uniform()) as u32;
             if count == 0 {
@@ -147,14 +148,16 @@ impl<S: Spectrum> FinalGatherCache<S> {
         let thickness = Some(thickness);
         // Pass 0 of the cells is that of light which all passes share.
         self.cells.sample(p, u, 1 + pass.index, ctx, |cell, own| {
+            // Renders that share the rays of a pass count the same gathers, and start them at the same places.
+            let (stage, index) = (Stage::GatherPoints, pass.index.into());
+            let mut shared = Stream::new(self.points_seed, stage, cell.key, index);
+            let [scramble, of_places] = [(); 2].map(|()| shared.scramble());
             let center = cell.center;
-            let origins =
-                GatherOrigins::in_cell(scene, medium, center, width, footprint, thickness, own);
+            let places = GatherCell { center, width, scramble: of_places };
+            let origins = GatherOrigins::in_cell(scene, medium, places, footprint, thickness, own);
             let all = wanted(center, &origins).clamp(MIN_GATHERS, MAX_GATHERS).round();
             let indices = pass.gathers(all as u32);
-            let stage = Stage::GatherPoints;
-            let mut points = Stream::new(self.points_seed, stage, cell.key, pass.index.into());
-            gather(&origins, GatherPoints { indices, scramble: points.scramble() }, own)
+            gather(&origins, GatherPoints { indices, scramble }, own)
         })
     }
 

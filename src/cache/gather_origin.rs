@@ -17,6 +17,17 @@ use super::camera_thickness::{CameraThickness, march};
 /// number in the worst case. The mean over cells, each of which has other places, is off by as little as one over it.
 const CANDIDATES: [usize; 2] = [8, 16];
 
+/// A cubic cell in which final gathers start.
+#[derive(Debug, Clone, Copy)]
+pub struct GatherCell {
+    /// Its centre.
+    pub center: WorldPoint,
+    /// Its width in metres.
+    pub width: f64,
+    /// What the Sobol points of its places are scrambled by.
+    pub scramble: u32,
+}
+
 /// Places in a cell at which final gathers start.
 ///
 /// Rays read a cell by trilinear interpolation, at places whose density is in proportion to a tent
@@ -52,18 +63,17 @@ impl GatherOrigins {
         Self { center: p, places: [p; CANDIDATES[1]], choice: None, opacity }
     }
 
-    /// For light that the medium of this index scatters toward the camera from the cell of `width` metres
-    /// round `center`: by the `thickness` from places to the camera, or a march for each.
+    /// For light that the medium of this index scatters toward the camera from a `cell`: by the `thickness` from places to
+    /// the camera, or a march for each.
     pub fn in_cell<S: Spectrum>(
         scene: &Scene,
         medium: usize,
-        center: WorldPoint,
-        width: f64,
+        cell: GatherCell,
         footprint: &PixelFootprint,
         thickness: Option<&CameraThickness<S>>,
         ctx: &mut PathContext,
     ) -> Self {
-        let scramble = ctx.rng.scramble();
+        let GatherCell { center, width, scramble } = cell;
         let places: [WorldPoint; CANDIDATES[1]] = array::from_fn(|index| {
             let [x, y, z, _] = SobolPoint { index: index as u32, scramble }.scattering();
             center + width * DVec3::new(x, y, z).map(warp::tent)
@@ -174,7 +184,8 @@ mod tests {
         let thickness = CameraThickness::<Rgb>::new(cells, 0);
         let of_cell = |cell: u64| {
             let mut ctx = PathContext::new(Stream::new(1, Stage::Test, cell, 0), Needs::EVERYTHING);
-            GatherOrigins::in_cell(scene, 0, center, 1.0, &footprint, Some(&thickness), &mut ctx)
+            let cell = GatherCell { center, width: 1.0, scramble: ctx.rng.scramble() };
+            GatherOrigins::in_cell(scene, 0, cell, &footprint, Some(&thickness), &mut ctx)
         };
         (0..CELLS).map(of_cell).collect()
     }
