@@ -151,10 +151,10 @@ impl<S: Spectrum> FinalGatherCache<S> {
             // Renders that share the rays of a pass count the same gathers, and start them at the same places.
             let (stage, index) = (Stage::GatherPoints, pass.index.into());
             let mut shared = Stream::new(self.points_seed, stage, cell.key, index);
-            let [scramble, of_places] = [(); 2].map(|()| shared.scramble());
+            let scramble = shared.scramble();
             let center = cell.center;
-            let places = GatherCell { center, width, scramble: of_places };
-            let origins = GatherOrigins::in_cell(scene, medium, places, footprint, thickness, own);
+            let cell = GatherCell { center, width, scramble: shared.scramble() };
+            let origins = GatherOrigins::in_cell(scene, medium, cell, footprint, thickness, own);
             let all = wanted(center, &origins).clamp(MIN_GATHERS, MAX_GATHERS).round();
             let indices = pass.gathers(all as u32);
             gather(&origins, GatherPoints { indices, scramble }, own)
@@ -174,8 +174,65 @@ impl<S: Spectrum> FinalGatherCache<S> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::cell::RefCell;
+
     use proptest::prelude::*;
+
+    use super::*;
+    use crate::scene::plan::Needs;
+
+    /// What the gathers of one cell start by: two places, and their Sobol points.
+    type Start = ([WorldPoint; 2], GatherPoints);
+
+    /// That of the gathers which a render whose cells have this `seed` makes at `p` for its rays of `pass`.
+    fn start(scene: &Scene, p: WorldPoint, seed: u64, pass: SamplePass) -> Start {
+        let cells = SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap();
+        let footprint = PixelFootprint::new(scene, 1.0);
+        let cache = FinalGatherCache::<f64>::new(0, cells, footprint, [seed, 7], false);
+        let mut ctx = PathContext::new(Stream::new(seed, Stage::Test, 0, 0), Needs::EVERYTHING);
+        let starts = RefCell::new(Vec::new());
+        cache.sample(scene, p, 0.3, pass, &mut ctx, |origins, points, _| {
+            starts.borrow_mut().push(([0.2, 0.7].map(|u| origins.place(u)), points));
+            0.0
+        });
+        let mut starts = starts.into_inner();
+        assert_eq!(starts.len(), 1, "one cell is read at its centre");
+        starts.remove(0)
+    }
+
+    /// Renders that share the rays of a pass start its gathers at the same places, whatever numbers else they draw, and
+    /// have each index of one sequence once.
+    #[test]
+    fn renders_of_one_pass_share_places_and_points() {
+        let scene = Scene::of_text(
+            "
+            [camera]
+            position = [0.0, 0.0, 9.0]
+            target = [0.0, 0.0, 0.0]
+            [film]
+            size = [64, 64]
+            [[medium]]
+            region = { sphere = { center = [0.0, 0.0, 0.0], radius = 2.0 } }
+            sigma_t = 1.0
+            ",
+        );
+        let cells = SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap();
+        let nearest = cells.to_cells(WorldPoint::new(0.3, 0.2, 1.7)).floor();
+        let p = cells.to_world(nearest + 0.5);
+        let pass = |first, shot| SamplePass { index: 1, rays: 64, first, shot };
+        let (places, whole) = start(&scene, p, 1, pass(0, 64));
+        let mut next = 0;
+        for render in 0..8 {
+            let (own, points) = start(&scene, p, 10 + u64::from(render), pass(8 * render, 8));
+            assert_eq!((own, points.scramble), (places, whole.scramble));
+            assert_eq!(points.indices.start, next);
+            next = points.indices.end;
+        }
+        assert_eq!(0..next, whole.indices);
+        // Another pass has its own.
+        let (others, points) = start(&scene, p, 1, SamplePass { index: 2, ..pass(0, 64) });
+        assert!(others != places && points.scramble != whole.scramble);
+    }
 
     proptest! {
         /// Renders that share the rays of a pass have the gathers of a cell once between them, where each can have one.

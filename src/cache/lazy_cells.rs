@@ -284,7 +284,7 @@ mod tests {
     /// Half way between cells along x each sample reads one on either side: light that varies along x alone is
     /// interpolated without noise.
     #[test]
-    fn two_opposite_cells_are_read() {
+    fn cells_on_both_sides_are_read() {
         let (cells, mut ctx) = (empty::<f64>(), ctx());
         let p = cells.cells.to_world(DVec3::new(3.0, 2.7, 2.2));
         for i in 0..64 {

@@ -34,13 +34,13 @@ pub struct PixelBudget {
 /// Fewest rays of a pixel that gather indirect light, which varies little within it, where it has as many.
 ///
 /// Unit: count. Bench: `cargo bench --bench results -- --only equal-time`.
-const MIN_GATHERS: u32 = 4;
+const MIN_GATHERING_RAYS: u32 = 4;
 
-/// Rays of a pixel for each that gathers indirect light, where that is not too few.
+/// Rays of a pixel for each of them that gathers indirect light, where there are more than the fewest.
 ///
-/// Unit: count. Derivation: the 16 rays for which the fewest gathers were chosen, over those. The noise of r rays and of g
-/// gathers among them, V/r + W/g, costs least where g/r is the same for all r.
-const RAYS_PER_GATHER: u32 = 4;
+/// Unit: count. Derivation: 16 rays, for which four gathers were chosen, over four. The noise of r rays of which g gather,
+/// V/r + W/g, costs least where g/r is the same for all r.
+const RAYS_PER_GATHERING_RAY: u32 = 4;
 
 /// Largest exponent of a gather radius over the finest, to base 2: the thinned photon map of level l has
 /// one photon in 8^l.
@@ -58,7 +58,7 @@ impl PixelBudget {
             first: 0,
             pilot: 0,
             earlier: 0,
-            gathers: gathers_of(rays),
+            gathers: gathering_rays(rays),
             radius,
             places,
             step,
@@ -107,7 +107,13 @@ impl PixelBudget {
     #[must_use]
     pub const fn with_round(self, rays: u32) -> Self {
         let earlier = self.rays;
-        Self { rays: earlier + rays, gathers: gathers_of(rays), pilot: earlier, earlier, ..self }
+        Self {
+            rays: earlier + rays,
+            gathers: gathering_rays(rays),
+            pilot: earlier,
+            earlier,
+            ..self
+        }
     }
 
     /// The part of it that the pass of a picture under `settings` spends; all where that is no pass. Each pass has a
@@ -124,7 +130,7 @@ impl PixelBudget {
         Self { rays, first, gathers: self.gathers_for(rays), ..self }
     }
 
-    /// So many gathers for these of its `rays` as it has for all of them, and at least one.
+    /// Gathers of so many of its rays: in proportion to those of all, rounded up, and at least one.
     fn gathers_for(&self, rays: u32) -> u32 {
         let gathers = u64::from(self.gathers) * u64::from(rays);
         gathers.div_ceil(self.rays.into()).max(1) as u32
@@ -150,10 +156,10 @@ impl PixelBudget {
     }
 }
 
-/// How many of so many rays gather indirect light.
-const fn gathers_of(rays: u32) -> u32 {
-    let share = rays.div_ceil(RAYS_PER_GATHER);
-    if share < MIN_GATHERS { MIN_GATHERS } else { share }
+/// How many of the `rays` of a pixel gather indirect light.
+const fn gathering_rays(rays: u32) -> u32 {
+    let share = rays.div_ceil(RAYS_PER_GATHERING_RAY);
+    if share < MIN_GATHERING_RAYS { MIN_GATHERING_RAYS } else { share }
 }
 
 /// Ratio of the gather radius of a pixel of the importance `xs` to the finest, as the exponent of the
