@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::math::{WorldPoint, quantile};
-use crate::medium::{Density, Medium, Phase, SparseCells};
+use crate::medium::{Medium, Phase, SparseCells};
 use crate::scene::Scene;
 use crate::transport::{PixelFootprint, is_camera_outside};
 
@@ -31,23 +31,23 @@ const REFERENCE_LENGTH: f64 = 1e6;
 /// Unit: none. Derivation: variance is as 1 / (flights width), squared bias as width⁴.
 const WIDTH_EXPONENT: f64 = -0.2;
 
-/// Quantile of the extinction at visible places for which cells are thin.
+/// Quantile of the extinction at visible places for which cells of direct light and of final gathers are thin.
 ///
 /// Unit: none. Derivation: in the rest, the thickest places, cells may be wider than thin ones: a tenth of
 /// the picture.
 const THICK_SHARE: f64 = 0.9;
 
-/// Optical thickness of a cell up to which light is interpolated linearly across it: direct light, and all light
-/// at the hard face of a homogeneous medium, where fluence has a kink.
+/// Quantile of the extinction at visible places for which the cells of a fluence grid are thin: half of what is
+/// seen. Where density rises softly the thickest places lie deep, and light that was scattered has no kinks there;
+/// behind a hard face, where fluence has one, the median is as thick as the rest.
+///
+/// Unit: none. Derivation: the places that weigh half of the picture.
+const FLUENCE_SHARE: f64 = 0.5;
+
+/// Optical thickness of a cell up to which light is interpolated linearly across it.
 ///
 /// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
 const MAX_OPTICAL_THICKNESS: f64 = 0.35;
-
-/// Optical thickness of the cells of a fluence grid in media of voxels, at most: their faces are soft, and light
-/// that was scattered has no shadows as sharp as those of direct light.
-///
-/// Unit: none. Bench: `cargo bench --bench results -- --only strategy`.
-const MAX_FLUENCE_THICKNESS: f64 = 1.5;
 
 /// Factor on the reduced scattering, 1 - g, by which cells of multiply scattered light are wider than those of
 /// direct light: it varies over the transport mean free path, not over the mean free path.
@@ -167,27 +167,22 @@ pub fn width_for_photons(ratio: f64) -> f64 {
     ratio.powf(WIDTH_EXPONENT)
 }
 
-/// Largest width, in metres, of cells that are optically thin at the `visible` places of a medium;
-/// infinite where none is in it.
-fn thin_width(medium: &Medium, visible: &[WorldPoint]) -> f64 {
-    thickest(medium, visible).map_or(f64::INFINITY, |sigma_t| MAX_OPTICAL_THICKNESS / sigma_t)
+/// Largest width, in metres, of cells that are optically thin at the quantile `share` of the extinction at the
+/// `visible` places of a medium; infinite where none is in it.
+fn thin_width(medium: &Medium, visible: &[WorldPoint], share: f64) -> f64 {
+    let sigma_t = extinction(medium, visible, share);
+    sigma_t.map_or(f64::INFINITY, |sigma_t| MAX_OPTICAL_THICKNESS / sigma_t)
 }
 
 /// As [`thin_width`], for multiply scattered light, which varies over the transport mean free path
 /// 1 / (sigma_t (1 - g)).
-fn thin_width_for_scattered(medium: &Medium, visible: &[WorldPoint]) -> f64 {
-    thin_width(medium, visible) / reduced_scattering(medium)
+fn thin_width_for_scattered(medium: &Medium, visible: &[WorldPoint], share: f64) -> f64 {
+    thin_width(medium, visible, share) / reduced_scattering(medium)
 }
 
 /// Largest width, in metres, of the cells of a medium's fluence grid; infinite where no `visible` place is in it.
 pub(super) fn max_fluence_width(medium: &Medium, visible: &[WorldPoint]) -> f64 {
-    match medium.density {
-        Density::Homogeneous(_) => thin_width_for_scattered(medium, visible),
-        Density::Voxel(_) | Density::Ramped(_) => {
-            let softer = MAX_FLUENCE_THICKNESS / MAX_OPTICAL_THICKNESS;
-            softer * thin_width_for_scattered(medium, visible)
-        }
-    }
+    thin_width_for_scattered(medium, visible, FLUENCE_SHARE)
 }
 
 /// Least distance from the camera, in metres, of cells of this width that hold light which `phase` scatters toward
@@ -265,7 +260,7 @@ fn direct_light_cells(
     rays: u32,
 ) -> Option<SparseCells> {
     let medium = scene.media.get(medium);
-    let max_width = thin_width(medium, visible);
+    let max_width = thin_width(medium, visible, THICK_SHARE);
     let widths =
         Widths { pixels: DIRECT_PIXELS, max_width, rays: DIRECT_RAYS, exponent: DIRECT_EXPONENT };
     cells(&PixelFootprint::new(scene, film_pixels), medium, visible, rays, &widths)
@@ -282,7 +277,7 @@ pub fn final_gather_cells(
     let medium = scene.media.get(medium);
     let by_rays = (f64::from(rays) / GATHER_PIXELS_RAYS).powf(GATHER_PIXELS_EXPONENT);
     let pixels = (GATHER_PIXELS * by_rays).max(MIN_GATHER_PIXELS);
-    let max_width = MAX_GATHER_WIDTH * thin_width_for_scattered(medium, visible);
+    let max_width = MAX_GATHER_WIDTH * thin_width_for_scattered(medium, visible, THICK_SHARE);
     let widths = Widths { pixels, max_width, rays: GATHER_RAYS, exponent: GATHER_EXPONENT };
     cells(&PixelFootprint::new(scene, film_pixels), medium, visible, rays, &widths)
 }
@@ -325,12 +320,6 @@ fn cells(
 /// Width in metres of a pixel at the median of the visible places; `None` where there are none.
 pub(super) fn pixel_width(footprint: &PixelFootprint, visible: &[WorldPoint]) -> Option<f64> {
     quantile(visible.iter().map(|p| footprint.width(*p)).collect(), 0.5)
-}
-
-/// Extinction coefficient in 1/m that a tenth of the visible places in the medium exceed; `None`
-/// where none is in it.
-fn thickest(medium: &Medium, visible: &[WorldPoint]) -> Option<f64> {
-    extinction(medium, visible, THICK_SHARE)
 }
 
 /// The quantile `share` of the extinction coefficient, in 1/m, at the visible places in the medium; `None`

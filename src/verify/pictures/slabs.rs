@@ -174,7 +174,7 @@ fn half_spaces(effort: Effort) -> Vec<Case> {
 /// optical thickness alone, and not on how density rises.
 fn half_spaces_of_voxels(effort: Effort) -> Vec<Case> {
     let (thicknesses, spaces): (&[f64], _) = match effort {
-        Effort::Quick => (&[1000.0], &HALF_SPACES[..1]),
+        Effort::Quick => (&[1.0, 1000.0], &HALF_SPACES[..1]),
         Effort::Full => (&[1.0, 30.0, 1000.0], &HALF_SPACES[..2]),
     };
     let mut cases = Vec::new();
