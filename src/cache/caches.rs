@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::math::Spectrum;
 
+use super::camera_thickness::CameraThickness;
 use super::direct_light::DirectLightCache;
 use super::final_gather::FinalGatherCache;
 use super::fluence_grid::FluenceGrid;
@@ -33,12 +34,14 @@ impl<S: Spectrum> Caches<S> {
     /// All cells that rays fill, in a fixed order: a checkpoint stores them.
     pub fn lazy(&self) -> Vec<&LazyCells<S>> {
         let direct = self.direct.iter().flatten().filter_map(DirectLightCache::cells);
-        direct.chain(self.own_lazy()).collect()
+        let gathers = self.final_gathers.iter().flatten();
+        let thickness = gathers.filter_map(FinalGatherCache::thickness);
+        direct.chain(thickness.map(CameraThickness::cells)).chain(self.own_lazy()).collect()
     }
 
     /// Those of [`lazy`](Self::lazy) that each half of the photons has for itself.
     pub fn own_lazy(&self) -> impl Iterator<Item = &LazyCells<S>> {
-        self.final_gathers.iter().flatten().flat_map(FinalGatherCache::cells)
+        self.final_gathers.iter().flatten().map(FinalGatherCache::cells)
     }
 
     /// Bytes of the fluence grids, and of cells that rays fill.

@@ -12,8 +12,8 @@ use super::lazy_cells::LazyCells;
 /// Unit: none. Limit: on how far interpolation is off: at a hard face, where thickness has a kink, by a quarter of it.
 const MAX_DIFFERENCE: f64 = 1.5;
 
-/// Optical thickness from places in a medium to the camera, found at the centres of cells by one march each. It does not
-/// depend on random numbers, so that all passes of a render share it.
+/// Optical thickness from places in a medium to the camera, found at the centres of cells by one march each. It depends on
+/// neither photons nor random numbers: all passes of a picture share it, and both halves of its photons.
 #[derive(Debug)]
 pub struct CameraThickness<S> {
     cells: LazyCells<S>,
@@ -30,6 +30,17 @@ impl<S: Spectrum> CameraThickness<S> {
         &self.cells
     }
 
+    /// Fills the eight cells nearest to `p`, if there are so many.
+    pub fn fill(
+        &self,
+        scene: &Scene,
+        p: WorldPoint,
+        footprint: &PixelFootprint,
+        ctx: &mut PathContext,
+    ) {
+        self.interpolated(scene, p, footprint, |_, _| true, ctx);
+    }
+
     /// Transmittance of media from `p` to the camera: by the thickness interpolated between the eight nearest cells, or
     /// by a march of its own where those differ much or are not all there.
     pub fn transmittance(
@@ -40,10 +51,22 @@ impl<S: Spectrum> CameraThickness<S> {
         ctx: &mut PathContext,
     ) -> S {
         let is_smooth = |least: f64, most: f64| most - least <= MAX_DIFFERENCE;
-        let found = self.cells.interpolate(p, 0, is_smooth, ctx, |cell, own| {
-            march(scene, cell.center, footprint, own)
-        });
+        let found = self.interpolated(scene, p, footprint, is_smooth, ctx);
         (-found.unwrap_or_else(|| march(scene, p, footprint, ctx))).exp()
+    }
+
+    /// Optical thickness from `p` to the camera, where the least and the most of the eight nearest cells are alike.
+    fn interpolated(
+        &self,
+        scene: &Scene,
+        p: WorldPoint,
+        footprint: &PixelFootprint,
+        are_alike: impl Fn(f64, f64) -> bool,
+        ctx: &mut PathContext,
+    ) -> Option<S> {
+        self.cells.interpolate(p, 0, are_alike, ctx, |cell, own| {
+            march(scene, cell.center, footprint, own)
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Final gathers on sparse cells, shared by all rays that sample those.
 
-use std::iter;
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::math::{Ray, Rgb, Span, Spectrum, Stage, Stream, WorldPoint};
 use crate::medium::SparseCells;
@@ -81,21 +81,20 @@ pub struct FinalGatherCache<S = Rgb> {
     times: u32,
     /// That from places of cells to the camera. None in a pilot, whose few rays measure work: each does its part of
     /// what a cell takes.
-    thickness: Option<CameraThickness<S>>,
+    thickness: Option<Arc<CameraThickness<S>>>,
 }
 
 impl<S: Spectrum> FinalGatherCache<S> {
     /// An empty cache for the medium of this index on `cells`, in a picture whose pixels have this
-    /// `footprint`, or for a `pilot` that measures its work. The seeds are those of the random streams and of the Sobol
-    /// points of gathers.
+    /// `footprint`: with the optical `thickness` to the camera on the same cells, or without it for a pilot that measures
+    /// its work. The seeds are those of the random streams and of the Sobol points of gathers.
     pub fn new(
         medium: usize,
         cells: SparseCells,
         footprint: PixelFootprint,
         [seed, points_seed]: [u64; 2],
-        pilot: bool,
+        thickness: Option<Arc<CameraThickness<S>>>,
     ) -> Self {
-        let thickness = (!pilot).then(|| CameraThickness::new(cells.clone(), medium));
         let cells = LazyCells::new(cells, seed, medium);
         Self { cells, medium, points_seed, footprint, times: 1, thickness }
     }
@@ -106,9 +105,14 @@ impl<S: Spectrum> FinalGatherCache<S> {
         Self { times: times.max(1), ..self }
     }
 
-    /// Its cells: light, and thickness where that is kept.
-    pub fn cells(&self) -> impl Iterator<Item = &LazyCells<S>> {
-        iter::once(&self.cells).chain(self.thickness.as_ref().map(CameraThickness::cells))
+    /// Its cells of light.
+    pub const fn cells(&self) -> &LazyCells<S> {
+        &self.cells
+    }
+
+    /// The optical thickness to the camera on the same cells, where that is kept.
+    pub fn thickness(&self) -> Option<&CameraThickness<S>> {
+        self.thickness.as_deref()
     }
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
@@ -145,7 +149,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
             let points = GatherPoints { indices: 0..count, scramble: ctx.rng.scramble() };
             return gather(&here, points, ctx);
         };
-        let thickness = Some(thickness);
+        let thickness = Some(&**thickness);
         // Pass 0 of the cells is that of light which all passes share.
         self.cells.sample(p, u, 1 + pass.index, ctx, |cell, own| {
             // Renders that share the rays of a pass count the same gathers, and start them at the same places.
@@ -188,7 +192,8 @@ mod tests {
     fn start(scene: &Scene, p: WorldPoint, seed: u64, pass: SamplePass) -> Start {
         let cells = SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap();
         let footprint = PixelFootprint::new(scene, 1.0);
-        let cache = FinalGatherCache::<f64>::new(0, cells, footprint, [seed, 7], false);
+        let thickness = Some(Arc::new(CameraThickness::new(cells.clone(), 0)));
+        let cache = FinalGatherCache::<f64>::new(0, cells, footprint, [seed, 7], thickness);
         let mut ctx = PathContext::new(Stream::new(seed, Stage::Test, 0, 0), Needs::EVERYTHING);
         let starts = RefCell::new(Vec::new());
         cache.sample(scene, p, 0.3, pass, &mut ctx, |origins, points, _| {

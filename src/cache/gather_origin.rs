@@ -1,7 +1,5 @@
 //! Where in a cell final gathers start.
 
-use std::array;
-
 use glam::DVec3;
 
 use crate::math::{Cdf, Ray, Rgb, Spectrum, WorldPoint, warp};
@@ -74,24 +72,24 @@ impl GatherOrigins {
         ctx: &mut PathContext,
     ) -> Self {
         let GatherCell { center, width, scramble } = cell;
-        let places: [WorldPoint; CANDIDATES[1]] = array::from_fn(|index| {
-            let [x, y, z, _] = SobolPoint { index: index as u32, scramble }.scattering();
-            center + width * DVec3::new(x, y, z).map(warp::tent)
-        });
+        let mut places = [center; CANDIDATES[1]];
         let of = scene.media.get(medium);
         let (mut weights, mut seen) = ([0.0; CANDIDATES[1]], 0.0);
         let mut count = 0;
         for wanted in CANDIDATES {
-            for (p, weight) in places.iter().zip(&mut weights).take(wanted).skip(count) {
+            for index in count..wanted {
+                let [x, y, z, _] = SobolPoint { index: index as u32, scramble }.scattering();
+                let p = center + width * DVec3::new(x, y, z).map(warp::tent);
+                places[index] = p;
                 ctx.work.grid_lookups += u64::from(of.density.is_voxel());
-                let sigma_t = of.sigma_t_at(*p);
+                let sigma_t = of.sigma_t_at(p);
                 if sigma_t == Rgb::ZERO {
                     continue;
                 }
-                let light = S::from_rgb(sigma_t) * visibility(scene, *p, footprint, thickness, ctx);
+                let light = S::from_rgb(sigma_t) * visibility(scene, p, footprint, thickness, ctx);
                 seen += light.max_element();
                 ctx.work.grid_lookups += u64::from(!of.albedo.is_constant());
-                *weight = (light * S::from_rgb(of.albedo.at(*p))).element_sum();
+                weights[index] = (light * S::from_rgb(of.albedo.at(p))).element_sum();
             }
             count = wanted;
             if effective_number(&weights) >= wanted as f64 / 2.0 {

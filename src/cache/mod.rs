@@ -27,6 +27,7 @@ mod mip;
 mod moments;
 
 pub use caches::Caches;
+pub use camera_thickness::CameraThickness;
 pub use direct_light::DirectLightCache;
 pub use final_gather::{FinalGatherCache, GATHERS_PER_RAY, GatherPoints, SamplePass};
 pub use fluence_builder::{CellContents, FluenceBuilder};

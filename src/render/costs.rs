@@ -303,12 +303,14 @@ fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
     pilot_bytes: u64,
 ) -> PhotonMemory {
     let [mut fluence, mut lazy] = photons.caches.memory_bytes();
+    let gathers = photons.caches.own_lazy().map(LazyCells::memory_bytes).sum::<usize>() as u64;
+    // Cells of the thickness to the camera, which few of the paths are shot without, are as large as those of gathers.
+    lazy += gathers;
     let mut maps = scene.moments().len() as u64;
     [fluence, lazy] = [fluence, lazy].map(|bytes| bytes * maps);
     if settings.in_halves() {
-        let gathers = photons.caches.own_lazy().map(LazyCells::memory_bytes).sum::<usize>();
         fluence *= 2;
-        lazy += maps * gathers as u64;
+        lazy += maps * gathers;
         maps *= 2;
     }
     photon::memory::<S, H>(work, maps, [fluence, lazy], pilot_bytes)

@@ -1,6 +1,8 @@
 //! Settings of a photon pass, and the fluence grids that its strategies ask for.
 
-use crate::cache::{CellContents, FinalGatherCache, FluenceBuilder};
+use std::sync::Arc;
+
+use crate::cache::{CameraThickness, CellContents, FinalGatherCache, FluenceBuilder};
 use crate::math::{Spectrum, WorldPoint};
 use crate::medium::SparseCells;
 use crate::photon::PhotonSettings;
@@ -38,18 +40,19 @@ impl PassSettings {
         Self { photons, ..self }
     }
 
-    /// Empty caches of final gathers on the cells of each medium that has any. In a `pilot` each ray does its
-    /// part of a cell's gathers.
+    /// Empty caches of final gathers on the cells of each medium that has any, with its `thickness` on the same. Where
+    /// there is none, as in a pilot, each ray does its part of a cell's gathers.
     pub(super) fn final_gathers<S: Spectrum>(
         &self,
         scene: &Scene,
         cells: Vec<Option<SparseCells>>,
-        pilot: bool,
+        thickness: &[Option<Arc<CameraThickness<S>>>],
     ) -> Vec<Option<FinalGatherCache<S>>> {
         let seeds = [self.cells_seed(), self.photons.seed];
         let cache = |(medium, cells): (usize, Option<SparseCells>)| {
             let footprint = PixelFootprint::new(scene, self.film_pixels);
-            let cache = FinalGatherCache::new(medium, cells?, footprint, seeds, pilot);
+            let thickness = thickness.get(medium).cloned().flatten();
+            let cache = FinalGatherCache::new(medium, cells?, footprint, seeds, thickness);
             Some(cache.of_times(self.times))
         };
         cells.into_iter().enumerate().map(cache).collect()

@@ -2,8 +2,8 @@
 //!
 //! A [state file](super::state_file): its head is a key, the strategies, and how much follows. Its body is for each
 //! part, which is all photons or a half of them: the photons in media, the indices of independent ones, the photons on
-//! surfaces, and the sums of each medium's grid. Last, for one camera, come the [cells](super::cell_file) of direct
-//! light that it sees.
+//! surfaces, and the sums of each medium's grid. Last, for one camera, come the [cells](super::cell_file) that it sees of
+//! direct light and of the optical thickness to it.
 //!
 //! Maps are made of the photons anew, since radii and trees follow from what the camera sees. Photons of one camera
 //! are aimed at what it sees, and grids may hold what is scattered toward it: they serve all crops of its picture,
@@ -38,7 +38,7 @@ use super::state_file::{FileKind, HASH, Hashing, Opened};
 
 /// Saved photons, with name and version of their format.
 const PHOTONS: FileKind = FileKind {
-    magic: *b"fogbow ph 2\n",
+    magic: *b"fogbow ph 3\n",
     is_none: "is not a file of saved photons that can be read",
     remedy: "save them again by --photons-to, or leave out --photons-from",
     is_other: "holds the photons of another picture",
@@ -67,8 +67,8 @@ struct Head {
     /// Whether photons in media store their direction.
     directions: bool,
     parts: Vec<PartHead>,
-    /// Cells of direct light, of each medium that has any.
-    direct: Vec<CellsHead>,
+    /// Cells of direct light and of optical thickness, of each medium that has any.
+    cells: Vec<CellsHead>,
 }
 
 /// All photons, or a half of them.
@@ -90,7 +90,7 @@ impl Head {
             let sum = sum.checked_add(photons)?;
             part.grids.iter().try_fold(sum, |sum, grid| sum.checked_add(*grid))
         });
-        self.direct.iter().try_fold(parts?, |sum, cells| sum.checked_add(cells.bytes()?))
+        self.cells.iter().try_fold(parts?, |sum, cells| sum.checked_add(cells.bytes()?))
     }
 }
 
@@ -114,14 +114,15 @@ pub(super) struct PhotonsToSave<'a> {
 }
 
 impl PhotonsToSave<'_> {
-    /// Writes them with what was `recorded`, and cells of `direct` light, to the file `path`, whole or not at all.
+    /// Writes them with what was `recorded`, and the `cells` that photons do not fill, to the file `path`, whole or not at
+    /// all.
     ///
     /// # Errors
     /// Where that fails; an earlier file is intact then.
     pub fn write<S: Spectrum, H: PhotonDirection>(
         &self,
         recorded: &[Recorded<'_, S, H>],
-        direct: &[&LazyCells<S>],
+        cells: &[&LazyCells<S>],
         path: &Path,
     ) -> Result<()> {
         let Self { scene, any_camera, strategies, choice, flight_length } = *self;
@@ -143,7 +144,7 @@ impl PhotonsToSave<'_> {
             colors: S::CHANNELS > 1,
             directions: H::KNOWN,
             parts: recorded.iter().map(part).collect(),
-            direct: direct.iter().map(|cells| CellsHead::new(cells)).collect(),
+            cells: cells.iter().map(|cells| CellsHead::new(cells)).collect(),
         };
         file::write(path, |out| {
             PHOTONS.write(out, &head, |out| {
@@ -152,7 +153,7 @@ impl PhotonsToSave<'_> {
                     traced.write(put)?;
                     grids.iter().flatten().try_for_each(|grid| grid.write_state(put))?;
                 }
-                direct.iter().try_for_each(|cells| cell_file::write(out, cells))
+                cells.iter().try_for_each(|cells| cell_file::write(out, cells))
             })
         })
     }
@@ -231,8 +232,8 @@ impl SavedPhotons {
         memory_with(scene, settings, photons, program)
     }
 
-    /// Reads what their paths left, for the pass that was `planned` by their strategies, whose cells of direct light are
-    /// filled where they are those of the file: the picture of other rays has others.
+    /// Reads what their paths left, for the pass that was `planned` by their strategies, whose other cells are filled where
+    /// they are those of the file: the picture of other rays has others.
     ///
     /// # Errors
     /// Where they cannot be read or are damaged, or do not serve the camera of the scene.
@@ -250,11 +251,11 @@ impl SavedPhotons {
         let read = |part: &PartHead| read_part(part, levels, planned, &mut input);
         let recorded: io::Result<Vec<_>> = head.parts.iter().map(read).collect();
         let recorded = recorded.map_err(|e| PHOTONS.cut(&self.path, &e))?;
-        let direct = planned.direct_cells();
-        let fits = head.direct.len() == direct.len()
-            && head.direct.iter().zip(&direct).all(|(head, cells)| head.fits(cells));
-        for (index, head) in head.direct.iter().enumerate() {
-            let cells = direct.get(index).filter(|_| fits);
+        let planned = planned.camera_cells();
+        let fits = head.cells.len() == planned.len()
+            && head.cells.iter().zip(&planned).all(|(head, cells)| head.fits(cells));
+        for (index, head) in head.cells.iter().enumerate() {
+            let cells = planned.get(index).filter(|_| fits);
             let fill = |cell: usize, bits: &[u32]| {
                 if let Some(cells) = cells {
                     cells.restore(cell, bits);

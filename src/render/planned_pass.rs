@@ -5,7 +5,9 @@ use std::sync::Arc;
 use super::pass_settings::{PassSettings, fluence_builders};
 use super::progress::Progress;
 use super::seen_cells;
-use crate::cache::{Caches, DirectLightCache, FluenceBuilder, FluenceGrid, LazyCells};
+use crate::cache::{
+    Caches, CameraThickness, DirectLightCache, FluenceBuilder, FluenceGrid, LazyCells,
+};
 use crate::math::{Aabb, Spectrum, WorldPoint};
 use crate::medium::SparseCells;
 use crate::photon::{
@@ -42,6 +44,8 @@ pub(super) struct PlannedPass<'a, S: Spectrum> {
     gathers: Vec<Option<SparseCells>>,
     /// Empty caches of direct light.
     direct: Arc<[Option<DirectLightCache<S>>]>,
+    /// Optical thickness to the camera, not found yet, on the cells of final gathers; none in a pilot.
+    thickness: Vec<Option<Arc<CameraThickness<S>>>>,
 }
 
 /// What the paths of one part left: photons, and grids that are not finished.
@@ -87,9 +91,15 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
             let has_cells = cache.as_ref().is_some_and(|cache| cache.cells().is_some());
             medium.direct_cell_width = medium.direct_cell_width.filter(|_| has_cells);
         }
-        let (fluence, gathers) =
+        let (fluence, gathers): (_, Vec<_>) =
             cells.into_iter().map(|cells| (cells.fluence, cells.final_gathers)).unzip();
-        Self { scene, settings, choice, fluence, gathers, direct: direct.into() }
+        let is_pilot = settings.photons.traced.is_some();
+        let thickness = |(medium, cells): (usize, &Option<SparseCells>)| {
+            let cells = cells.as_ref().filter(|_| !is_pilot)?;
+            Some(Arc::new(CameraThickness::new(cells.clone(), medium)))
+        };
+        let thickness = gathers.iter().enumerate().map(thickness).collect();
+        Self { scene, settings, choice, fluence, gathers, direct: direct.into(), thickness }
     }
 
     /// Grids without flights, which are relative to `origin`.
@@ -97,14 +107,16 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
         fluence_builders(self.scene, &self.choice, self.fluence.clone(), origin)
     }
 
-    /// The cells of direct light, of each medium that has any.
-    pub fn direct_cells(&self) -> Vec<&LazyCells<S>> {
-        self.direct.iter().flatten().filter_map(DirectLightCache::cells).collect()
+    /// The cells that photons do not fill: of direct light, and of optical thickness to the camera, of each medium that
+    /// has any.
+    pub fn camera_cells(&self) -> Vec<&LazyCells<S>> {
+        let direct = self.direct.iter().flatten().filter_map(DirectLightCache::cells);
+        direct.chain(self.thickness.iter().flatten().map(|of| of.cells())).collect()
     }
 
-    /// Fills the cells of direct light that the camera sees, and counts the work.
+    /// Fills those that the camera sees, and counts the work.
     pub fn fill_seen(&self, progress: &dyn Progress) -> Work {
-        seen_cells::fill(self.scene, self.settings, &self.direct, progress)
+        seen_cells::fill(self.scene, self.settings, &self.direct, &self.thickness, progress)
     }
 
     /// Shoots the photons of `part`, whose flights fill the grids.
@@ -140,8 +152,7 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
         let seed = settings.photons.seed ^ flipped;
         let own =
             PassSettings { photons: PhotonSettings { seed, ..settings.photons }, ..**settings };
-        let is_pilot = settings.photons.traced.is_some();
-        let final_gathers = own.final_gathers(scene, self.gathers.clone(), is_pilot);
+        let final_gathers = own.final_gathers(scene, self.gathers.clone(), &self.thickness);
         let direct = Arc::clone(&self.direct);
         let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
         let ShotPart { maps, radius_of_all, .. } = builder.build(&phases, &part, traced);

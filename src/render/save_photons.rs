@@ -1,4 +1,4 @@
-//! Shoots the photons of a picture and saves them with the direct light of media, without rendering it.
+//! Shoots the photons of a picture and saves them with what of media the camera sees without them, without rendering it.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -85,21 +85,21 @@ fn save<S: Spectrum, H: PhotonDirection>(
     recorded.iter().for_each(|part| work += *part.traced.work());
     control.progress.finish();
     stages.done("photons", start);
-    // Direct light, which is scattered toward one camera.
+    // Direct light, which is scattered toward one camera, and the optical thickness to it.
     let start = Instant::now();
-    let direct = if any_camera {
+    let cells = if any_camera {
         Vec::new()
     } else {
         work += planned.fill_seen(control.progress);
-        planned.direct_cells()
+        planned.camera_cells()
     };
-    stages.done("direct light", start);
+    stages.done("cells", start);
     // The file.
     let start = Instant::now();
     let choice = &planned.choice;
     let strategies = &strategies;
     PhotonsToSave { scene, any_camera, strategies, choice, flight_length }
-        .write(&recorded, &direct, path)?;
+        .write(&recorded, &cells, path)?;
     stages.done("write", start);
     Ok(PhotonsReport { strategy: choice.summary(), work, timings: stages.timings })
 }

@@ -1,13 +1,15 @@
-//! Fills the cells of direct light that the camera sees, before there are rays: what saved photons keep for all crops
-//! and passes of a picture.
+//! Fills the cells of direct light and of optical thickness that the camera sees, before there are rays: what saved
+//! photons keep for all crops and passes of a picture.
+
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::cache::DirectLightCache;
+use crate::cache::{CameraThickness, DirectLightCache};
 use crate::math::{Rgb, Spectrum, Stage, Stream};
 use crate::medium::Profile;
 use crate::scene::Scene;
-use crate::transport::{PathContext, camera_view};
+use crate::transport::{PathContext, PixelFootprint, camera_view};
 use crate::work::Work;
 
 use super::pass_settings::PassSettings;
@@ -17,22 +19,24 @@ use super::progress::Progress;
 /// left.
 const PLACES: u32 = 64;
 
-/// Fills the cells of `direct` around the places that camera rays sample, and counts the work. It does not depend on the
-/// number of threads.
+/// Fills the cells of `direct` light and of optical `thickness` to the camera around the places that camera rays sample,
+/// and counts the work. It does not depend on the number of threads.
 pub(super) fn fill<S: Spectrum>(
     scene: &Scene,
     settings: &PassSettings,
     direct: &[Option<DirectLightCache<S>>],
+    thickness: &[Option<Arc<CameraThickness<S>>>],
     progress: &dyn Progress,
 ) -> Work {
     let with_cells = |cache: &Option<DirectLightCache<S>>| {
         cache.as_ref().is_some_and(|cache| cache.cells().is_some())
     };
-    if !direct.iter().any(with_cells) {
+    if !direct.iter().any(with_cells) && thickness.iter().all(Option::is_none) {
         return Work::default();
     }
+    let footprint = PixelFootprint::new(scene, settings.film_pixels);
     let [width, height] = scene.film.size;
-    progress.stage("direct light", height.into());
+    progress.stage("cells", height.into());
     let row = |y: u32| {
         let start = Stream::new(settings.photons.seed, Stage::March, 0, 0);
         let mut ctx = PathContext::new(start, settings.photons.needs);
@@ -46,9 +50,12 @@ pub(super) fn fill<S: Spectrum>(
                 let left = 1.0 - (f64::from(stratum) + 0.5) / f64::from(PLACES);
                 let Some(place) = profile.sample([1.0 - left * left, 0.5]) else { break };
                 let p = ray.at(place.t);
-                for (medium, cache) in scene.media.iter().zip(direct) {
-                    let cache = cache.as_ref().filter(|_| medium.sigma_t_at(p) != Rgb::ZERO);
-                    cache.and_then(|cache| cache.interpolated(scene, p, &mut ctx));
+                for ((medium, direct), thickness) in scene.media.iter().zip(direct).zip(thickness) {
+                    if medium.sigma_t_at(p) == Rgb::ZERO {
+                        continue;
+                    }
+                    let _ = direct.as_ref().and_then(|of| of.interpolated(scene, p, &mut ctx));
+                    thickness.iter().for_each(|of| of.fill(scene, p, &footprint, &mut ctx));
                 }
             }
         }

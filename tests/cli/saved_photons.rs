@@ -66,31 +66,36 @@ fn pictures_by_saved_photons_have_the_pixels_of_those_that_shoot() {
     }
 }
 
-/// Photons for one camera come with the direct light of media that it sees; for any, or with other rays, without.
+/// Photons for one camera come with the direct light of media that it sees, and with the optical thickness to it; for any,
+/// or with other rays, without.
 #[test]
-fn direct_light_is_saved_with_photons() {
+fn cells_that_photons_do_not_fill_are_saved_with_them() {
     let folder = folder();
     let folder = folder.path();
     let even = ["--set", "medium.0.phase={ type = \"isotropic\" }"];
-    let shadow_rays_by = |rays: &str, more: &[&str]| {
-        let by = ["--strategy", "fluence-toward-eye", "--rays", rays];
-        let report = report(folder, &[&by[..], &even, more].concat());
-        report["work"]["shadow_rays"].as_u64().unwrap()
-    };
-    let shadow_rays = |more: &[&str]| shadow_rays_by("32", more);
-    let shot = shadow_rays(&["-o", "shot.exr"]);
-    let saved = shadow_rays(&["--photons-to", "map.fog"]);
-    let read = shadow_rays(&["-o", "read.exr", "--photons-from", "map.fog"]);
-    assert!(saved > 0 && read < shot && saved + read >= shot, "{saved}, {read} and {shot}");
-    let [shot, read] = ["shot.exr", "read.exr"].map(|name| layers(folder, name));
-    assert!(shot.channels == read.channels, "pixels differ");
-    assert_eq!(shadow_rays(&["--photons-to", "any.fog", "--any-camera"]), 0);
-    // The cells of other rays are others.
-    let [shot, read] = [&[][..], &["--photons-from", "map.fog"]].map(|more| {
-        shadow_rays_by("16", &[&["-o", "other.exr"], more].concat());
-        layers(folder, "other.exr")
-    });
-    assert!(shot.channels == read.channels, "pixels differ by other rays");
+    for (strategy, counter) in
+        [("fluence-toward-eye", "shadow_rays"), ("shared-gathers", "march_steps")]
+    {
+        let count_by = |rays: &str, more: &[&str]| {
+            let by = ["--strategy", strategy, "--rays", rays];
+            let report = report(folder, &[&by[..], &even, more].concat());
+            report["work"][counter].as_u64().unwrap()
+        };
+        let count = |more: &[&str]| count_by("32", more);
+        let shot = count(&["-o", "shot.exr"]);
+        let saved = count(&["--photons-to", "map.fog"]);
+        let read = count(&["-o", "read.exr", "--photons-from", "map.fog"]);
+        assert!(read < shot && saved + read >= shot, "{strategy}: {saved}, {read} and {shot}");
+        let [shot, read] = ["shot.exr", "read.exr"].map(|name| layers(folder, name));
+        assert!(shot.channels == read.channels, "{strategy}: pixels differ");
+        assert!(count(&["--photons-to", "any.fog", "--any-camera"]) < saved);
+        // The cells of other rays are others.
+        let [shot, read] = [&[][..], &["--photons-from", "map.fog"]].map(|more| {
+            count_by("16", &[&["-o", "other.exr"], more].concat());
+            layers(folder, "other.exr")
+        });
+        assert!(shot.channels == read.channels, "{strategy}: pixels differ by other rays");
+    }
 }
 
 #[test]

@@ -132,7 +132,7 @@ impl<S: Spectrum> Entrant<S> {
     pub fn memory_bytes(&self) -> u64 {
         let fluence = self.caches.iter().map(|caches| caches.memory_bytes()[0]);
         let gathers = self.caches.iter().flat_map(|caches| caches.final_gathers.iter().flatten());
-        let lazy = gathers.flat_map(FinalGatherCache::cells);
+        let lazy = gathers.map(FinalGatherCache::cells);
         fluence.chain(lazy.map(|cells| cells.memory_bytes() as u64)).sum()
     }
 

@@ -89,7 +89,7 @@ impl<'a> StrategyPilot<'a, '_> {
             let gathers = contender.shared.as_ref().map(|(_, cells)| cells.clone());
             let gathers = gathers.unwrap_or_default();
             let caches = grids.map(|fluence| {
-                let final_gathers = settings.final_gathers(scene, gathers.clone(), true);
+                let final_gathers = settings.final_gathers(scene, gathers.clone(), &[]);
                 Caches { direct: Arc::clone(&direct), fluence, final_gathers }
             });
             let photon_cost = contender.photon_cost(settings, &a.work, represents);

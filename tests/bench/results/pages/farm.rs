@@ -61,7 +61,7 @@ pub struct Costs {
     pub load: f64,
     /// Choosing strategies, with aiming the photons.
     pub strategy: f64,
-    /// Shooting photons and filling cells of direct light.
+    /// Shooting photons and filling the cells that they do not fill.
     pub shoot: f64,
     /// Writing them.
     pub write_photons: f64,

@@ -144,8 +144,8 @@ impl Seed {
             }
         }
         let mut saved = Rendered::new(&by_saved);
-        // The whole fills cells of direct light by its rays, the saved photons have them.
-        saved.stages[SHOT.len() - 1] += taken.stage("direct light").ran;
+        // The whole fills cells by its rays, the saved photons have them.
+        saved.stages[SHOT.len() - 1] += taken.stage("cells").ran;
         saved.steps += taken.done.work.march_steps as f64;
         Ok(Self { whole: Rendered::new(&wholes), saved, shot: Rendered::new(&by_shot) })
     }
