@@ -1,109 +1,239 @@
-//! What directed rendering saves, and what the director costs.
+//! What directing saves: the gold standard, `xs` and their rivals against the truth, by processor seconds.
+//!
+//! The truth is that of [`reconstruction`](super::reconstruction), which keeps it in the folder `gold-truth`.
 
-use std::path::Path;
-use std::time::Instant;
-
-use fogbow::image::Image;
-use fogbow::render::{Earlier, Extent, Silent, Stages, maps, render};
-use fogbow::scene::{Director, LoadOptions, RenderSettings, Scene};
-use fogbow::study::metric::{Options, compare};
+use fogbow::image::Denoiser;
+use fogbow::render::{Rendered, Silent, exposure, render};
+use fogbow::scene::{Directing, Director, Importance, Operator, RenderSettings, Scene};
+use fogbow::study::metric::Options;
 
 use super::Kept;
-use super::scenes::{BARE, PAPER, shared, shipped};
-use super::spent::median;
+use super::halves::{Halves, Pixels, mean, wide};
+use super::reconstruction::{GoldTruth, scenes, seen_errors};
+use super::spent::Spent;
+use super::stages::timed;
+use super::strategy::{Series, ratio};
 use crate::pages::Result;
-use crate::pages::director::Row;
+use crate::pages::director::{Row, Way};
+use crate::pages::strategy::Figures;
 
-/// Rays of the most important pixel, as in Anson et al. 2006.
-const RAYS: u32 = 16;
+/// Extent of a run.
+struct Extent {
+    /// Pixels along the longer side.
+    side: u32,
+    /// Rays of a pixel of the gold standard, and of the most important one, as in Anson et al. 2006.
+    rays: u32,
+    /// What the photons of scenes are divided by: as much as pixels are fewer than in the pictures of 512 pixels that
+    /// scenes are made for, so that photons and rays have their shares of the time.
+    photons_part: u64,
+    /// Pictures of each half of the truth.
+    gold_pairs: u64,
+    seeds: usize,
+    /// Seeds whose pictures are compared by FLIP and VDP.
+    seen_seeds: usize,
+    /// Every how many-th scene is taken.
+    stride: usize,
+}
 
-const ROUNDS: u32 = 3;
+const WHOLE: Extent = Extent {
+    side: 192,
+    rays: 16,
+    photons_part: 7,
+    gold_pairs: 6,
+    seeds: 4,
+    seen_seeds: 1,
+    stride: 1,
+};
+const QUICK: Extent = Extent {
+    side: 40,
+    rays: 4,
+    photons_part: 50,
+    gold_pairs: 1,
+    seeds: 2,
+    seen_seeds: 1,
+    stride: 6,
+};
 
-/// Scenes of `volumes/` beside the paper's.
-const OTHERS: [(&str, &str); 3] = [("cloud", "cloud"), ("smoke", "smoke"), ("fire", "fire")];
+/// A way of rendering.
+struct Setup {
+    name: &'static str,
+    director: Director,
+    /// What rays and photons of the gold standard are divided by.
+    part: [u32; 2],
+    reconstruct: bool,
+    denoise: bool,
+    /// Whether X is measured error, of which saliency tells what is tolerated.
+    by_error: bool,
+}
+
+impl Setup {
+    /// Each pixel gets the same.
+    const fn uniform(name: &'static str, part: [u32; 2]) -> Self {
+        let director = Director::Fixed;
+        Self { name, director, part, reconstruct: false, denoise: false, by_error: false }
+    }
+
+    const fn directed(name: &'static str, director: Director) -> Self {
+        Self { director, ..Self::uniform(name, [1, 1]) }
+    }
+
+    const fn reconstructed(name: &'static str, part: [u32; 2]) -> Self {
+        Self { reconstruct: true, ..Self::uniform(name, part) }
+    }
+}
+
+/// The gold standard first, `xs` next.
+const SETUPS: [Setup; 12] = [
+    Setup::uniform("gold", [1, 1]),
+    Setup::directed("`xs`", Director::Xs),
+    Setup { by_error: true, ..Setup::directed("`xs` by error", Director::Xs) },
+    Setup::directed("`xs-paper`", Director::XsPaper),
+    Setup::directed("`variance`", Director::Variance),
+    Setup::uniform("one ray", [u32::MAX, 1]),
+    Setup::uniform("1/4 of the rays", [4, 1]),
+    Setup::uniform("1/4 of rays and photons", [4, 4]),
+    Setup::reconstructed("1/4 of the rays, reconstructed", [4, 1]),
+    Setup::reconstructed("1/4 of rays and photons, reconstructed", [4, 4]),
+    Setup::reconstructed("1/8 of rays and photons, reconstructed", [8, 8]),
+    Setup {
+        denoise: true,
+        ..Setup::uniform("1/8 of rays and photons, Open Image Denoise", [8, 8])
+    },
+];
 
 /// A part a scene.
 pub fn measure(kept: &mut Kept<Row>, quick: bool) -> Result<()> {
-    for (title, name) in PAPER.into_iter().chain(OTHERS) {
-        kept.part(title, || both(title, &shipped(name), quick))?;
+    let extent = if quick { QUICK } else { WHOLE };
+    let denoiser = Denoiser::find();
+    if let Err(error) = &denoiser {
+        kept.note(format!("Denoised pictures are left out: {error}."));
     }
-    for (title, file) in BARE {
-        match shared(file) {
-            Some(path) => kept.part(title, || both(title, &path, quick))?,
-            None => kept.note(format!("{file} was not there.")),
-        }
+    let denoiser = denoiser.ok();
+    let work = kept.lasting("gold-truth");
+    std::fs::create_dir_all(&work)?;
+    let (scenes, left_out) = scenes(&work)?;
+    left_out.into_iter().for_each(|sentence| kept.note(sentence));
+    for scene in scenes.iter().step_by(extent.stride) {
+        kept.part(&scene.title, || {
+            let gold = scene.load(extent.side, extent.rays, extent.photons_part)?;
+            let truth = GoldTruth::open(&work, &gold, extent.gold_pairs)?;
+            Ok(vec![row(&scene.title, &gold, &truth, denoiser.as_ref(), &extent)?])
+        })?;
     }
     Ok(())
 }
 
-fn both(title: &str, path: &Path, quick: bool) -> Result<Vec<Row>> {
-    let mut options = LoadOptions::default().rays(RAYS);
-    if quick {
-        options = options.size([64, 64]).photons(20_000);
-    }
-    let scene = Scene::load(path, &options)?;
-    let pairs = Pairs::rendered(&scene)?;
-    let fixed = median(pairs.fixed_seconds.clone());
-    Ok(vec![pairs.gain(title)?, cost(title, &scene, fixed)?])
+/// Pictures of one way.
+#[derive(Default)]
+struct Pictures {
+    pixels: Vec<Pixels>,
+    /// Processor seconds of all threads.
+    seconds: Vec<f64>,
 }
 
-/// Pairs of runs, and their pictures, which are the same in each.
-struct Pairs {
-    fixed_seconds: Vec<f64>,
-    xs_seconds: Vec<f64>,
-    fixed: Image,
-    xs: Image,
-}
-
-impl Pairs {
-    fn rendered(scene: &Scene) -> Result<Self> {
-        let picture = |director| -> Result<(f64, Image)> {
-            let settings = RenderSettings { director, ..scene.render };
-            let start = Instant::now();
-            let rendered = render(scene, &settings, &Silent)?;
-            Ok((start.elapsed().as_secs_f64(), rendered.film.image()))
-        };
-        let (first, fixed) = picture(Director::Fixed)?;
-        let (second, xs) = picture(Director::Xs)?;
-        let mut pairs = Self { fixed_seconds: vec![first], xs_seconds: vec![second], fixed, xs };
-        for _ in 1..ROUNDS {
-            pairs.fixed_seconds.push(picture(Director::Fixed)?.0);
-            pairs.xs_seconds.push(picture(Director::Xs)?.0);
+fn row(
+    title: &str,
+    gold: &Scene,
+    truth: &GoldTruth,
+    denoiser: Option<&Denoiser>,
+    extent: &Extent,
+) -> Result<Row> {
+    let setups = SETUPS.iter().filter(|setup| denoiser.is_some() || !setup.denoise);
+    let mut all: Vec<(&Setup, Pictures)> = setups.map(|s| (s, Pictures::default())).collect();
+    // The first picture also pays for memory that later ones find.
+    picture(gold, &SETUPS[0], 0, denoiser)?;
+    for seed in 0..extent.seeds {
+        let count = all.len();
+        for turn in 0..count {
+            // Who goes first changes.
+            let (setup, pictures) = &mut all[(seed + turn) % count];
+            let (rendered, spent) = Spent::on(|| picture(gold, setup, seed as u64, denoiser));
+            pictures.pixels.push(wide(&rendered?.film.image()));
+            pictures.seconds.push(spent.ran);
         }
-        Ok(pairs)
     }
-
-    fn gain(self, title: &str) -> Result<Row> {
-        let Self { fixed_seconds, xs_seconds, fixed, xs } = self;
-        let errors = compare(&fixed, &xs, &Options::default())?.errors;
-        let each: Vec<f64> = fixed_seconds.iter().zip(&xs_seconds).map(|(a, b)| a / b).collect();
-        Ok(Row::Gain {
-            scene: title.into(),
-            times: median(each.clone()),
-            each,
-            fixed_seconds,
-            xs_seconds,
-            code_mse_percent: errors.code_mse_percent,
-            code_pixels_percent: errors.code_pixels_percent,
-            flip: errors.flip_ldr,
-            vdp_visible_percent: errors.vdp_visible_percent,
-        })
+    let halves = truth.halves();
+    let options = Options { exposure: exposure(gold)?, ..Options::default() };
+    let width = gold.film.size[0] as usize;
+    let errors: Vec<Vec<f64>> = all.iter().map(|(_, taken)| errors(halves, taken)).collect();
+    let series = |index: usize| Series { errors: &errors[index], seconds: &all[index].1.seconds };
+    let over = |of: usize, over: usize, figure: fn(Figures) -> f64| {
+        ratio(&series(of), &series(over), 0..extent.seeds, figure)
+    };
+    let mean_truth = halves.mean();
+    let mut ways = Vec::new();
+    for (index, (setup, taken)) in all.iter().enumerate() {
+        let mut seen = Vec::new();
+        for picture in &taken.pixels[..extent.seen_seeds] {
+            seen.push(seen_errors(&mean_truth, picture, width, &options)?);
+        }
+        let seen_mean = |which: usize| mean(&seen.iter().map(|s| s[which]).collect::<Vec<_>>());
+        ways.push(Way {
+            name: setup.name.into(),
+            seconds: mean(&taken.seconds),
+            error: mean(&errors[index]),
+            untrimmed: mean(&untrimmed(halves, taken)),
+            flip: seen_mean(0),
+            vdp_percent: seen_mean(1),
+            gain: over(0, index, |of| of.seconds),
+            error_of_gold: over(index, 0, |of| of.error),
+            cost_of_xs: over(index, 1, |of| of.cost()),
+        });
     }
+    let pool = rayon::ThreadPoolBuilder::new().build()?;
+    let timed = timed(gold, &pool)?;
+    let [photons, map, rays] = timed.stages.map(|stage| stage.ran);
+    let deviations = truth.deviations();
+    let square = mean(&deviations.iter().map(|d| d * d).collect::<Vec<_>>());
+    Ok(Row {
+        scene: title.into(),
+        size: gold.film.size,
+        rays: gold.render.rays,
+        photons: gold.render.photons,
+        truth_error: halves.error(),
+        photon_seconds: photons + map,
+        ray_seconds: rays,
+        allocation_gain: square / mean(deviations).powi(2),
+        ways,
+    })
 }
 
-/// The director's time beside the `fixed` seconds of the picture.
-fn cost(title: &str, scene: &Scene, fixed: f64) -> Result<Row> {
-    let settings = RenderSettings { director: Director::Xs, ..scene.render };
-    let mut stages = Stages::default();
-    let start = Instant::now();
-    maps(scene, &settings, Earlier::default(), Extent::Needed, &mut stages)?;
-    let director = start.elapsed().as_secs_f64();
-    let saliency = stages.timings.iter().find(|(name, _)| *name == "saliency");
-    Ok(Row::Cost {
-        scene: title.into(),
-        saliency_seconds: saliency.map(|(_, time)| time.as_secs_f64()),
-        director_seconds: Some(director),
-        fixed_seconds: Some(fixed),
-        share_percent: 100.0 * director / fixed,
-    })
+/// A picture of one way.
+fn picture(
+    gold: &Scene,
+    setup: &Setup,
+    seed: u64,
+    denoiser: Option<&Denoiser>,
+) -> Result<Rendered> {
+    let by_error = Directing {
+        x: Importance::Error,
+        operator: Operator::Tolerance,
+        weights: Operator::Tolerance.default_weights(),
+        ..gold.render.directing
+    };
+    let settings = RenderSettings {
+        seed,
+        director: setup.director,
+        rays: (gold.render.rays / setup.part[0]).max(1),
+        photons: gold.render.photons / u64::from(setup.part[1]),
+        reconstruct: setup.reconstruct,
+        denoise: setup.denoise,
+        directing: if setup.by_error { by_error } else { gold.render.directing },
+        ..gold.render
+    };
+    let mut rendered = render(gold, &settings, &Silent)?;
+    if let Some(denoiser) = denoiser.filter(|_| setup.denoise) {
+        rendered.denoise(denoiser)?;
+    }
+    Ok(rendered)
+}
+
+/// Trimmed errors of pictures.
+fn errors(truth: &Halves, taken: &Pictures) -> Vec<f64> {
+    taken.pixels.iter().map(|picture| truth.errors_of(picture)[0]).collect()
+}
+
+/// The same of all pixels.
+fn untrimmed(truth: &Halves, taken: &Pictures) -> Vec<f64> {
+    taken.pixels.iter().map(|picture| truth.errors_of(picture)[1]).collect()
 }

@@ -21,6 +21,7 @@ pub mod plan;
 mod published;
 pub mod quoted;
 pub mod rates;
+pub mod ratio;
 pub mod reconstruction;
 pub mod record;
 pub mod sampler;

@@ -18,8 +18,8 @@ use super::stages::timed;
 use super::{Kept, LeftOut};
 use crate::pages::Result;
 use crate::pages::reconstruction::{Bias, Floor, Gold, Row, Way};
-use gold::GoldTruth;
-use scenes::{NoiseScene, scenes};
+pub use gold::GoldTruth;
+pub use scenes::{NoiseScene, scenes};
 
 /// Side of the blocks whose bias is told, in pixels.
 const BLOCK: usize = 8;
@@ -190,7 +190,7 @@ impl Pictures {
 }
 
 /// HDR-FLIP, and the pixels in % whose difference is visible by the VDP.
-fn seen_errors(
+pub fn seen_errors(
     truth: &Pixels,
     picture: &Pixels,
     width: usize,

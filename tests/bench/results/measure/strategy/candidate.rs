@@ -6,6 +6,7 @@ use fogbow::math::{Stage, Stream};
 use fogbow::scene::{Strategy, StrategyRequest};
 
 use super::super::halves::{Halves, Pixels, mean, trimmed_mean};
+use crate::pages::ratio::Ratio;
 use crate::pages::strategy::{Figures, Measured};
 
 /// Samples of the bootstrap.
@@ -72,12 +73,17 @@ impl Series<'_> {
     }
 }
 
-/// The cost of `chosen` over that of `best` on these seeds, with the interval of 95 % of a bootstrap
+/// A figure of one series over that of another on these seeds, with the interval of 95 % of a bootstrap
 /// (Efron 1979, "Bootstrap Methods: Another Look at the Jackknife"; percentiles): seeds are drawn with
-/// replacement, both candidates' figures together, for a seed shoots the same photons for both.
-pub fn regret(chosen: &Series<'_>, best: &Series<'_>, seeds: Range<usize>) -> (f64, [f64; 2]) {
+/// replacement, both series' figures together, for a seed shoots the same photons for both.
+pub fn ratio(
+    of: &Series<'_>,
+    over: &Series<'_>,
+    seeds: Range<usize>,
+    figure: impl Fn(Figures) -> f64,
+) -> Ratio {
     let seeds: Vec<usize> = seeds.collect();
-    let ratio = |seeds: &[usize]| chosen.figures(seeds).cost() / best.figures(seeds).cost();
+    let ratio = |seeds: &[usize]| figure(of.figures(seeds)) / figure(over.figures(seeds));
     let resampled = |sample: u64| {
         let mut random = Stream::new(0, Stage::Test, 0, sample);
         let drawn = seeds.iter().map(|_| (random.uniform() * seeds.len() as f64) as usize);
@@ -85,5 +91,6 @@ pub fn regret(chosen: &Series<'_>, best: &Series<'_>, seeds: Range<usize>) -> (f
     };
     let mut ratios: Vec<f64> = (0..RESAMPLED).map(resampled).collect();
     ratios.sort_unstable_by(f64::total_cmp);
-    (ratio(&seeds), ENDS.map(|share| ratios[(share * (RESAMPLED - 1) as f64).round() as usize]))
+    let end = |share: f64| ratios[(share * (RESAMPLED - 1) as f64).round() as usize];
+    Ratio { ratio: ratio(&seeds), interval: ENDS.map(end) }
 }

@@ -25,8 +25,10 @@ use super::Kept;
 use super::halves::{mean, wide};
 use super::spent::Spent;
 use crate::pages::Result;
+use crate::pages::ratio::Ratio;
 use crate::pages::strategy::{Comparison, Row};
-use candidate::{Candidate, Series, regret};
+use candidate::Candidate;
+pub use candidate::{Series, ratio};
 pub use scenes::side_lit_smoke;
 use scenes::{StrategyScene, fly_in, scenes};
 use truth::Truth;
@@ -204,7 +206,9 @@ fn comparison(candidates: &[Candidate], errors: &[Vec<f64>], seeds: usize) -> Co
     let cost = |index: &usize| series[*index].figures(&first).cost();
     let requested = (0..candidates.len()).filter(|&index| candidates[index].is_asked());
     let best = requested.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
-    let (regret, interval) = regret(&series[0], &series[best], seeds..2 * seeds);
+    let compared = seeds..2 * seeds;
+    let Ratio { ratio: regret, interval } =
+        ratio(&series[0], &series[best], compared, |of| of.cost());
     Comparison {
         best: candidates[best].request.name().into(),
         compared: [0, best].map(|index| series[index].figures(&second)),
