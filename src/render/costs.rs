@@ -304,7 +304,7 @@ fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
 ) -> PhotonMemory {
     let [mut fluence, mut lazy] = photons.caches.memory_bytes();
     let gathers = photons.caches.own_lazy().map(LazyCells::memory_bytes).sum::<usize>() as u64;
-    // Cells of the thickness to the camera, which few of the paths are shot without, are as large as those of gathers.
+    // The sample has no cells of optical thickness to the camera: they are as large as those of gathers.
     lazy += gathers;
     let mut maps = scene.moments().len() as u64;
     [fluence, lazy] = [fluence, lazy].map(|bytes| bytes * maps);

@@ -8,10 +8,9 @@ use fogbow::scene::{Directing, Director, Importance, Operator, RenderSettings, S
 use fogbow::study::metric::Options;
 
 use super::Kept;
-use super::halves::{Halves, Pixels, mean, wide};
-use super::reconstruction::{GoldTruth, scenes, seen_errors};
+use super::halves::{Pixels, mean, wide};
+use super::reconstruction::{GoldTruth, gold_stages, noise_scenes, seen_errors};
 use super::spent::Spent;
-use super::stages::timed;
 use super::strategy::{Series, ratio};
 use crate::pages::Result;
 use crate::pages::director::{Row, Way};
@@ -109,10 +108,7 @@ pub fn measure(kept: &mut Kept<Row>, quick: bool) -> Result<()> {
         kept.note(format!("Denoised pictures are left out: {error}."));
     }
     let denoiser = denoiser.ok();
-    let work = kept.lasting("gold-truth");
-    std::fs::create_dir_all(&work)?;
-    let (scenes, left_out) = scenes(&work)?;
-    left_out.into_iter().for_each(|sentence| kept.note(sentence));
+    let (scenes, work) = noise_scenes(kept)?;
     for scene in scenes.iter().step_by(extent.stride) {
         kept.part(&scene.title, || {
             let gold = scene.load(extent.side, extent.rays, extent.photons_part)?;
@@ -155,7 +151,8 @@ fn row(
     let halves = truth.halves();
     let options = Options { exposure: exposure(gold)?, ..Options::default() };
     let width = gold.film.size[0] as usize;
-    let errors: Vec<Vec<f64>> = all.iter().map(|(_, taken)| errors(halves, taken)).collect();
+    let (errors, untrimmed): (Vec<_>, Vec<_>) =
+        all.iter().map(|(_, taken)| halves.errors_of_each(&taken.pixels).into()).unzip();
     let series = |index: usize| Series { errors: &errors[index], seconds: &all[index].1.seconds };
     let over = |of: usize, over: usize, figure: fn(Figures) -> f64| {
         ratio(&series(of), &series(over), 0..extent.seeds, figure)
@@ -163,37 +160,30 @@ fn row(
     let mean_truth = halves.mean();
     let mut ways = Vec::new();
     for (index, (setup, taken)) in all.iter().enumerate() {
-        let mut seen = Vec::new();
-        for picture in &taken.pixels[..extent.seen_seeds] {
-            seen.push(seen_errors(&mean_truth, picture, width, &options)?);
-        }
-        let seen_mean = |which: usize| mean(&seen.iter().map(|s| s[which]).collect::<Vec<_>>());
+        let seen = &taken.pixels[..extent.seen_seeds];
+        let [flip, vdp_percent] = seen_errors(&mean_truth, seen, width, &options)?;
         ways.push(Way {
             name: setup.name.into(),
             seconds: mean(&taken.seconds),
             error: mean(&errors[index]),
-            untrimmed: mean(&untrimmed(halves, taken)),
-            flip: seen_mean(0),
-            vdp_percent: seen_mean(1),
+            untrimmed: mean(&untrimmed[index]),
+            flip,
+            vdp_percent,
             gain: over(0, index, |of| of.seconds),
             error_of_gold: over(index, 0, |of| of.error),
             cost_of_xs: over(index, 1, |of| of.cost()),
         });
     }
-    let pool = rayon::ThreadPoolBuilder::new().build()?;
-    let timed = timed(gold, &pool)?;
-    let [photons, map, rays] = timed.stages.map(|stage| stage.ran);
-    let deviations = truth.deviations();
-    let square = mean(&deviations.iter().map(|d| d * d).collect::<Vec<_>>());
+    let stages = gold_stages(gold, truth)?;
     Ok(Row {
         scene: title.into(),
         size: gold.film.size,
         rays: gold.render.rays,
         photons: gold.render.photons,
         truth_error: halves.error(),
-        photon_seconds: photons + map,
-        ray_seconds: rays,
-        allocation_gain: square / mean(deviations).powi(2),
+        photon_seconds: stages.photon_seconds,
+        ray_seconds: stages.ray_seconds,
+        allocation_gain: stages.allocation_gain,
         ways,
     })
 }
@@ -226,14 +216,4 @@ fn picture(
         rendered.denoise(denoiser)?;
     }
     Ok(rendered)
-}
-
-/// Trimmed errors of pictures.
-fn errors(truth: &Halves, taken: &Pictures) -> Vec<f64> {
-    taken.pixels.iter().map(|picture| truth.errors_of(picture)[0]).collect()
-}
-
-/// The same of all pixels.
-fn untrimmed(truth: &Halves, taken: &Pictures) -> Vec<f64> {
-    taken.pixels.iter().map(|picture| truth.errors_of(picture)[1]).collect()
 }

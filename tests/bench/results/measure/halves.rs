@@ -65,6 +65,13 @@ impl Halves {
         [trimmed_mean(products), whole]
     }
 
+    /// The same of each of `pictures`.
+    pub fn errors_of_each(&self, pictures: &[Pixels]) -> [Vec<f64>; 2] {
+        let errors = pictures.iter().map(|picture| self.errors_of(picture));
+        let (trimmed, whole) = errors.map(|[trimmed, whole]| (trimmed, whole)).unzip();
+        [trimmed, whole]
+    }
+
     /// Relative squared bias of each pixel of `pictures`, which differ in their seeds: the mean over all
     /// pairs of different ones of the product of their differences from different halves.
     pub fn squared_bias<'a>(&self, pictures: impl Iterator<Item = &'a Pixels>) -> Vec<f64> {

@@ -7,10 +7,15 @@
 mod gold;
 mod scenes;
 
+use std::path::PathBuf;
+use std::slice;
+
 use fogbow::image::Denoiser;
 use fogbow::render::{Rendered, Silent, exposure, render};
 use fogbow::scene::{RenderSettings, Scene};
 use fogbow::study::metric::{Options, compare};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use super::halves::{Halves, Pixels, mean, narrow, trimmed_mean, wide};
 use super::spent::Spent;
@@ -19,7 +24,7 @@ use super::{Kept, LeftOut};
 use crate::pages::Result;
 use crate::pages::reconstruction::{Bias, Floor, Gold, Row, Way};
 pub use gold::GoldTruth;
-pub use scenes::{NoiseScene, scenes};
+use scenes::{NoiseScene, scenes};
 
 /// Side of the blocks whose bias is told, in pixels.
 const BLOCK: usize = 8;
@@ -76,10 +81,7 @@ const QUICK: Extent = Extent {
 pub fn measure(kept: &mut Kept<Row>, quick: bool) -> Result<()> {
     let extent = if quick { QUICK } else { WHOLE };
     let denoiser = Denoiser::find().map_err(|error| LeftOut(error.to_string()))?;
-    let work = kept.lasting("gold-truth");
-    std::fs::create_dir_all(&work)?;
-    let (scenes, left_out) = scenes(&work)?;
-    left_out.into_iter().for_each(|sentence| kept.note(sentence));
+    let (scenes, work) = noise_scenes(kept)?;
     for scene in scenes.iter().step_by(extent.stride) {
         kept.part(&scene.title, || {
             let gold = scene.load(extent.side, extent.gold_rays, 1)?;
@@ -89,6 +91,17 @@ pub fn measure(kept: &mut Kept<Row>, quick: bool) -> Result<()> {
         })?;
     }
     Ok(())
+}
+
+/// The scenes, and the folder of their truths; notes those that are left out.
+pub fn noise_scenes<R: Serialize + DeserializeOwned>(
+    kept: &mut Kept<R>,
+) -> Result<(Vec<NoiseScene>, PathBuf)> {
+    let work = kept.lasting("gold-truth");
+    std::fs::create_dir_all(&work)?;
+    let (scenes, left_out) = scenes(&work)?;
+    left_out.into_iter().for_each(|sentence| kept.note(sentence));
+    Ok((scenes, work))
 }
 
 /// Pictures of one way.
@@ -131,20 +144,16 @@ fn row(
     let width = gold.film.size[0] as usize;
     let mean_truth = halves.mean();
     let way = |name: &str, taken: &Pictures| -> Result<Way> {
-        let errors: Vec<[f64; 2]> = taken.pictures.iter().map(|p| halves.errors_of(p)).collect();
-        let of = |which: usize| mean(&errors.iter().map(|e| e[which]).collect::<Vec<_>>());
-        let mut seen = Vec::new();
-        for picture in &taken.pictures[..extent.seen_seeds] {
-            seen.push(seen_errors(&mean_truth, picture, width, &options)?);
-        }
-        let seen_mean = |which: usize| mean(&seen.iter().map(|s| s[which]).collect::<Vec<_>>());
+        let [trimmed, untrimmed] = halves.errors_of_each(&taken.pictures);
+        let seen = &taken.pictures[..extent.seen_seeds];
+        let [flip, vdp_percent] = seen_errors(&mean_truth, seen, width, &options)?;
         Ok(Way {
             name: name.into(),
             seconds: mean(&taken.seconds),
-            trimmed: of(0),
-            untrimmed: of(1),
-            flip: seen_mean(0),
-            vdp_percent: seen_mean(1),
+            trimmed: mean(&trimmed),
+            untrimmed: mean(&untrimmed),
+            flip,
+            vdp_percent,
             brighter_percent: halves.brighter_percent(&taken.pictures),
             microseconds: 1e6 * mean(&taken.filter_seconds) / halves.pixels() as f64,
         })
@@ -152,7 +161,7 @@ fn row(
     let ways =
         vec![way("raw", &raw)?, way("reconstructed", &reconstructed)?, way("denoised", &denoised)?];
     let [a, b] = halves.pictures();
-    let [flip, vdp_percent] = seen_errors(a, b, width, &options)?;
+    let [flip, vdp_percent] = seen_errors(a, slice::from_ref(b), width, &options)?;
     Ok(Row {
         scene: scene.title.clone(),
         size: gold.film.size,
@@ -189,15 +198,20 @@ impl Pictures {
     }
 }
 
-/// HDR-FLIP, and the pixels in % whose difference is visible by the VDP.
+/// HDR-FLIP of `pictures`, and the pixels in % whose difference is visible by the VDP: means over them.
 pub fn seen_errors(
     truth: &Pixels,
-    picture: &Pixels,
+    pictures: &[Pixels],
     width: usize,
     options: &Options,
 ) -> Result<[f64; 2]> {
-    let told = compare(&narrow(truth, width), &narrow(picture, width), options)?.errors;
-    Ok([told.flip_hdr.ok_or("the truth is black")?, told.vdp_visible_percent])
+    let (truth, mut flip, mut visible) = (narrow(truth, width), Vec::new(), Vec::new());
+    for picture in pictures {
+        let told = compare(&truth, &narrow(picture, width), options)?.errors;
+        flip.push(told.flip_hdr.ok_or("the truth is black")?);
+        visible.push(told.vdp_visible_percent);
+    }
+    Ok([mean(&flip), mean(&visible)])
 }
 
 /// Bias of pictures of `width`: the root of what its square is relative to the truth.
@@ -265,7 +279,7 @@ fn near_edges(depth: &[f32], width: usize) -> Vec<bool> {
 }
 
 /// What a picture of the gold standard takes, and what its error leaves to directors.
-fn gold_stages(gold: &Scene, truth: &GoldTruth) -> Result<Gold> {
+pub fn gold_stages(gold: &Scene, truth: &GoldTruth) -> Result<Gold> {
     let pool = rayon::ThreadPoolBuilder::new().build()?;
     let timed = timed(gold, &pool)?;
     let [photons, map, rays] = timed.stages.map(|stage| stage.ran);

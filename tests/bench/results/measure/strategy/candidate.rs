@@ -37,9 +37,7 @@ impl Candidate {
 
     /// Trimmed and untrimmed relative squared errors of each picture.
     pub fn errors(&self, truth: &Halves) -> [Vec<f64>; 2] {
-        let errors = self.pictures.iter().map(|picture| truth.errors_of(picture));
-        let (trimmed, whole) = errors.map(|[trimmed, whole]| (trimmed, whole)).unzip();
-        [trimmed, whole]
+        truth.errors_of_each(&self.pictures)
     }
 
     /// What is told of all pictures together.
