@@ -44,26 +44,30 @@ pub(super) struct Tap {
     pub weight: f32,
 }
 
-/// The taps around `pixel` of a film, itself among them, `step` pixels apart.
-pub(super) fn taps(
+/// Calls `f` with each tap around `pixel` of a film, itself among them, `step` pixels apart, row by row.
+pub(super) fn for_each_tap(
     [width, height]: [usize; 2],
     pixel: usize,
     step: usize,
-) -> impl Iterator<Item = Tap> {
-    let (x, y) = ((pixel % width) as isize, (pixel / width) as isize);
-    (-2..=2).flat_map(move |down: isize| {
-        let row = y + down * step as isize;
-        (-2..=2).filter_map(move |right: isize| {
-            let column = x + right * step as isize;
-            let inside =
-                (0..width as isize).contains(&column) && (0..height as isize).contains(&row);
-            inside.then(|| Tap {
-                pixel: row as usize * width + column as usize,
+    mut f: impl FnMut(Tap),
+) {
+    let (x, y) = (pixel % width, pixel / width);
+    let inside = |at: usize, count: usize| {
+        let [before, after] =
+            [at / step, (count - 1 - at) / step].map(|steps| steps.min(2) as isize);
+        -before..=after
+    };
+    let columns = inside(x, width);
+    for down in inside(y, height) {
+        let row = pixel as isize + down * (step * width) as isize;
+        for right in columns.clone() {
+            f(Tap {
+                pixel: (row + right * step as isize) as usize,
                 offset: [right as f32, down as f32],
                 weight: SPLINE[right.unsigned_abs()] * SPLINE[down.unsigned_abs()],
-            })
-        })
-    })
+            });
+        }
+    }
 }
 
 /// The pixels of 3 x 3 around `pixel` of a film, itself among them, with how many columns and rows it is to each.

@@ -4,7 +4,9 @@ use glam::{Vec3A, Vec4};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use super::levels::{Candidate, LEVELS, OutlierFactors, Tap, biweight, outlier_factors, taps};
+use super::levels::{
+    Candidate, LEVELS, OutlierFactors, Tap, biweight, for_each_tap, outlier_factors,
+};
 use super::light::LightOf;
 use crate::film::components::{ComponentFilm, PixelComponents};
 
@@ -105,34 +107,59 @@ struct Fit<'a> {
     size: [usize; 2],
 }
 
+/// A neighbour that light is fitted to.
+#[derive(Debug, Clone, Copy)]
+struct Neighbour {
+    pixel: usize,
+    weight: f32,
+    /// Steps to the right and down.
+    offset: [f32; 2],
+}
+
 impl Fit<'_> {
     /// The value at `pixel` of the plane that fits the light of its neighbours best, in each half.
     fn at(&self, pixel: usize, step: usize) -> [Vec4; 2] {
         let own = |half: usize| self.light[half][pixel];
         let Some(here) = self.features[pixel] else { return [0, 1].map(own) };
-        let near = |tap: Tap| {
-            let there = self.features[tap.pixel]?;
+        let mut near: SmallVec<[Neighbour; 25]> = SmallVec::new();
+        let mut are_alike = true;
+        for_each_tap(self.size, pixel, step, |Tap { pixel, offset, weight }| {
+            let Some(there) = &self.features[pixel] else { return };
             let far = (there.log_distance - here.log_distance).abs() / LOG_DISTANCE;
-            let weight = tap.weight * biweight(far);
-            (weight > 0.0).then_some(Tap { weight, ..tap })
+            let weight = weight * biweight(far);
+            if weight > 0.0 {
+                near.push(Neighbour { pixel, weight, offset });
+                let [a, b] = self.opacities[pixel];
+                are_alike &= a == b && self.light[0][pixel].w == self.light[1][pixel].w;
+            }
+        });
+        // The weights of neighbours by rays and opacities: the same where those of both halves are.
+        let first = self.weights(0, &near, here.opacity);
+        let second = if are_alike { first.clone() } else { self.weights(1, &near, here.opacity) };
+        let value = |(half, weights): (usize, Weights)| match weights {
+            Weights::None => Vec4::ZERO,
+            Weights::Unknown => own(half),
+            Weights::Of(weights) => {
+                let light = near.iter().map(|near| Vec3A::from_vec4(self.light[half][near.pixel]));
+                let value: Vec3A = light.zip(&weights).map(|(light, weight)| *weight * light).sum();
+                value.extend(1.0)
+            }
         };
-        let near: SmallVec<[Tap; 25]> = taps(self.size, pixel, step).filter_map(near).collect();
-        [0, 1].map(|half| self.of_half(half, &near, here.opacity).unwrap_or_else(|| own(half)))
+        [(0, first), (1, second)].map(value)
     }
 
-    /// The value of `half` where the opacity is `opacity`, by its light at the taps; `None` where numbers do not
-    /// tell it.
-    fn of_half(&self, half: usize, near: &[Tap], opacity: f32) -> Option<Vec4> {
+    /// The weights of the neighbours' light of `half` in the value where the opacity is `opacity`.
+    fn weights(&self, half: usize, near: &[Neighbour], opacity: f32) -> Weights {
         let light = &self.light[half];
-        let x = |tap: &Tap| {
-            let [right, down] = tap.offset;
-            let denser = self.opacities[tap.pixel][half] - opacity;
+        let x = |near: &Neighbour| {
+            let [right, down] = near.offset;
+            let denser = self.opacities[near.pixel][half] - opacity;
             Vec4::new(1.0, right, down, denser / OPACITY_STEP)
         };
         let mut normal = glam::Mat4::ZERO;
-        for tap in near {
-            let x = x(tap);
-            let weighted = tap.weight * light[tap.pixel].w * x;
+        for near in near {
+            let x = x(near);
+            let weighted = near.weight * light[near.pixel].w * x;
             normal.x_axis += weighted * x.x;
             normal.y_axis += weighted * x.y;
             normal.z_axis += weighted * x.z;
@@ -140,7 +167,7 @@ impl Fit<'_> {
         }
         let total = normal.x_axis.x;
         if total <= 0.0 {
-            return Some(Vec4::ZERO);
+            return Weights::None;
         }
         // Of weights whose sum is 1, lest the determinant be too small for an f32.
         normal *= 1.0 / total;
@@ -149,15 +176,22 @@ impl Fit<'_> {
         normal.w_axis.w += RIDGE;
         let row = normal.inverse().row(0) / total;
         if !row.is_finite() {
-            return None;
+            return Weights::Unknown;
         }
-        let mut value = Vec3A::ZERO;
-        for tap in near {
-            let there = light[tap.pixel];
-            value += tap.weight * there.w * row.dot(x(tap)) * Vec3A::from_vec4(there);
-        }
-        Some(value.extend(1.0))
+        let weight = |near: &Neighbour| near.weight * light[near.pixel].w * row.dot(x(near));
+        Weights::Of(near.iter().map(weight).collect())
     }
+}
+
+/// Weights of neighbours in a fit.
+#[derive(Debug, Clone)]
+enum Weights {
+    /// No neighbour has light.
+    None,
+    /// Numbers do not tell them.
+    Unknown,
+    /// One a neighbour.
+    Of(SmallVec<[f32; 25]>),
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! Which level of the filter each pixel takes.
 
+use std::ops::{AddAssign, Range};
+
 use glam::{Vec3A, Vec4};
 use rayon::prelude::*;
 
@@ -74,20 +76,20 @@ pub(super) fn select(candidates: &[Candidate], levels: &[f32]) -> Selected {
 
 /// The [relative errors](relative_errors) of a candidate, averaged over neighbours.
 fn errors(width: usize, candidate: &Candidate, raw: &Candidate, scales: &[f32]) -> Vec<f32> {
-    let errors = relative_errors(candidate, raw, scales);
-    let [whole, partial] = [true, false].map(|whole| {
-        let of_kind = |error: &Option<(f32, bool)>| error.filter(|error| error.1 == whole);
-        let values: Vec<f32> = errors.iter().map(|e| of_kind(e).map_or(0.0, |e| e.0)).collect();
-        let counts: Vec<f32> =
-            errors.iter().map(|e| f32::from(u8::from(of_kind(e).is_some()))).collect();
-        let [sums, counts] = [values, counts].map(|of| box_sums(width, &of, ERROR_RADIUS));
-        sums.into_iter().zip(counts).collect::<Vec<(f32, f32)>>()
-    });
-    let mean = |(whole, partial): (&(f32, f32), &(f32, f32))| {
-        let (sum, count) = if whole.1 > 0.0 { whole } else { partial };
-        if *count > 0.0 { sum / count } else { f32::INFINITY }
+    // Sum and number of those that both halves tell, and of those that one does.
+    let by_kind = |error: Option<(f32, bool)>| match error {
+        Some((error, true)) => Vec4::new(error, 1.0, 0.0, 0.0),
+        Some((error, false)) => Vec4::new(0.0, 0.0, error, 1.0),
+        None => Vec4::ZERO,
     };
-    whole.iter().zip(&partial).map(mean).collect()
+    let errors: Vec<Vec4> =
+        relative_errors(candidate, raw, scales).into_iter().map(by_kind).collect();
+    let mean = |of_both: Vec4| {
+        let [whole, wholes, partial, partials] = of_both.to_array();
+        let (sum, count) = if wholes > 0.0 { (whole, wholes) } else { (partial, partials) };
+        if count > 0.0 { sum / count } else { f32::INFINITY }
+    };
+    box_sums(width, &errors, ERROR_RADIUS).into_iter().map(mean).collect()
 }
 
 /// Squared light relative to which errors of pixels are, by the `widest` candidate.
@@ -134,25 +136,42 @@ pub(super) fn relative_errors(
 
 /// Means over squares of `radius` pixels to each side, as far as there are pixels.
 pub(super) fn box_means(width: usize, values: &[f32], radius: usize) -> Vec<f32> {
-    let ones = vec![1.0; values.len()];
-    let [sums, counts] = [values, &ones].map(|of| box_sums(width, of, radius));
-    sums.into_iter().zip(counts).map(|(sum, count)| sum / count).collect()
+    let height = values.len() / width;
+    let [columns, rows] = [width, height].map(|count| {
+        let within = |at: usize| window(at, radius, count).len() as f32;
+        (0..count).map(within).collect::<Vec<f32>>()
+    });
+    let mut means = box_sums(width, values, radius);
+    for (row, rows) in means.chunks_exact_mut(width).zip(rows) {
+        row.iter_mut().zip(&columns).for_each(|(mean, columns)| *mean /= rows * columns);
+    }
+    means
 }
 
-/// Sums over squares of `radius` pixels to each side.
-pub(super) fn box_sums(width: usize, values: &[f32], radius: usize) -> Vec<f32> {
+/// Sums over squares of `radius` pixels to each side. They do not depend on where the picture begins.
+pub(super) fn box_sums<T>(width: usize, values: &[T], radius: usize) -> Vec<T>
+where
+    T: Copy + Default + AddAssign + Send + Sync,
+{
     let height = values.len() / width;
-    let along = |values: &[f32], pixel: usize, stride: usize, at: usize, count: usize| {
-        let (first, last) = (at.saturating_sub(radius), (at + radius).min(count - 1));
-        let start = pixel - (at - first) * stride;
-        (0..=last - first).map(|index| values[start + index * stride]).sum::<f32>()
+    let along_row = |(index, sum): (usize, &mut T)| {
+        let (row, column) = (index / width * width, index % width);
+        let within = window(column, radius, width);
+        values[row + within.start..row + within.end].iter().for_each(|value| *sum += *value);
     };
-    let rows: Vec<f32> = (0..values.len())
-        .into_par_iter()
-        .map(|pixel| along(values, pixel, 1, pixel % width, width))
-        .collect();
-    (0..values.len())
-        .into_par_iter()
-        .map(|pixel| along(&rows, pixel, width, pixel / width, height))
-        .collect()
+    let mut rows = vec![T::default(); values.len()];
+    rows.par_iter_mut().enumerate().for_each(along_row);
+    let mut sums = vec![T::default(); values.len()];
+    sums.par_chunks_exact_mut(width).enumerate().for_each(|(row, sums)| {
+        for near in window(row, radius, height) {
+            let near = &rows[near * width..(near + 1) * width];
+            sums.iter_mut().zip(near).for_each(|(sum, value)| *sum += *value);
+        }
+    });
+    sums
+}
+
+/// Those of `count` places in a line that are at most `radius` from the one `at`.
+fn window(at: usize, radius: usize, count: usize) -> Range<usize> {
+    at.saturating_sub(radius)..(at + radius + 1).min(count)
 }

@@ -3,7 +3,9 @@
 use glam::{Vec3A, Vec4};
 use rayon::prelude::*;
 
-use super::levels::{Candidate, LEVELS, OutlierFactors, biweight, outlier_factors, taps};
+use super::levels::{
+    Candidate, LEVELS, OutlierFactors, around, biweight, for_each_tap, outlier_factors,
+};
 use super::light::LightOf;
 use crate::film::components::{ComponentFilm, PixelComponents};
 
@@ -120,9 +122,8 @@ pub(super) fn surfaces(film: &ComponentFilm) -> Vec<Option<SurfaceFeatures>> {
     let mut surfaces: Vec<Option<SurfaceFeatures>> = film.pixels.par_iter().map(seen).collect();
     let spacing = |pixel: usize| {
         let here = surfaces[pixel]?.offset;
-        let near =
-            taps(size, pixel, 1).filter(|tap| tap.offset[0].abs() + tap.offset[1].abs() == 1.0);
-        let distances = near.filter_map(|tap| Some(surfaces[tap.pixel]?.offset.distance(here)));
+        let beside = around(size, pixel).filter(|(_, [x, y])| x.abs() + y.abs() == 1.0);
+        let distances = beside.filter_map(|(near, _)| Some(surfaces[near]?.offset.distance(here)));
         distances.min_by(f32::total_cmp)
     };
     let spacings: Vec<Option<f32>> = (0..film.pixels.len()).into_par_iter().map(spacing).collect();
@@ -160,14 +161,14 @@ fn average(
 ) -> [Sums; 2] {
     let Some(here) = surfaces[pixel] else { return sums[pixel] };
     let (mut total, mut all) = (0.0, [Sums::default(); 2]);
-    for tap in taps(size, pixel, step) {
-        let Some(there) = surfaces[tap.pixel] else { continue };
-        let weight = tap.weight * here.likeness(&there, step as f32);
+    for_each_tap(size, pixel, step, |tap| {
+        let Some(there) = &surfaces[tap.pixel] else { return };
+        let weight = tap.weight * here.likeness(there, step as f32);
         if weight > 0.0 {
             total += weight;
             all.iter_mut().zip(&sums[tap.pixel]).for_each(|(all, sums)| all.add(weight, sums));
         }
-    }
+    });
     all.map(|sums| Sums {
         direct: sums.direct / total,
         indirect: sums.indirect / total,
