@@ -31,15 +31,10 @@ pub struct PixelBudget {
     pub xs: f64,
 }
 
-/// Fewest rays of a pixel that gather indirect light, which varies little within it, where it has as many.
+/// Rays of a pixel for each of them that gathers indirect light, which varies little within it. The noise of r rays of
+/// which g gather, V/r + W/g, costs least where g/r is the same for all r.
 ///
 /// Unit: count. Bench: `cargo bench --bench results -- --only equal-time`.
-const MIN_GATHERING_RAYS: u32 = 4;
-
-/// Rays of a pixel for each of them that gathers indirect light, where there are more than the fewest.
-///
-/// Unit: count. Derivation: 16 rays, for which four gathers were chosen, over four. The noise of r rays of which g gather,
-/// V/r + W/g, costs least where g/r is the same for all r.
 const RAYS_PER_GATHERING_RAY: u32 = 4;
 
 /// Largest exponent of a gather radius over the finest, to base 2: the thinned photon map of level l has
@@ -95,6 +90,12 @@ impl PixelBudget {
             };
         }
         budget
+    }
+
+    /// The same, of which each ray gathers for itself.
+    #[must_use]
+    pub const fn each_gathering(self) -> Self {
+        Self { gathers: self.rays, ..self }
     }
 
     /// The part of it that the pilot spends.
@@ -158,8 +159,7 @@ impl PixelBudget {
 
 /// How many of the `rays` of a pixel gather indirect light.
 const fn gathering_rays(rays: u32) -> u32 {
-    let share = rays.div_ceil(RAYS_PER_GATHERING_RAY);
-    if share < MIN_GATHERING_RAYS { MIN_GATHERING_RAYS } else { share }
+    rays.div_ceil(RAYS_PER_GATHERING_RAY)
 }
 
 /// Ratio of the gather radius of a pixel of the importance `xs` to the finest, as the exponent of the
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn gathers_rise_with_rays_and_are_shared_among_passes() {
-        for (rays, gathers) in [(1, 4), (16, 4), (17, 5), (64, 16), (1024, 256)] {
+        for (rays, gathers) in [(1, 1), (4, 1), (16, 4), (17, 5), (64, 16), (1024, 256)] {
             assert_eq!(PixelBudget::fixed(rays, 0.1, 0.02).gathers, gathers, "of {rays}");
         }
         for rays in [64, 1 << 20] {

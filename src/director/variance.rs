@@ -43,7 +43,7 @@ pub fn variance_budgets(
         // Without light it is not a number.
         let needed = if mean > 0.0 { (needed as u32).clamp(floor, gold.rays) } else { gold.rays };
         // The variance is that of rays that all gather.
-        PixelBudget { rays: needed, gathers: needed, ..gold }
+        PixelBudget { rays: needed, ..gold }.each_gathering()
     };
     (0..means.len()).map(budget).collect()
 }

@@ -44,6 +44,9 @@ use crate::work::Work;
 /// Rays that an estimate shoots each time, about.
 const RAYS: f64 = 30_000.0;
 
+/// Places along each of those rays at most, at which cells are filled.
+const MAX_FILLING_PLACES: u32 = 32;
+
 /// Pixels of each of the director's maps, at most, that an estimate makes.
 const MAP_PIXELS: f64 = 262_144.0;
 
@@ -113,17 +116,22 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
 
     let gold = PixelBudget::fixed(settings.rays, photons.radius, finest_step(scene, settings));
     let sample = RaySample::new(scene, settings);
-    let (first, first_seconds) = sample.expose(scene, settings, &photons, gold, settings.seed);
-    let (second, seconds) =
-        sample.expose(scene, settings, &photons, gold, settings.seed.wrapping_add(1));
+    let expose = |budget: PixelBudget, seeds: u64| {
+        sample.expose(scene, settings, &photons, budget, settings.seed.wrapping_add(seeds))
+    };
+    // Cells are filled once, by rays that look them up at as many places as those of the whole picture do.
+    let filling = PixelBudget { places: sample.filling_places(gold.places), ..gold };
+    let (first, first_seconds) = expose(filling, 0);
+    let (again, again_seconds) = expose(filling, 1);
+    work += first.less(&again);
+    let (second, seconds) = expose(gold, 2);
     work += scaled(&second, sample.ratio);
-    work += first.less(&second);
 
     // Each round has photons of its own, and each half of them cells.
     let count = rounds.len() as f64;
     let has_own = settings.in_halves() && photons.caches.own_lazy().next().is_some();
     let fills = if has_own { 2.0 } else { 1.0 };
-    let once = count * fills * (first_seconds - seconds).max(0.0);
+    let once = count * fills * (first_seconds - again_seconds).max(0.0);
     let directed = directed_share(scene, settings, gold)?;
     let seconds = StageSeconds {
         director: pilot + directed.seconds,
@@ -179,6 +187,12 @@ impl RaySample {
         let coarser = (all / RAYS).sqrt().max(1.0);
         let size = [width, height].map(|side| (side / coarser).ceil().max(1.0));
         Self { size, ratio: width * height / (size[0] * size[1]) }
+    }
+
+    /// Places along each of its rays at which they look up caches as often as those of the picture do, each of which has so
+    /// many `places`.
+    fn filling_places(&self, places: u32) -> u32 {
+        ((f64::from(places) * self.ratio) as u32).clamp(places, MAX_FILLING_PLACES.max(places))
     }
 
     /// Renders it: the work, and the seconds that it took.

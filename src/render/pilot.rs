@@ -71,7 +71,7 @@ impl Pilot {
         };
         let needs = pass.photons.needs;
         let (photons, mut work) = PhotonPass::<S, H>::new(scene, &pass, assignment, &|_| ())?;
-        let budget = PixelBudget::fixed(RAYS, photons.radius, step);
+        let budget = PixelBudget::fixed(RAYS, photons.radius, step).each_gathering();
         let integrator = photons.integrator(scene, needs);
         let scale = [0, 1].map(|axis| f64::from(scene.film.size[axis]) / f64::from(size[axis]));
         // All rays of one pixel lead through one pixel of the film, the middle one of its square.

@@ -29,7 +29,7 @@ pub(super) fn budgets_by_variance<S: Spectrum, H: PhotonDirection>(
     let region = render_region(scene, settings, Stage::Director);
     // Pixels at the border of a crop have the neighbours that they have in the whole picture.
     let window = region.window.grown(1, region.size);
-    let budget = PixelBudget::fixed(rays, gold.radius, gold.step);
+    let budget = PixelBudget::fixed(rays, gold.radius, gold.step).each_gathering();
     let exposed = expose(
         RenderRegion {
             window,

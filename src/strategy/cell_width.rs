@@ -73,17 +73,17 @@ const DIRECT_RAYS: u32 = 16;
 /// Places along a ray at which caches of the finest level are sampled.
 ///
 /// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
-const PLACES: u32 = 8;
+const PLACES: u32 = 4;
 
 /// Fewest places along a ray at which caches are sampled: at the widest level.
 ///
 /// Unit: count. Limit: on the noise of a ray: one place would make it that of a single lookup.
 const MIN_PLACES: u32 = 2;
 
-/// Places of rays in a cell of direct light from which on it pays to fill it.
+/// Lights to be sampled at the places of rays in a cell of direct light from which on it pays to fill it.
 ///
-/// Unit: count. Derivation: each of them reads eight cells.
-const MIN_PLACES_A_CELL: f64 = 8.0;
+/// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
+const MIN_LIGHT_SAMPLES: f64 = 5.0;
 
 /// Exponent of the largest width of direct light's cells over the number of rays a pixel: variance is
 /// as 1 / rays and the squared bias of interpolation as the fourth power of the width.
@@ -231,8 +231,10 @@ pub fn shares_direct_cells(
     let pixel = pixel_width(&footprint, visible).unwrap_or(f64::INFINITY);
     let sigma_t = extinction(scene.media.get(medium), visible, 0.5).unwrap_or(0.0);
     // Of the places of all rays that cross a column of cells, those within one of them.
-    let places = f64::from(PLACES * conditions.rays) * (cells.edge / pixel).powi(2);
-    places * (sigma_t * cells.edge).min(1.0) >= MIN_PLACES_A_CELL
+    let places = f64::from(PLACES) * f64::from(conditions.rays);
+    let places = places * (cells.edge / pixel).powi(2);
+    let cached = scene.lights.lights.iter().filter(|light| !light.is_environment()).count();
+    places * (sigma_t * cells.edge).min(1.0) * cached as f64 >= MIN_LIGHT_SAMPLES
 }
 
 /// Cells for direct light in each medium, where it can be cached.

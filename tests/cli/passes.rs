@@ -113,10 +113,14 @@ fn passes_are_estimated_as_the_whole_is() {
 fn passes_by_saved_photons_have_the_noise_of_the_whole() {
     let folder = folder();
     let folder = folder.path();
-    render(folder, "seed6.exr", &["--seed", "6"]);
+    // As many rays as each pass gathers photons once for.
+    let rays = ["--rays", "16"];
+    render(folder, "all.exr", &rays);
+    render(folder, "seed6.exr", &[&rays[..], &["--seed", "6"]].concat());
     render_photons(folder);
-    let names = passes(folder, "s", PASSES, &["--photons-from", "map.fog"]);
-    let (whole, mean) = (layers(folder, "whole.exr"), merged(folder, &names, "m.exr"));
+    let from = ["--photons-from", "map.fog"];
+    let names = passes(folder, "s", PASSES, &[&rays[..], &from].concat());
+    let (whole, mean) = (layers(folder, "all.exr"), merged(folder, &names, "m.exr"));
     assert_eq!((work(&mean, "photon_paths"), work(&mean, "rays")), (0, work(&whole, "rays")));
     assert_eq!(mean.attributes.get("fogbow:radius"), whole.attributes.get("fogbow:radius"));
     assert_eq!(mean.get("rays"), whole.get("rays"));
@@ -126,16 +130,17 @@ fn passes_by_saved_photons_have_the_noise_of_the_whole() {
         let squares = whole.luminances().zip(other.luminances()).map(|(a, b)| (a - b).powi(2));
         squares.sum::<f64>()
     };
-    let shot = merged(folder, &["p1.exr", "p2.exr", "p3.exr", "p4.exr"], "shot.exr");
+    let names = passes(folder, "t", PASSES, &rays);
+    let shot = merged(folder, &names, "shot.exr");
     let (read, shot, other) = (off(&mean), off(&shot), off(&layers(folder, "seed6.exr")));
     assert!(2.0 * read < shot && 4.0 * read < other, "{read}, {shot} and {other}");
     // All passes read them, or all shoot.
     let says = ["fogbow:photons_saved is", "not there"];
-    refuses(folder, &["s1.exr", "p2.exr", "s3.exr", "s4.exr"], &says);
+    refuses(folder, &["s1.exr", "t2.exr", "s3.exr", "s4.exr"], &says);
     // A pass may be in crops, which read them too.
     for (name, crop) in [("left.exr", "0,0,9x20"), ("right.exr", "9,0,15x20")] {
-        let part = ["--pass", "2/4", "--photons-from", "map.fog", "--crop", crop];
-        render(folder, name, &part);
+        let part = ["--pass", "2/4", "--crop", crop];
+        render(folder, name, &[&rays[..], &from, &part].concat());
     }
     let crops = ["left.exr", "s1.exr", "right.exr", "s3.exr", "s4.exr"];
     assert!(merged(folder, &crops, "c.exr").channels == mean.channels, "pixels differ");

@@ -80,12 +80,12 @@ fn cells_that_photons_do_not_fill_are_saved_with_them() {
     };
     // Photons are aimed by marches, whatever becomes of them.
     let any = ["--photons-to", "any.fog", "--any-camera"];
-    let aimed = counted("march_steps", "moments", "32", &any);
+    let aimed = counted("march_steps", "moments", "128", &any);
     for (strategy, counter, without_cells) in
         [("fluence-toward-eye", "shadow_rays", 0), ("shared-gathers", "march_steps", aimed)]
     {
         let count_by = |rays: &str, more: &[&str]| counted(counter, strategy, rays, more);
-        let count = |more: &[&str]| count_by("32", more);
+        let count = |more: &[&str]| count_by("128", more);
         let shot = count(&["-o", "shot.exr"]);
         let saved = count(&["--photons-to", "map.fog"]);
         let read = count(&["-o", "read.exr", "--photons-from", "map.fog"]);

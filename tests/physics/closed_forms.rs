@@ -88,7 +88,8 @@ fn slabs_by_photon_map_and_march() {
         for (from_above, expected) in [(true, reflectance), (false, transmittance)] {
             let text = slab(albedo, thickness, g, from_above);
             let photons = if g > 0.8 { 75_000 } else { 25_000 };
-            let mut scene = scene(folder.path(), &text, 96, photons);
+            let rays = if g > 0.8 { 384 } else { 96 };
+            let mut scene = scene(folder.path(), &text, rays, photons);
             // A pilot would take what has the least noise in a pixel, not in the mean of all.
             let strategy = match g.abs() > 0.5 {
                 true => Strategy::SharedGathers,

@@ -144,7 +144,7 @@ fn photons_on_one_another_are_no_burden() {
     let [red, green, blue] = sound(&Extreme {
         medium,
         light: "type = \"point\"\nposition = [0, 3, 0]\nintensity = 1",
-        ..PLAIN
+        render: "photons = 500\nrays = 8",
     });
     // The lamp is behind the plane of the face that is seen: nothing of red, which goes no way into the
     // box, comes to the eye, and nothing scatters blue. Green is lit with less than 1/4 W/m².

@@ -63,7 +63,7 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         strategy: StrategyRequest::Asked(Strategy::FluenceTowardEye),
         measures_one: false,
         final_gather: FinalGather::Auto,
-        rays: 16,
+        rays: 64,
         film_pixels: 1.0,
         times: 1,
     };

@@ -16,7 +16,7 @@ use super::setup::Integrator;
 
 /// Points along a ray, sampled by opacity, at which direct light is evaluated: a stratum
 /// each. More of them cost shadow rays where more rays of a pixel do the same.
-const OPACITY_SAMPLES: u32 = 4;
+const OPACITY_SAMPLES: u32 = 2;
 
 /// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated, and
 /// points sampled by opacity where all lights are near: a stratum

@@ -129,7 +129,7 @@ impl<'a> PilotPixels<'a> {
         let seed = settings.photons.seed;
         let stream = [seed, (2 * place + set) as u64];
         // Media are integrated exactly, so that what is chosen does not depend on the step.
-        let budget = PixelBudget::fixed(RAYS, radius, 0.0);
+        let budget = PixelBudget::fixed(RAYS, radius, 0.0).each_gathering();
         let start = Stream::new(seed, Stage::Strategy, 0, 0);
         let mut workspace = Workspace::new(PathContext::new(start, settings.photons.needs));
         let sample = |index: u32| {
@@ -158,9 +158,7 @@ impl<'a> PilotPixels<'a> {
     /// Cost of a ray of the picture, by this work of whole pixels of the pilot. Density estimates count as
     /// often as the picture makes them, each of which meets so many photons for one of the pilot's.
     pub fn ray_cost(&self, work: &Work, photons: f64) -> f64 {
-        // Of how many rays each gathers once, here and in the picture.
-        let rays_a_gather = f64::from(RAYS) / gathers(RAYS);
-        let gathering = rays_a_gather * self.picture.gathers / self.picture.rays;
+        let gathering = self.picture.gathers / self.picture.rays;
         let gathered = (work.gathered as f64 * photons) as u64;
         strategy::cost(&Work { gathered, ..*work }, gathering) / work.rays.max(1) as f64
     }

@@ -83,6 +83,7 @@ fn seen(place: DVec3, view: DVec3, radius: f64) -> Setup {
             up.to_array()
         ),
         size: [8, 8],
+        rays: 16,
         photons: 3000,
         render: format!("radius = {radius:?}"),
         medium: "file = \"grids.vdb\"\nsigma_t = 0.5\nalbedo = 1.0".into(),
