@@ -100,6 +100,12 @@ impl Halves {
         self.products(&differences, &differences)
     }
 
+    /// Relative squared difference of each pixel of two ways, each of which has two independent pictures.
+    pub fn squared_difference(&self, a: &[Pixels; 2], b: &[Pixels; 2]) -> Vec<f64> {
+        let [first, second] = [0, 1].map(|half| minus(&a[half], &b[half]));
+        self.products(&first, &second)
+    }
+
     /// How many pixels there are.
     pub fn pixels(&self) -> usize {
         self.scales.len()

@@ -5,6 +5,7 @@ mod child;
 mod convergence;
 mod denoise;
 mod director;
+mod earlier;
 mod equal_time;
 mod farm;
 mod flicker;
@@ -68,7 +69,7 @@ macro_rules! measured {
 }
 
 /// All of them, the quickest first.
-pub fn measurements() -> [Measurement; 18] {
+pub fn measurements() -> [Measurement; 19] {
     measured![
         "plan" by plan,
         "rates" by rates,
@@ -85,6 +86,7 @@ pub fn measurements() -> [Measurement; 18] {
         "strategy" by strategy,
         "convergence" by convergence,
         "reconstruction" by reconstruction,
+        "earlier" by earlier,
         "scaling" by scaling,
         "paper" by paper,
         "peers" by peers,

@@ -7,6 +7,7 @@ pub mod bad_files;
 pub mod convergence;
 pub mod denoise;
 pub mod director;
+pub mod earlier;
 pub mod equal_error;
 pub mod equal_time;
 pub mod farm;
@@ -52,7 +53,7 @@ pub struct Page {
 }
 
 /// All of them, in the order of the index.
-pub const PAGES: [Page; 18] = [
+pub const PAGES: [Page; 19] = [
     Page {
         name: "director",
         tells: "what directed rendering saves, at what error, and what the director itself takes",
@@ -72,6 +73,11 @@ pub const PAGES: [Page; 18] = [
         name: "reconstruction",
         tells: "error of pictures of few rays: raw, reconstructed and denoised, with bias and cost",
         write: |json| page(json, "What reconstruction brings", reconstruction::tables),
+    },
+    Page {
+        name: "earlier",
+        tells: "error, seconds and memory beside an earlier commit, scene by scene",
+        write: |json| page(json, "Beside an earlier build", earlier::tables),
     },
     Page {
         name: "peers",

@@ -5,41 +5,13 @@ use std::path::{Path, PathBuf};
 
 use fogbow::scene::{LoadOptions, Look, LookOptions, Scene};
 
+use super::super::scene_text::LAMP_IN_FOG;
 use super::super::scenes::{BARE, PAPER, scaled, shared, shipped};
 use super::super::strategy::side_lit_smoke;
 use crate::pages::Result;
 
 /// Further scenes of `volumes/`.
 const SHIPPED: [&str; 3] = ["smoke", "cloud", "fire"];
-
-/// A small lamp in a box of fog, over a floor.
-const LAMP_IN_FOG: &str = "\
-[camera]
-position = [0.0, 1.6, 7.0]
-target = [0.0, 1.4, 0.0]
-fov = 40.0
-[film]
-size = [128, 128]
-[render]
-rays = 16
-photons = 500_000
-[[medium]]
-region = { box = { min = [-8.0, -8.0, -8.0], max = [8.0, 8.0, 8.0] } }
-sigma_t = 0.15
-albedo = 0.97
-phase = { type = \"henyey-greenstein\", g = 0.5 }
-[[surface]]
-shape = \"plane\"
-point = [0.0, 0.0, 0.0]
-normal = [0.0, 1.0, 0.0]
-material = { type = \"diffuse\", reflectance = 0.5 }
-[[light]]
-type = \"area\"
-center = [0.0, 3.0, 0.0]
-u = [0.2, 0.0, 0.0]
-v = [0.0, 0.0, 0.2]
-radiance = 100.0
-";
 
 /// A scene with its file.
 pub struct NoiseScene {

@@ -29,8 +29,8 @@ use crate::pages::ratio::Ratio;
 use crate::pages::strategy::{Comparison, Row};
 use candidate::Candidate;
 pub use candidate::{Series, ratio};
-pub use scenes::side_lit_smoke;
-use scenes::{StrategyScene, fly_in, scenes};
+pub use scenes::{StrategyScene, scenes_of_files, side_lit_smoke};
+use scenes::{fly_in, scenes};
 use truth::Truth;
 
 /// Seeds that say which candidate is the best, and as many on which it is compared.

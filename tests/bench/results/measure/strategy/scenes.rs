@@ -136,6 +136,15 @@ fn made() -> Vec<(&'static str, String)> {
 /// All scenes, with their grids in `folder`, and a sentence for each that is left out.
 pub fn scenes(folder: &Path) -> Result<(Vec<StrategyScene>, Vec<String>)> {
     let folder = made_grids(folder)?;
+    let (mut scenes, left_out) = scenes_of_files()?;
+    for (name, text) in made() {
+        scenes.push(StrategyScene { name: name.into(), text: by_whole_paths(&text, &folder)? });
+    }
+    Ok((scenes, left_out))
+}
+
+/// Those that ship, and those of files beside the repository.
+pub fn scenes_of_files() -> Result<(Vec<StrategyScene>, Vec<String>)> {
     let (mut scenes, mut left_out) = (Vec::new(), Vec::new());
     for name in SHIPPED {
         scenes.push(shipped_scene(name)?);
@@ -149,9 +158,6 @@ pub fn scenes(folder: &Path) -> Result<(Vec<StrategyScene>, Vec<String>)> {
     match side_lit_smoke()? {
         Some(scene) => scenes.push(scene),
         None => left_out.push("The smoke lit from the side was not there and is left out.".into()),
-    }
-    for (name, text) in made() {
-        scenes.push(StrategyScene { name: name.into(), text: by_whole_paths(&text, &folder)? });
     }
     Ok((scenes, left_out))
 }
