@@ -2,15 +2,16 @@
 //!
 //! - Photons: a few of the paths are traced. Their counters scale with the number of paths, and their
 //!   time as in [`PhotonRate`].
-//! - Rays: the film is rendered twice in few pixels. The second time finds the caches filled: its
-//!   counters and time scale with the pixels of the film. What the first took more is added once.
+//! - Rays: the film is rendered twice in few pixels. What filling caches takes the first time, where rays look them up at
+//!   as many places as all of the picture's do, is added once. All else of the second time scales with the pixels of the film.
 //! - Pilot of strategies: it runs, and takes what it takes.
 //! - Rounds of a picture that is rendered to an error: the first is rendered, and its error tells how many follow. Each fills
 //!   its own caches.
 //! - Director: its maps are made, at a lower resolution where the film is large; their time scales with
 //!   their pixels. The budgets that follow tell what share of the rays is shot.
 
-use std::time::Instant;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
@@ -39,6 +40,7 @@ use crate::photon::{self, PhotonDirection, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::strategy::{Assignment, Summary};
+use crate::transport::Amortized;
 use crate::work::Work;
 
 /// Rays that an estimate shoots each time, about.
@@ -116,27 +118,23 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
 
     let gold = PixelBudget::fixed(settings.rays, photons.radius, finest_step(scene, settings));
     let sample = RaySample::new(scene, settings);
-    let expose = |budget: PixelBudget, seeds: u64| {
-        sample.expose(scene, settings, &photons, budget, settings.seed.wrapping_add(seeds))
-    };
     // Cells are filled once, by rays that look them up at as many places as those of the whole picture do.
     let filling = PixelBudget { places: sample.filling_places(gold.places), ..gold };
-    let (first, first_seconds) = expose(filling, 0);
-    let (again, again_seconds) = expose(filling, 1);
-    work += first.less(&again);
-    let (second, seconds) = expose(gold, 2);
-    work += scaled(&second, sample.ratio);
+    let first = sample.expose(scene, settings, &photons, filling, settings.seed);
+    work += first.filling;
+    let second = sample.expose(scene, settings, &photons, gold, settings.seed.wrapping_add(1));
+    work += scaled(&second.tracing, sample.ratio);
 
     // Each round has photons of its own, and each half of them cells.
     let count = rounds.len() as f64;
     let has_own = settings.in_halves() && photons.caches.own_lazy().next().is_some();
     let fills = if has_own { 2.0 } else { 1.0 };
-    let once = count * fills * (first_seconds - again_seconds).max(0.0);
+    let once = count * fills * first.filling_seconds;
     let directed = directed_share(scene, settings, gold)?;
     let seconds = StageSeconds {
         director: pilot + directed.seconds,
         photons: rate.map_or(0.0, |rate| rate.seconds(settings.photons, count)),
-        march: directed.share * seconds * sample.ratio + once,
+        march: directed.share * second.tracing_seconds * sample.ratio + once,
     };
     let measuring = match settings.director {
         Director::Variance => FIRST_RAYS.min(settings.rays),
@@ -195,7 +193,7 @@ impl RaySample {
         ((f64::from(places) * self.ratio) as u32).clamp(places, MAX_FILLING_PLACES.max(places))
     }
 
-    /// Renders it: the work, and the seconds that it took.
+    /// Renders it.
     fn expose<S: Spectrum, H: PhotonDirection>(
         &self,
         scene: &Scene,
@@ -203,8 +201,9 @@ impl RaySample {
         photons: &PhotonPass<S, H>,
         budget: PixelBudget,
         seed: u64,
-    ) -> (Work, f64) {
+    ) -> ExposedSample {
         let start = Instant::now();
+        let filled = Mutex::new((Work::default(), Duration::ZERO));
         let needs = Needs::new(scene, settings);
         let integrator = photons.integrator(scene, needs);
         let tracer = FeatureTracer::new(scene, film_contents(scene, settings));
@@ -226,13 +225,39 @@ impl RaySample {
             scene.camera.ray(x * width / size[0], y * height / size[1], lens)
         };
         let radiance = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
+            let Amortized { work, cells, .. } = workspace.ctx.amortized;
             let sample = integrator.radiance(camera_ray, workspace);
+            let after = &workspace.ctx.amortized;
+            let mut filled = filled.lock().unwrap_or_else(PoisonError::into_inner);
+            filled.0 += after.work.less(&work);
+            filled.1 += after.cells - cells;
+            drop(filled);
             tracer.complete(sample, camera_ray, workspace)
         };
         let fixed = |_, _| budget;
         let exposed = exposure::expose(region, camera, fixed, radiance, &[], &Control::silent());
-        (exposed.work, start.elapsed().as_secs_f64())
+        let seconds = start.elapsed().as_secs_f64();
+        let (filling, cells) = filled.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let filling_seconds = cells.as_secs_f64() / rayon::current_num_threads() as f64;
+        ExposedSample {
+            tracing: exposed.work.less(&filling),
+            filling,
+            tracing_seconds: (seconds - filling_seconds).max(0.0),
+            filling_seconds,
+        }
     }
+}
+
+/// What a sample of rays took.
+struct ExposedSample {
+    /// Work of its rays.
+    tracing: Work,
+    /// Work of filling cells of caches, which rays share.
+    filling: Work,
+    /// Seconds of its rays.
+    tracing_seconds: f64,
+    /// Seconds of filling cells.
+    filling_seconds: f64,
 }
 
 /// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`] does, without

@@ -107,30 +107,21 @@ struct Fit<'a> {
     size: [usize; 2],
 }
 
-/// A neighbour that light is fitted to.
-#[derive(Debug, Clone, Copy)]
-struct Neighbour {
-    pixel: usize,
-    weight: f32,
-    /// Steps to the right and down.
-    offset: [f32; 2],
-}
-
 impl Fit<'_> {
     /// The value at `pixel` of the plane that fits the light of its neighbours best, in each half.
     fn at(&self, pixel: usize, step: usize) -> [Vec4; 2] {
         let own = |half: usize| self.light[half][pixel];
         let Some(here) = self.features[pixel] else { return [0, 1].map(own) };
-        let mut near: SmallVec<[Neighbour; 25]> = SmallVec::new();
+        let mut near: SmallVec<[Tap; 25]> = SmallVec::new();
         let mut are_alike = true;
-        for_each_tap(self.size, pixel, step, |Tap { pixel, offset, weight }| {
-            let Some(there) = &self.features[pixel] else { return };
+        for_each_tap(self.size, pixel, step, |tap| {
+            let Some(there) = &self.features[tap.pixel] else { return };
             let far = (there.log_distance - here.log_distance).abs() / LOG_DISTANCE;
-            let weight = weight * biweight(far);
+            let weight = tap.weight * biweight(far);
             if weight > 0.0 {
-                near.push(Neighbour { pixel, weight, offset });
-                let [a, b] = self.opacities[pixel];
-                are_alike &= a == b && self.light[0][pixel].w == self.light[1][pixel].w;
+                near.push(Tap { weight, ..tap });
+                let [a, b] = self.opacities[tap.pixel];
+                are_alike &= a == b && self.light[0][tap.pixel].w == self.light[1][tap.pixel].w;
             }
         });
         // The weights of neighbours by rays and opacities: the same where those of both halves are.
@@ -149,9 +140,9 @@ impl Fit<'_> {
     }
 
     /// The weights of the neighbours' light of `half` in the value where the opacity is `opacity`.
-    fn weights(&self, half: usize, near: &[Neighbour], opacity: f32) -> Weights {
+    fn weights(&self, half: usize, near: &[Tap], opacity: f32) -> Weights {
         let light = &self.light[half];
-        let x = |near: &Neighbour| {
+        let x = |near: &Tap| {
             let [right, down] = near.offset;
             let denser = self.opacities[near.pixel][half] - opacity;
             Vec4::new(1.0, right, down, denser / OPACITY_STEP)
@@ -178,7 +169,7 @@ impl Fit<'_> {
         if !row.is_finite() {
             return Weights::Unknown;
         }
-        let weight = |near: &Neighbour| near.weight * light[near.pixel].w * row.dot(x(near));
+        let weight = |near: &Tap| near.weight * light[near.pixel].w * row.dot(x(near));
         Weights::Of(near.iter().map(weight).collect())
     }
 }

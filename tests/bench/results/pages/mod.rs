@@ -76,7 +76,7 @@ pub const PAGES: [Page; 19] = [
     },
     Page {
         name: "earlier",
-        tells: "error, seconds and memory beside an earlier commit, scene by scene",
+        tells: "noise, seconds and memory beside an earlier commit, scene by scene",
         write: |json| page(json, "Beside an earlier build", earlier::tables),
     },
     Page {
