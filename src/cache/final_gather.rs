@@ -12,10 +12,15 @@ use super::camera_thickness::CameraThickness;
 use super::gather_origin::{GatherCell, GatherOrigins};
 use super::lazy_cells::LazyCells;
 
-/// Gathers per expected lookup of a cell by a ray: about one for each place at which a ray samples.
+/// Gathers of a cell for each ray that is expected to look it up: one for each of the two cells that it reads at a place.
 ///
-/// Unit: count. Derivation: one for each place at which a ray reads caches.
-pub const GATHERS_PER_RAY: f64 = 8.0;
+/// Unit: count. Derivation: two for each place.
+pub const GATHERS_PER_RAY: f64 = 2.0 * PLACES_PER_RAY;
+
+/// Places along a ray at which it reads caches.
+///
+/// Unit: count. Definition: that of strategies.
+pub const PLACES_PER_RAY: f64 = 4.0;
 
 /// Fewest gathers of a cell.
 ///
@@ -136,13 +141,14 @@ impl<S: Spectrum> FinalGatherCache<S> {
         let Some(thickness) = &self.thickness else {
             // What decides their number is work of cells, not of rays.
             let here = GatherOrigins::at::<S>(scene, medium, p, width, footprint, &mut ctx.clone());
-            let lookups = wanted(p, &here);
+            let gathers = wanted(p, &here);
+            let lookups = gathers * PLACES_PER_RAY / GATHERS_PER_RAY;
             let part = self.opacity(scene, p) / lookups.max(1.0);
             if ctx.rng.uniform() < part {
                 let cell = GatherCell { center: p, width, scramble: ctx.rng.scramble() };
                 GatherOrigins::in_cell::<S>(scene, medium, cell, footprint, None, ctx);
             }
-            let count = (lookups.max(MIN_GATHERS) * part + ctx.rng.uniform()) as u32;
+            let count = (gathers.max(MIN_GATHERS) * part + ctx.rng.uniform()) as u32;
             if count == 0 {
                 return S::ZERO;
             }

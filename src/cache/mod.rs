@@ -29,7 +29,9 @@ mod moments;
 pub use caches::Caches;
 pub use camera_thickness::CameraThickness;
 pub use direct_light::DirectLightCache;
-pub use final_gather::{FinalGatherCache, GATHERS_PER_RAY, GatherPoints, SamplePass};
+pub use final_gather::{
+    FinalGatherCache, GATHERS_PER_RAY, GatherPoints, PLACES_PER_RAY, SamplePass,
+};
 pub use fluence_builder::{CellContents, FluenceBuilder};
 pub use fluence_grid::FluenceGrid;
 pub use gather_origin::GatherOrigins;

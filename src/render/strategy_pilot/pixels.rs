@@ -190,6 +190,12 @@ mod tests {
     use crate::render::stage_settings::pass_settings;
     use crate::scene::RenderSettings;
 
+    /// Cells are gathered for as often as rays read them.
+    #[test]
+    fn rays_read_caches_at_as_many_places_as_gathers_are_made_for() {
+        assert_eq!(f64::from(strategy::places_at(0)), crate::cache::PLACES_PER_RAY);
+    }
+
     /// The first few pixels are of both strata, the later ones of media while there are any.
     #[test]
     fn strata_take_turns() {
