@@ -19,7 +19,7 @@ pub const GATHERS_PER_RAY: f64 = 2.0 * PLACES_PER_RAY;
 
 /// Places along a ray at which it reads caches.
 ///
-/// Unit: count. Definition: that of strategies.
+/// Unit: count. Definition: `PLACES` of `strategy/cell_width.rs`.
 pub const PLACES_PER_RAY: f64 = 4.0;
 
 /// Fewest gathers of a cell.

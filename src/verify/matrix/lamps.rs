@@ -89,7 +89,6 @@ fn seen(place: DVec3, view: DVec3, radius: f64) -> Setup {
         medium: "file = \"grids.vdb\"\nsigma_t = 0.5\nalbedo = 1.0".into(),
         light: format!("type = \"point\"\nposition = {:?}\nintensity = 1.0", place.to_array()),
         grids: vec![puff()],
-        ..Setup::default()
     }
 }
 
