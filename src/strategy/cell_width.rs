@@ -80,7 +80,7 @@ const PLACES: u32 = 4;
 /// Unit: count. Limit: on the noise of a ray: one place would make it that of a single lookup.
 const MIN_PLACES: u32 = 2;
 
-/// Lights to be sampled at the places of rays in a cell of direct light from which on it pays to fill it.
+/// Samples of lights that all rays together would take within a cell of direct light, from which on it pays to fill it.
 ///
 /// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
 const MIN_LIGHT_SAMPLES: f64 = 5.0;
@@ -231,8 +231,8 @@ pub fn shares_direct_cells(
     let pixel = pixel_width(&footprint, visible).unwrap_or(f64::INFINITY);
     let sigma_t = extinction(scene.media.get(medium), visible, 0.5).unwrap_or(0.0);
     // Of the places of all rays that cross a column of cells, those within one of them.
-    let places = f64::from(PLACES) * f64::from(conditions.rays);
-    let places = places * (cells.edge / pixel).powi(2);
+    let pixels = (cells.edge / pixel).powi(2);
+    let places = f64::from(PLACES) * f64::from(conditions.rays) * pixels;
     let cached = scene.lights.lights.iter().filter(|light| !light.is_environment()).count();
     places * (sigma_t * cells.edge).min(1.0) * cached as f64 >= MIN_LIGHT_SAMPLES
 }

@@ -124,19 +124,19 @@ impl Fit<'_> {
                 are_alike &= a == b && self.light[0][tap.pixel].w == self.light[1][tap.pixel].w;
             }
         });
-        // The weights of neighbours by rays and opacities: the same where those of both halves are.
+        // Weights follow from rays and opacities: halves that are alike in both share them.
         let first = self.weights(0, &near, here.opacity);
-        let second = if are_alike { first.clone() } else { self.weights(1, &near, here.opacity) };
-        let value = |(half, weights): (usize, Weights)| match weights {
+        let second = (!are_alike).then(|| self.weights(1, &near, here.opacity));
+        let value = |(half, weights): (usize, &Weights)| match weights {
             Weights::None => Vec4::ZERO,
             Weights::Unknown => own(half),
             Weights::Of(weights) => {
                 let light = near.iter().map(|near| Vec3A::from_vec4(self.light[half][near.pixel]));
-                let value: Vec3A = light.zip(&weights).map(|(light, weight)| *weight * light).sum();
+                let value: Vec3A = light.zip(weights).map(|(light, weight)| *weight * light).sum();
                 value.extend(1.0)
             }
         };
-        [(0, first), (1, second)].map(value)
+        [(0, &first), (1, second.as_ref().unwrap_or(&first))].map(value)
     }
 
     /// The weights of the neighbours' light of `half` in the value where the opacity is `opacity`.
@@ -175,7 +175,7 @@ impl Fit<'_> {
 }
 
 /// Weights of neighbours in a fit.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 enum Weights {
     /// No neighbour has light.
     None,

@@ -18,9 +18,7 @@ use super::setup::Integrator;
 /// each. More of them cost shadow rays where more rays of a pixel do the same.
 const OPACITY_SAMPLES: u32 = 2;
 
-/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated, and
-/// points sampled by opacity where all lights are near: a stratum
-/// each.
+/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated: a stratum each.
 const EQUIANGULAR_SAMPLES: u32 = 2;
 
 /// Which direct light an estimate includes.
@@ -77,15 +75,8 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
             EquiangularLights::punctual(lights, ray, extent)
         };
         let is_far = |light| !equiangular.contains(light) && !span(light).is_empty();
-        let opacity_samples = if !filter.others {
-            0
-        } else if (0..lights.lights.len()).any(is_far) {
-            OPACITY_SAMPLES
-        } else if equiangular.is_empty() {
-            0
-        } else {
-            EQUIANGULAR_SAMPLES
-        };
+        let any = !equiangular.is_empty() || (0..lights.lights.len()).any(is_far);
+        let opacity_samples = if filter.others && any { OPACITY_SAMPLES } else { 0 };
         Self { ray, profile, filter, lights, equiangular, opacity_samples }
     }
 
