@@ -34,11 +34,20 @@ impl<S: Spectrum> Flight<S> {
         Steps::new(&self.line, from, to, low, high, 0)
     }
 
-    /// Adds light that is scattered isotropically.
-    pub fn add_isotropic(&self, sums: &mut [S::F32], brick: IVec3, from: f64, to: f64) {
+    /// Adds light that is scattered isotropically, in cells that are `seen` where the line crosses them.
+    pub fn add_isotropic(
+        &self,
+        sums: &mut [S::F32],
+        brick: IVec3,
+        [from, to]: [f64; 2],
+        seen: impl Fn(usize, f64) -> bool,
+    ) {
         let even = self.power * warp::uniform_sphere_pdf() as f32;
         for (cell, from, to) in self.steps(brick, from, to) {
-            sums[cell_index(cell - (brick << BRICK))] += even * (to - from) as f32;
+            let cell = cell_index(cell - (brick << BRICK));
+            if seen(cell, 0.5 * (from + to)) {
+                sums[cell] += even * (to - from) as f32;
+            }
         }
     }
 
@@ -64,13 +73,13 @@ impl<S: Spectrum> Flight<S> {
     }
 
     /// Adds light that is scattered toward the camera, for which the phase function has this `value`
-    /// along the line.
+    /// along the line, in cells that are `seen` where that crosses them.
     pub fn add_scattered(
         &self,
         sums: &mut [S::F32],
         brick: IVec3,
-        from: f64,
-        to: f64,
+        [from, to]: [f64; 2],
+        seen: impl Fn(usize, f64) -> bool,
         value: impl Fn(f64) -> f64,
     ) {
         let (first, last) = (value(from), value(to));
@@ -78,8 +87,11 @@ impl<S: Spectrum> Flight<S> {
         let linear = (last - first).abs() <= MAX_LINEAR_CHANGE * first.min(last);
         for (cell, begin, end) in self.steps(brick, from, to) {
             let middle = 0.5 * (begin + end);
-            let share = if linear { first + slope * (middle - from) } else { value(middle) };
             let cell = cell_index(cell - (brick << BRICK));
+            if !seen(cell, middle) {
+                continue;
+            }
+            let share = if linear { first + slope * (middle - from) } else { value(middle) };
             sums[cell] += self.power * ((end - begin) * share) as f32;
         }
     }

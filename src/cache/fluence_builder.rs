@@ -16,6 +16,7 @@ use super::flight::Flight;
 use super::fluence_grid::FluenceGrid;
 use super::mip::Mip;
 use super::moments::{FIRST, MOST};
+use super::seen_share::SeenShares;
 
 /// Largest number of values whose sums are held in 64 bits: where cells are few, more flights may
 /// cross one than 32 bits can count.
@@ -46,8 +47,8 @@ pub struct FluenceBuilder<'a, S: Spectrum> {
 /// What a cell holds of the light that flies through it.
 #[derive(Clone, Copy)]
 pub enum CellContents<'a> {
-    /// What a phase function scatters toward the camera.
-    TowardEye(&'a Phase, &'a Camera),
+    /// What a phase function scatters toward the camera; near surfaces, of the light where those shares of cells are seen.
+    TowardEye(&'a Phase, &'a Camera, Option<&'a SeenShares<'a>>),
     /// Fluence and flux: the moments of degrees 0 and 1.
     FirstMoments,
     /// Those and, on cells twice as wide, the second moments.
@@ -141,7 +142,8 @@ impl<'a, S: Spectrum> FluenceBuilder<'a, S> {
         // Lengths were summed in cells.
         let scale = unit / cells.edge.powi(2);
         let planes = contents.planes();
-        let mut means = Mip::<S> { cells, planes, values: sums };
+        let shares = contents.seen().map(|seen| seen.shares().clone());
+        let mut means = Mip::<S> { cells, planes, values: sums, shares };
         let mut levels = Vec::new();
         for _ in 0..coarser {
             let next = means.coarser();
@@ -191,15 +193,24 @@ impl<S: Spectrum> Layer<'_, S> {
             let first = (number - self.first) * self.volume;
             let sums = &mut self.sums[first..first + self.volume];
             match contents {
-                CellContents::TowardEye(phase, _) if phase.is_isotropic() => {
-                    flight.add_isotropic(sums, brick, from, to);
-                }
-                CellContents::TowardEye(phase, camera) => {
-                    let value = |u: f64| {
-                        let p = cells.to_world(line.at(u));
-                        phase.eval(flight.direction.dot(camera.toward(p)))
+                CellContents::TowardEye(phase, camera, shares) => {
+                    let of = shares.and_then(|shares| shares.shares().of(number).zip(Some(shares)));
+                    let seen = |cell: usize, u: f64| {
+                        of.is_none_or(|(of, shares)| match of[cell] {
+                            1.0 => true,
+                            0.0 => false,
+                            _ => shares.sees(cells.to_world(line.at(u))),
+                        })
                     };
-                    flight.add_scattered(sums, brick, from, to, value);
+                    if phase.is_isotropic() {
+                        flight.add_isotropic(sums, brick, [from, to], seen);
+                    } else {
+                        let value = |u: f64| {
+                            let p = cells.to_world(line.at(u));
+                            phase.eval(flight.direction.dot(camera.toward(p)))
+                        };
+                        flight.add_scattered(sums, brick, [from, to], seen, value);
+                    }
                 }
                 CellContents::FirstMoments | CellContents::Moments => {
                     flight.add_moments(sums, brick, from, to, 0..FIRST);
@@ -212,7 +223,15 @@ impl<S: Spectrum> Layer<'_, S> {
     }
 }
 
-impl CellContents<'_> {
+impl<'a> CellContents<'a> {
+    /// Shares of cells that are seen, where light elsewhere is left out.
+    const fn seen(self) -> Option<&'a SeenShares<'a>> {
+        match self {
+            Self::TowardEye(_, _, seen) => seen,
+            Self::FirstMoments | Self::Moments | Self::SecondMoments => None,
+        }
+    }
+
     /// Values a cell.
     pub const fn planes(self) -> usize {
         match self {
@@ -250,7 +269,7 @@ mod tests {
         let origin = WorldPoint::new(0.0, 0.0, 0.0);
         let cells = SparseCells::covering(&density, 2.0, 1).unwrap();
         let camera = camera();
-        let contents = CellContents::TowardEye(&Phase::ISOTROPIC, &camera);
+        let contents = CellContents::TowardEye(&Phase::ISOTROPIC, &camera, None);
         let mut builder = FluenceBuilder::<f64>::new(cells, origin, contents);
         let mut total_with = |power: f64| {
             let [from, to] = [0.25, 0.75].map(|x| WorldPoint::new(x, 0.5, 0.5));
@@ -272,9 +291,9 @@ mod tests {
         let (wo, g) = (DVec3::new(0.36, -0.48, 0.8), 0.3);
         let camera = camera();
         for (contents, shift) in [
-            (CellContents::TowardEye(&Phase::ISOTROPIC, &camera), DVec3::ZERO),
-            (CellContents::TowardEye(&peaked, &camera), DVec3::ZERO),
-            (CellContents::TowardEye(&Phase::ISOTROPIC, &camera), far),
+            (CellContents::TowardEye(&Phase::ISOTROPIC, &camera, None), DVec3::ZERO),
+            (CellContents::TowardEye(&peaked, &camera, None), DVec3::ZERO),
+            (CellContents::TowardEye(&Phase::ISOTROPIC, &camera, None), far),
             (CellContents::FirstMoments, DVec3::ZERO),
             (CellContents::SecondMoments, DVec3::ZERO),
         ] {
@@ -325,7 +344,7 @@ mod tests {
                     let Some(brick) = cells.find_brick(cell >> BRICK) else { continue };
                     let direction = (end - start).normalize();
                     let share = match contents {
-                        CellContents::TowardEye(phase, camera) => {
+                        CellContents::TowardEye(phase, camera, _) => {
                             phase.eval(direction.dot(camera.toward(p)))
                         }
                         // The first of them is that of x².

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::math::Spectrum;
 
 use super::fluence_grid::{Level, SIDE, STORED};
+use super::seen_share::Shares;
 use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
 
 /// Cells of a brick along an edge.
@@ -19,6 +20,8 @@ pub(super) struct Mip<S: Spectrum> {
     /// Values a cell. A brick stores the first value of all its cells, then the second.
     pub planes: usize,
     pub values: Vec<S::F32>,
+    /// Shares of cells that are seen, where values are of those alone.
+    pub shares: Option<Shares>,
 }
 
 impl<S: Spectrum> Mip<S> {
@@ -49,11 +52,15 @@ impl<S: Spectrum> Mip<S> {
         };
         let bricks = values.par_chunks_mut(VOLUME * planes);
         cells.brick_positions().into_par_iter().zip(bricks).for_each(fill);
-        Self { cells, planes, values }
+        let shares = self.shares.as_ref().map(|shares| shares.coarser(&self.cells, &cells));
+        Self { cells, planes, values, shares }
     }
 
     /// The level of a grid, whose bricks store the first values of their neighbours as well.
-    pub fn level(self) -> Level<S> {
+    pub fn level(mut self) -> Level<S> {
+        if let Some(shares) = self.shares.take() {
+            shares.complete::<S>(&self.cells, &mut self.values);
+        }
         let Self { cells, planes, .. } = &self;
         let mut values = vec![S::Stored::default(); cells.bricks() * STORED * planes];
         let fill = |(at, values): (IVec3, &mut [S::Stored])| {

@@ -25,6 +25,7 @@ mod gather_origin;
 mod lazy_cells;
 mod mip;
 mod moments;
+mod seen_share;
 
 pub use caches::Caches;
 pub use camera_thickness::CameraThickness;
@@ -36,3 +37,4 @@ pub use fluence_builder::{CellContents, FluenceBuilder};
 pub use fluence_grid::FluenceGrid;
 pub use gather_origin::GatherOrigins;
 pub use lazy_cells::LazyCells;
+pub use seen_share::SeenShares;

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::cache::{CameraThickness, CellContents, FinalGatherCache, FluenceBuilder};
+use crate::cache::{CameraThickness, CellContents, FinalGatherCache, FluenceBuilder, SeenShares};
 use crate::math::{Spectrum, WorldPoint};
 use crate::medium::SparseCells;
 use crate::photon::PhotonSettings;
 use crate::scene::{FinalGather, PicturePass, Scene, StrategyRequest};
-use crate::strategy::{Choice, Conditions, Strategy};
+use crate::strategy::{Choice, Conditions, MediumStrategy, Strategy};
 use crate::transport::PixelFootprint;
 
 /// Settings of a photon pass.
@@ -79,19 +79,35 @@ impl PassSettings {
     }
 }
 
+/// Shares that the camera sees of the `cells` of each medium that hold light toward it.
+pub(super) fn seen_shares<'a>(
+    scene: &'a Scene,
+    choice: &Choice,
+    cells: &[Option<SparseCells>],
+) -> Vec<Option<SeenShares<'a>>> {
+    let seen = |(medium, cells): (&MediumStrategy, &Option<SparseCells>)| {
+        let toward_eye = medium.strategy == Strategy::FluenceTowardEye;
+        SeenShares::new(scene, cells.as_ref().filter(|_| toward_eye)?)
+    };
+    choice.media.iter().zip(cells).map(seen).collect()
+}
+
 /// Empty fluence grids on the cells of each medium that has any, for what its strategy reads from them.
-/// Flights are given relative to `origin`.
+/// Flights are given relative to `origin`. Of cells near surfaces only what is `seen` holds light toward the camera.
 pub(super) fn fluence_builders<'a, S: Spectrum>(
     scene: &'a Scene,
     choice: &'a Choice,
     cells: Vec<Option<SparseCells>>,
+    seen: &'a [Option<SeenShares<'a>>],
     origin: WorldPoint,
 ) -> Vec<Option<FluenceBuilder<'a, S>>> {
     let builder = |(medium, cells): (usize, Option<SparseCells>)| {
         let contents = match choice.media[medium].strategy {
-            Strategy::FluenceTowardEye => {
-                CellContents::TowardEye(&choice.blurred[medium], &scene.camera)
-            }
+            Strategy::FluenceTowardEye => CellContents::TowardEye(
+                &choice.blurred[medium],
+                &scene.camera,
+                seen.get(medium).and_then(Option::as_ref),
+            ),
             _ if choice.termination.degree(medium) > 1 => CellContents::Moments,
             _ => CellContents::FirstMoments,
         };

@@ -38,7 +38,7 @@ use super::state_file::{FileKind, HASH, Hashing, Opened};
 
 /// Saved photons, with name and version of their format.
 const PHOTONS: FileKind = FileKind {
-    magic: *b"fogbow ph 3\n",
+    magic: *b"fogbow ph 4\n",
     is_none: "is not a file of saved photons that can be read",
     remedy: "save them again by --photons-to, or leave out --photons-from",
     is_other: "holds the photons of another picture",

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::pass_settings::{PassSettings, fluence_builders};
+use super::pass_settings::{PassSettings, fluence_builders, seen_shares};
 use super::progress::Progress;
 use super::seen_cells;
 use crate::cache::{
-    Caches, CameraThickness, DirectLightCache, FluenceBuilder, FluenceGrid, LazyCells,
+    Caches, CameraThickness, DirectLightCache, FluenceBuilder, FluenceGrid, LazyCells, SeenShares,
 };
 use crate::math::{Aabb, Spectrum, WorldPoint};
 use crate::medium::SparseCells;
@@ -40,6 +40,8 @@ pub(super) struct PlannedPass<'a, S: Spectrum> {
     pub choice: Choice,
     /// Cells of fluence grids.
     fluence: Vec<Option<SparseCells>>,
+    /// Shares of those that the camera sees, where light is held toward it near surfaces.
+    seen: Vec<Option<SeenShares<'a>>>,
     /// Cells of final gathers.
     gathers: Vec<Option<SparseCells>>,
     /// Empty caches of direct light.
@@ -91,20 +93,22 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
             let has_cells = cache.as_ref().is_some_and(|cache| cache.cells().is_some());
             medium.direct_cell_width = medium.direct_cell_width.filter(|_| has_cells);
         }
-        let (fluence, gathers): (_, Vec<_>) =
+        let (fluence, gathers): (Vec<_>, Vec<_>) =
             cells.into_iter().map(|cells| (cells.fluence, cells.final_gathers)).unzip();
+        let seen = seen_shares(scene, &choice, &fluence);
         let is_pilot = settings.photons.traced.is_some();
         let thickness = |(medium, cells): (usize, &Option<SparseCells>)| {
             let cells = cells.as_ref().filter(|_| !is_pilot)?;
             Some(Arc::new(CameraThickness::new(cells.clone(), medium)))
         };
         let thickness = gathers.iter().enumerate().map(thickness).collect();
-        Self { scene, settings, choice, fluence, gathers, direct: direct.into(), thickness }
+        let direct = direct.into();
+        Self { scene, settings, choice, fluence, seen, gathers, direct, thickness }
     }
 
     /// Grids without flights, which are relative to `origin`.
     pub fn empty_grids(&self, origin: WorldPoint) -> Vec<Option<FluenceBuilder<'_, S>>> {
-        fluence_builders(self.scene, &self.choice, self.fluence.clone(), origin)
+        fluence_builders(self.scene, &self.choice, self.fluence.clone(), &self.seen, origin)
     }
 
     /// The cells that photons do not fill: of direct light, and of optical thickness to the camera, of each medium that

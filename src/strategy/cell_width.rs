@@ -15,8 +15,8 @@ use super::kind::Conditions;
 /// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
 const CROSSINGS: f64 = 450.0;
 
-/// The same where surfaces reach into the medium: they end flights, and a cell that they cut is darker by what
-/// they take of its volume.
+/// The same where surfaces reach into the medium: they end flights, so that light has a kink there, and a cell of moments
+/// that they cut is darker by what they take of its volume.
 ///
 /// Unit: count. Bench: `cargo bench --bench results -- --only strategy`.
 const CROSSINGS_AT_SURFACES: f64 = 150.0;

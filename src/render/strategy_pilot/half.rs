@@ -34,7 +34,8 @@ impl<S: Spectrum, H: PhotonDirection> Half<S, H> {
         let mut builders: Vec<Vec<Option<FluenceBuilder<'_, S>>>> = Vec::new();
         for (contender, cells) in contenders.iter().zip(cells) {
             let cells = cells.iter().map(|cells| cells.fluence.clone()).collect();
-            builders.push(fluence_builders(scene, &contender.choice, cells, origin));
+            // What the camera sees of cells is of little account for their variance.
+            builders.push(fluence_builders(scene, &contender.choice, cells, &[], origin));
         }
         let bounds = builders.iter().flatten().flatten().map(FluenceBuilder::bounds);
         let phases: Vec<_> = contenders[0].choice.splits.iter().map(|split| split.phase).collect();
