@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::math::Spectrum;
 
-use super::camera_thickness::CameraThickness;
+use super::cell_origins::{CellOrigins, KeptOrigins};
 use super::direct_light::DirectLightCache;
 use super::final_gather::FinalGatherCache;
 use super::fluence_grid::FluenceGrid;
@@ -35,8 +35,8 @@ impl<S: Spectrum> Caches<S> {
     pub fn lazy(&self) -> Vec<&LazyCells<S>> {
         let direct = self.direct.iter().flatten().filter_map(DirectLightCache::cells);
         let gathers = self.final_gathers.iter().flatten();
-        let thickness = gathers.filter_map(FinalGatherCache::thickness);
-        direct.chain(thickness.map(CameraThickness::cells)).chain(self.own_lazy()).collect()
+        let thickness = gathers.filter_map(|of| Some(of.origins()?.thickness().cells()));
+        direct.chain(thickness).chain(self.own_lazy()).collect()
     }
 
     /// Those of [`lazy`](Self::lazy) that each half of the photons has for itself.
@@ -48,6 +48,9 @@ impl<S: Spectrum> Caches<S> {
     pub fn memory_bytes(&self) -> [u64; 2] {
         let fluence = self.fluence.iter().flatten().map(FluenceGrid::memory_bytes).sum::<usize>();
         let lazy = self.lazy().into_iter().map(LazyCells::memory_bytes).sum::<usize>();
+        let origins = self.final_gathers.iter().flatten().filter_map(FinalGatherCache::origins);
+        let kept = origins.filter_map(CellOrigins::kept).map(KeptOrigins::memory_bytes);
+        let lazy = lazy + kept.sum::<usize>();
         [fluence, lazy].map(|bytes| bytes as u64)
     }
 }

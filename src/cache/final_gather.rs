@@ -8,7 +8,7 @@ use crate::medium::SparseCells;
 use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint};
 
-use super::camera_thickness::CameraThickness;
+use super::cell_origins::CellOrigins;
 use super::gather_origin::{GatherCell, GatherOrigins};
 use super::lazy_cells::LazyCells;
 
@@ -79,29 +79,28 @@ pub struct GatherPoints {
 pub struct FinalGatherCache<S = Rgb> {
     cells: LazyCells<S>,
     medium: usize,
-    /// Seed of the Sobol points of gathers and of where they start, the same in all renders that share them.
+    /// Seed of the Sobol points of gathers, the same in all renders that share them.
     points_seed: u64,
     footprint: PixelFootprint,
     /// Caches of other times of the scene among which the rays of a pass choose evenly, this one included.
     times: u32,
-    /// That from places of cells to the camera. None in a pilot, whose few rays measure work: each does its part of
-    /// what a cell takes.
-    thickness: Option<Arc<CameraThickness<S>>>,
+    /// Where they start. None in a pilot, whose few rays measure work: each does its part of what a cell takes.
+    origins: Option<Arc<CellOrigins<S>>>,
 }
 
 impl<S: Spectrum> FinalGatherCache<S> {
     /// An empty cache for the medium of this index on `cells`, in a picture whose pixels have this
-    /// `footprint`: with the optical `thickness` to the camera on the same cells, or without it for a pilot that measures
-    /// its work. The seeds are those of the random streams and of the Sobol points of gathers.
+    /// `footprint`: with the `origins` of the same cells, or without them for a pilot that measures its work. The seeds are
+    /// those of the random streams and of the Sobol points of gathers.
     pub fn new(
         medium: usize,
         cells: SparseCells,
         footprint: PixelFootprint,
         [seed, points_seed]: [u64; 2],
-        thickness: Option<Arc<CameraThickness<S>>>,
+        origins: Option<Arc<CellOrigins<S>>>,
     ) -> Self {
         let cells = LazyCells::new(cells, seed, medium);
-        Self { cells, medium, points_seed, footprint, times: 1, thickness }
+        Self { cells, medium, points_seed, footprint, times: 1, origins }
     }
 
     /// The same for one of so many times of a scene: it gets as much less of the rays, and of the gathers.
@@ -115,9 +114,9 @@ impl<S: Spectrum> FinalGatherCache<S> {
         &self.cells
     }
 
-    /// The optical thickness to the camera on the same cells, where that is kept.
-    pub fn thickness(&self) -> Option<&CameraThickness<S>> {
-        self.thickness.as_deref()
+    /// Where gathers of the same cells start, but in a pilot.
+    pub fn origins(&self) -> Option<&CellOrigins<S>> {
+        self.origins.as_deref()
     }
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
@@ -138,7 +137,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
             let rays = origins.opacity() * (width / footprint.width(center)).powi(2);
             GATHERS_PER_RAY * f64::from(pass.rays) / f64::from(self.times) * rays
         };
-        let Some(thickness) = &self.thickness else {
+        let Some(origins) = &self.origins else {
             // What decides their number is work of cells, not of rays.
             let here = GatherOrigins::at::<S>(scene, medium, p, width, footprint, &mut ctx.clone());
             let gathers = wanted(p, &here);
@@ -155,17 +154,14 @@ impl<S: Spectrum> FinalGatherCache<S> {
             let points = GatherPoints { indices: 0..count, scramble: ctx.rng.scramble() };
             return gather(&here, points, ctx);
         };
-        let thickness = Some(&**thickness);
         // Pass 0 of the cells is that of light which all passes share.
         self.cells.sample(p, u, 1 + pass.index, ctx, |cell, own| {
-            // Renders that share the rays of a pass count the same gathers, and start them at the same places.
+            // Renders that share the rays of a pass count the same gathers, and start them by the same points.
             let (stage, index) = (Stage::GatherPoints, pass.index.into());
             let mut shared = Stream::new(self.points_seed, stage, cell.key, index);
             let scramble = shared.scramble();
-            let center = cell.center;
-            let cell = GatherCell { center, width, scramble: shared.scramble() };
-            let origins = GatherOrigins::in_cell(scene, medium, cell, footprint, thickness, own);
-            let all = wanted(center, &origins).clamp(MIN_GATHERS, MAX_GATHERS).round();
+            let origins = origins.of(scene, cell, footprint, own);
+            let all = wanted(cell.center, &origins).clamp(MIN_GATHERS, MAX_GATHERS).round();
             let indices = pass.gathers(all as u32);
             gather(&origins, GatherPoints { indices, scramble }, own)
         })
@@ -198,8 +194,8 @@ mod tests {
     fn start(scene: &Scene, p: WorldPoint, seed: u64, pass: SamplePass) -> Start {
         let cells = SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap();
         let footprint = PixelFootprint::new(scene, 1.0);
-        let thickness = Some(Arc::new(CameraThickness::new(cells.clone(), 0)));
-        let cache = FinalGatherCache::<f64>::new(0, cells, footprint, [seed, 7], thickness);
+        let origins = Some(Arc::new(CellOrigins::new(cells.clone(), 0, 7)));
+        let cache = FinalGatherCache::<f64>::new(0, cells, footprint, [seed, 7], origins);
         let mut ctx = PathContext::new(Stream::new(seed, Stage::Test, 0, 0), Needs::EVERYTHING);
         let starts = RefCell::new(Vec::new());
         cache.sample(scene, p, 0.3, pass, &mut ctx, |origins, points, _| {
@@ -214,7 +210,7 @@ mod tests {
     /// Renders that share the rays of a pass start its gathers at the same places, whatever numbers else they draw, and
     /// have each index of one sequence once.
     #[test]
-    fn renders_of_one_pass_share_places_and_points() {
+    fn renders_of_one_pass_share_points_and_all_share_places() {
         let scene = Scene::of_text(
             "
             [camera]
@@ -240,9 +236,9 @@ mod tests {
             next = points.indices.end;
         }
         assert_eq!(0..next, whole.indices);
-        // Another pass has its own.
+        // Another pass has its own points.
         let (others, points) = start(&scene, p, 1, SamplePass { index: 2, ..pass(0, 64) });
-        assert!(others != places && points.scramble != whole.scramble);
+        assert!(others == places && points.scramble != whole.scramble);
     }
 
     proptest! {

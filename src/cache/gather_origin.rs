@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::math::{Cdf, Ray, Rgb, Spectrum, WorldPoint, warp};
+use crate::math::{Ray, Rgb, Spectrum, WorldPoint, warp};
 use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint, SobolPoint, camera_view};
 
@@ -14,6 +14,16 @@ use super::camera_thickness::{CameraThickness, march};
 /// Unit: count. Limit: on the error of a cell's expected light, one over the square root of their effective
 /// number in the worst case. The mean over cells, each of which has other places, is off by as little as one over it.
 const CANDIDATES: [usize; 2] = [8, 16];
+
+/// Bits of the weight of a place.
+///
+/// Unit: count. Limit: on memory: the weights of all places fit into 64 bits.
+const WEIGHT_BITS: usize = 64 / CANDIDATES[1];
+
+/// The largest weight of a place.
+///
+/// Unit: none. Definition: the largest number of so many bits.
+const MAX_WEIGHT: u64 = (1 << WEIGHT_BITS) - 1;
 
 /// A cubic cell in which final gathers start.
 #[derive(Debug, Clone, Copy)]
@@ -34,15 +44,20 @@ pub struct GatherCell {
 /// "Importance Resampling for Global Illumination"). The tents of all cells sum to 1, so that all cells
 /// together send as much light to the camera as if each ray had gathered at its own place, however
 /// light varies across them: cells blur it and lose none.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct GatherOrigins {
-    center: WorldPoint,
-    places: [WorldPoint; CANDIDATES[1]],
-    /// Which of the places; `None` where rays see none of them, and gathers start at the centre.
-    choice: Option<Cdf>,
-    /// Width of the cell times the mean over the tent of extinction coefficient and transmittance to the
-    /// camera.
-    opacity: f64,
+    cell: GatherCell,
+    weights: OriginWeights,
+}
+
+/// Weights of the places of a cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OriginWeights {
+    /// Width of the cell times the mean over the tent of extinction coefficient and transmittance to the camera.
+    opacity: f32,
+    /// Integers in proportion to the density at each place, the first in the lowest bits; 0 where rays see none of them, and
+    /// gathers start at the centre.
+    weights: u64,
 }
 
 impl GatherOrigins {
@@ -57,8 +72,9 @@ impl GatherOrigins {
     ) -> Self {
         let seen: S = visibility(scene, p, footprint, None, ctx);
         let across = width * scene.media.get(medium).sigma_t_at(p).max_element();
-        let opacity = seen.max_element() * -(-across).exp_m1();
-        Self { center: p, places: [p; CANDIDATES[1]], choice: None, opacity }
+        let opacity = (seen.max_element() * -(-across).exp_m1()) as f32;
+        let cell = GatherCell { center: p, width, scramble: 0 };
+        Self { cell, weights: OriginWeights { opacity, weights: 0 } }
     }
 
     /// For light that the medium of this index scatters toward the camera from a `cell`: by the `thickness` from places to
@@ -71,16 +87,12 @@ impl GatherOrigins {
         thickness: Option<&CameraThickness<S>>,
         ctx: &mut PathContext,
     ) -> Self {
-        let GatherCell { center, width, scramble } = cell;
-        let mut places = [center; CANDIDATES[1]];
         let of = scene.media.get(medium);
-        let (mut weights, mut seen) = ([0.0; CANDIDATES[1]], 0.0);
+        let (mut light_of, mut seen) = ([0.0; CANDIDATES[1]], 0.0);
         let mut count = 0;
         for wanted in CANDIDATES {
             for index in count..wanted {
-                let [x, y, z, _] = SobolPoint { index: index as u32, scramble }.scattering();
-                let p = center + width * DVec3::new(x, y, z).map(warp::tent);
-                places[index] = p;
+                let p = cell.place(index);
                 ctx.work.grid_lookups += u64::from(of.density.is_voxel());
                 let sigma_t = of.sigma_t_at(p);
                 if sigma_t == Rgb::ZERO {
@@ -89,26 +101,82 @@ impl GatherOrigins {
                 let light = S::from_rgb(sigma_t) * visibility(scene, p, footprint, thickness, ctx);
                 seen += light.max_element();
                 ctx.work.grid_lookups += u64::from(!of.albedo.is_constant());
-                weights[index] = (light * S::from_rgb(of.albedo.at(p))).element_sum();
+                light_of[index] = (light * S::from_rgb(of.albedo.at(p))).element_sum();
             }
             count = wanted;
-            if effective_number(&weights) >= wanted as f64 / 2.0 {
+            if effective_number(&light_of) >= wanted as f64 / 2.0 {
                 break;
             }
         }
-        let opacity = width * seen / count as f64;
-        Self { center, places, choice: Cdf::new(weights), opacity }
+        let opacity = (cell.width * seen / count as f64) as f32;
+        Self { cell, weights: OriginWeights { opacity, weights: cell.rounded(&light_of) } }
+    }
+
+    /// In a `cell` with these weights.
+    pub const fn new(cell: GatherCell, weights: OriginWeights) -> Self {
+        Self { cell, weights }
+    }
+
+    /// Weights of its places.
+    pub const fn weights(&self) -> OriginWeights {
+        self.weights
     }
 
     /// The place that `u` in [0, 1) chooses.
     pub fn place(&self, u: f64) -> WorldPoint {
-        self.choice.as_ref().map_or(self.center, |choice| self.places[choice.sample(u).0])
+        let weight = |index: usize| self.weights.weights >> (index * WEIGHT_BITS) & MAX_WEIGHT;
+        let sum: u64 = (0..CANDIDATES[1]).map(weight).sum();
+        let mut left = (u * sum as f64) as u64;
+        let chosen = (0..CANDIDATES[1]).find(|&index| {
+            let is_here = left < weight(index);
+            left = left.saturating_sub(weight(index));
+            is_here
+        });
+        chosen.map_or(self.cell.center, |index| self.cell.place(index))
     }
 
     /// Weight of the cell's source function in the radiance of a ray from the camera through all of it,
     /// without unit.
-    pub const fn opacity(&self) -> f64 {
-        self.opacity
+    pub fn opacity(&self) -> f64 {
+        self.weights.opacity.into()
+    }
+}
+
+impl GatherCell {
+    /// The place of this index, by the density of a tent round the centre.
+    fn place(&self, index: usize) -> WorldPoint {
+        let [x, y, z, _] = self.point(index);
+        self.center + self.width * DVec3::new(x, y, z).map(warp::tent)
+    }
+
+    fn point(&self, index: usize) -> [f64; 4] {
+        SobolPoint { index: index as u32, scramble: self.scramble }.scattering()
+    }
+
+    /// Integers whose mean over cells is in proportion to the density at each place.
+    fn rounded(&self, light_of: &[f64; CANDIDATES[1]]) -> u64 {
+        let most = light_of.iter().copied().fold(0.0, f64::max);
+        if !(most > 0.0 && most.is_finite()) {
+            return 0;
+        }
+        let weight = |(index, light): (usize, &f64)| {
+            let [.., up] = self.point(index);
+            let weight = (light / most * MAX_WEIGHT as f64 + up) as u64;
+            weight.min(MAX_WEIGHT) << (index * WEIGHT_BITS)
+        };
+        light_of.iter().enumerate().map(weight).sum()
+    }
+}
+
+impl OriginWeights {
+    /// As words of a file.
+    pub const fn to_words(self) -> [u32; 3] {
+        [self.opacity.to_bits(), self.weights as u32, (self.weights >> 32) as u32]
+    }
+
+    /// Those of these words.
+    pub const fn from_words([opacity, low, high]: [u32; 3]) -> Self {
+        Self { opacity: f32::from_bits(opacity), weights: low as u64 | (high as u64) << 32 }
     }
 }
 
@@ -283,6 +351,6 @@ mod tests {
     #[test]
     fn a_cell_that_rays_do_not_see_starts_gathers_at_its_centre() {
         let found = origins(&scene(1.0, ""), DVec3::new(3.0, 0.0, 0.0));
-        assert!(found.iter().all(|o| o.opacity() == 0.0 && o.place(0.7) == o.center));
+        assert!(found.iter().all(|o| o.opacity() == 0.0 && o.place(0.7) == o.cell.center));
     }
 }

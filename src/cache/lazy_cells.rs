@@ -9,7 +9,7 @@ use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
 use crate::math::{Rgb, Spectrum, Stage, Stream, WorldPoint};
-use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
+use crate::medium::{BRICK, SparseCells, VOLUME, cell_at, cell_index};
 use crate::transport::PathContext;
 
 /// The lowest bits of a stored value, which hold the pass that it was found in. They cost the value a
@@ -50,11 +50,13 @@ pub struct LazyCells<S = Rgb> {
     channels: PhantomData<S>,
 }
 
-/// A cell to be filled.
+/// A cell to be filled, or that was.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EmptyCell {
     /// Index of its random streams: no other cell of any medium has it.
     pub key: u64,
+    /// Its index among all cells.
+    pub index: usize,
     /// Its cell coordinates.
     pub cell: IVec3,
     /// Its centre, in world space.
@@ -180,6 +182,25 @@ impl<S: Spectrum> LazyCells<S> {
         Some(S::to_f64(self.fill(cell, index, pass, ctx, fill)))
     }
 
+    /// The cell of these coordinates and this index.
+    fn cell(&self, cell: IVec3, index: usize) -> EmptyCell {
+        let key = (self.medium as u64) << 32 | index as u64;
+        let center = self.cells.to_world(cell.as_dvec3() + 0.5);
+        EmptyCell { key, index, cell, center }
+    }
+
+    /// The cells that are filled, by index in ascending order.
+    pub(super) fn known(&self) -> impl Iterator<Item = EmptyCell> {
+        let bricks = self.cells.brick_positions().into_iter().enumerate();
+        bricks.flat_map(move |(brick, at)| {
+            (0..VOLUME).filter_map(move |within| {
+                let index = brick * VOLUME + within;
+                let cell = (at << BRICK) + cell_at(within);
+                self.stored(index).is_some().then(|| self.cell(cell, index))
+            })
+        })
+    }
+
     /// Finds and stores the light of a cell. Threads that do so at once find the same.
     fn fill(
         &self,
@@ -191,11 +212,10 @@ impl<S: Spectrum> LazyCells<S> {
     ) -> S::F32 {
         let start = Instant::now();
         let sample = u64::MAX - u64::from(pass);
-        let key = (self.medium as u64) << 32 | index as u64;
-        let stream = Stream::new(self.seed, Stage::March, key, sample);
+        let empty = self.cell(cell, index);
+        let stream = Stream::new(self.seed, Stage::March, empty.key, sample);
         let mut own = PathContext::new(stream, ctx.needs);
-        let center = self.cells.to_world(cell.as_dvec3() + 0.5);
-        let light = fill(&EmptyCell { key, cell, center }, &mut own).to_f32();
+        let light = fill(&empty, &mut own).to_f32();
         let finite = S::to_f64(light).is_finite();
         own.work.dropped_samples += u64::from(!finite);
         let light = if finite { light } else { S::F32::default() };

@@ -7,7 +7,7 @@ use crate::math::Spectrum;
 
 use super::fluence_grid::{Level, SIDE, STORED};
 use super::seen_share::Shares;
-use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
+use crate::medium::{BRICK, SparseCells, VOLUME, cell_at, cell_index};
 
 /// Cells of a brick along an edge.
 ///
@@ -35,9 +35,8 @@ impl<S: Spectrum> Mip<S> {
         let planes = self.planes;
         let mut values = vec![S::F32::default(); cells.bricks() * planes * VOLUME];
         let fill = |(at, values): (IVec3, &mut [S::F32])| {
-            for index in 0..VOLUME as i32 {
-                let within = IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & (EDGE - 1);
-                let first = ((at << BRICK) + within) * 2;
+            for index in 0..VOLUME {
+                let first = ((at << BRICK) + cell_at(index)) * 2;
                 // All eight lie in one brick, whose edge is even.
                 let Some(brick) = self.cells.find_brick(first >> BRICK) else { continue };
                 for plane in 0..planes {
@@ -45,7 +44,7 @@ impl<S: Spectrum> Mip<S> {
                         let by = IVec3::new(i & 1, i >> 1 & 1, i >> 2);
                         self.value(brick, plane, (first & (EDGE - 1)) + by)
                     };
-                    values[plane * VOLUME + index as usize] =
+                    values[plane * VOLUME + index] =
                         (0..8).map(corner).sum::<S::F32>() * (0.5 * 0.5 * 0.5);
                 }
             }

@@ -14,6 +14,7 @@
 mod bins;
 mod caches;
 mod camera_thickness;
+mod cell_origins;
 mod cell_walk;
 mod direct_light;
 mod final_gather;
@@ -28,13 +29,13 @@ mod moments;
 mod seen_share;
 
 pub use caches::Caches;
-pub use camera_thickness::CameraThickness;
+pub use cell_origins::{CellOrigins, KeptOrigins};
 pub use direct_light::DirectLightCache;
 pub use final_gather::{
     FinalGatherCache, GATHERS_PER_RAY, GatherPoints, PLACES_PER_RAY, SamplePass,
 };
 pub use fluence_builder::{CellContents, FluenceBuilder};
 pub use fluence_grid::FluenceGrid;
-pub use gather_origin::GatherOrigins;
+pub use gather_origin::{GatherOrigins, OriginWeights};
 pub use lazy_cells::LazyCells;
 pub use seen_share::SeenShares;

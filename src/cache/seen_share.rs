@@ -6,7 +6,7 @@ use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
 use crate::math::{Ray, Span, Spectrum, WorldPoint};
-use crate::medium::{BRICK, SparseCells, VOLUME, cell_index};
+use crate::medium::{BRICK, SparseCells, VOLUME, cell_at, cell_index};
 use crate::scene::Scene;
 use crate::transport::{PixelFootprint, SobolPoint};
 
@@ -207,12 +207,6 @@ impl Brick {
             Self::Cut(shares) => shares[index],
         }
     }
-}
-
-/// The cell of this index in its brick.
-fn cell_at(index: usize) -> IVec3 {
-    let index = index as i32;
-    IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & ((1 << BRICK) - 1)
 }
 
 #[cfg(test)]

@@ -30,7 +30,7 @@ pub use phase::Phase;
 pub use piece::Piece;
 pub use profile::{Place, Profile};
 pub use ramped::Ramped;
-pub use sparse_cells::{BRICK, SparseCells, VOLUME, cell_index};
+pub use sparse_cells::{BRICK, SparseCells, VOLUME, cell_at, cell_index};
 pub use transfer::{GAMMA_TOLERANCE, Remap, Transfer};
 
 use glam::BVec3;

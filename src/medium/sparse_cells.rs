@@ -33,6 +33,12 @@ pub fn cell_index(within: IVec3) -> usize {
     ((within.x << (2 * BRICK)) + (within.y << BRICK) + within.z) as usize
 }
 
+/// The cell of this index within its brick: the inverse of [`cell_index`].
+pub fn cell_at(index: usize) -> IVec3 {
+    let index = index as i32;
+    IVec3::new(index >> (2 * BRICK), index >> BRICK, index) & ((1 << BRICK) - 1)
+}
+
 /// A sparse grid of cubic cells, in bricks of 8³, that covers all places where a medium's density is
 /// not 0. It stores no values: an array beside it has [`VOLUME`] of them a brick.
 #[derive(Debug, Clone)]

@@ -1,18 +1,21 @@
-//! Cells that rays fill, in the body of a [state file](super::state_file): a bit a cell, set where it is filled, in words
-//! of 64; then the bits of the filled cells' channels.
+//! Cells that rays fill, or in which gathers start, in the body of a [state file](super::state_file): a bit a cell, set
+//! where it is filled, in words of 64; then the bits of the filled cells' channels.
 
 use std::io::{self, Read, Write};
 
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
-use crate::cache::LazyCells;
+use crate::cache::{CellOrigins, KeptOrigins, LazyCells, OriginWeights};
 use crate::math::{MOST_NUMBERS, Spectrum};
 
 use super::state_file::Hashing;
 
 /// Cells for which memory is reserved before they are read, at most: a damaged file may tell any number.
 const MAX_RESERVED: u64 = 1 << 20;
+
+/// Words of the weights of a cell's origins.
+const ORIGIN_WORDS: u64 = 3;
 
 /// What the head of a file tells of the cells of one cache.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -43,6 +46,14 @@ impl CellsHead {
     pub fn fits<S: Spectrum>(&self, cache: &LazyCells<S>) -> bool {
         let Self { cells, channels, width, .. } = *self;
         (cells, channels, width) == (cache.count() as u64, S::NUMBERS as u64, cache.width())
+    }
+
+    /// That of the `origins` of gathers that are kept.
+    pub fn of_origins<S: Spectrum>(origins: &CellOrigins<S>) -> Self {
+        let cells = origins.thickness().cells();
+        let known = origins.kept().map_or(0, KeptOrigins::count) as u64;
+        let (width, channels) = (cells.width(), ORIGIN_WORDS);
+        Self { cells: cells.count() as u64, known, channels, width }
     }
 
     /// Bytes in the body; `None` where the number overflows.
@@ -93,14 +104,56 @@ pub(super) fn write<S: Spectrum, W: Write>(
     out: &mut Hashing<W>,
     cache: &LazyCells<S>,
 ) -> io::Result<()> {
-    for first in (0..cache.count()).step_by(64) {
-        let cells = first..cache.count().min(first + 64);
-        let bit = |cell: usize| u64::from(cache.stored(cell).is_some());
+    write_cells(out, cache.count(), |cell| cache.stored(cell))
+}
+
+/// Writes the `origins` of gathers that are kept.
+///
+/// # Errors
+/// Where that fails.
+pub(super) fn write_origins<S: Spectrum, W: Write>(
+    out: &mut Hashing<W>,
+    origins: &CellOrigins<S>,
+) -> io::Result<()> {
+    let count = origins.thickness().cells().count();
+    let kept = |cell: usize| origins.kept()?.of(cell).map(OriginWeights::to_words);
+    write_cells(out, count, kept)
+}
+
+/// Reads the origins of gathers that `head` tells of.
+///
+/// # Errors
+/// As [`CellsHead::read`].
+pub(super) fn read_origins<R: Read>(
+    head: &CellsHead,
+    input: &mut Hashing<R>,
+) -> io::Result<KeptOrigins> {
+    let mut weights = Vec::new();
+    let mut is_right = true;
+    head.read(input, |cell, words| match words.try_into() {
+        Ok(words) => weights.push((cell, OriginWeights::from_words(words))),
+        Err(_) => is_right = false,
+    })?;
+    let other = || io::Error::new(io::ErrorKind::InvalidData, "other cells");
+    let cells = usize::try_from(head.cells).ok().filter(|_| is_right).ok_or_else(other)?;
+    Ok(KeptOrigins::new(cells, weights.into_iter()))
+}
+
+/// Writes the cells of these numbers, of which those have words that are `stored`.
+fn write_cells<W: Write, V: IntoIterator<Item = u32>>(
+    out: &mut Hashing<W>,
+    count: usize,
+    stored: impl Fn(usize) -> Option<V>,
+) -> io::Result<()> {
+    for first in (0..count).step_by(64) {
+        let cells = first..count.min(first + 64);
+        let bit = |cell: usize| u64::from(stored(cell).is_some());
         let bits = cells.rev().fold(0_u64, |bits, cell| bits << 1 | bit(cell));
         out.put(&bits.to_le_bytes())?;
     }
-    for value in (0..cache.count()).filter_map(|cell| cache.stored(cell)) {
-        let bytes: SmallVec<[[u8; 4]; MOST_NUMBERS]> = value.map(u32::to_le_bytes).collect();
+    for value in (0..count).filter_map(stored) {
+        let words = value.into_iter();
+        let bytes: SmallVec<[[u8; 4]; MOST_NUMBERS]> = words.map(u32::to_le_bytes).collect();
         out.put(bytes.as_flattened())?;
     }
     Ok(())
@@ -114,7 +167,7 @@ mod tests {
     use crate::medium::SparseCells;
     use crate::scene::Scene;
     use crate::scene::plan::Needs;
-    use crate::transport::PathContext;
+    use crate::transport::{PathContext, PixelFootprint};
 
     const SCENE: &str = "
         [camera]
@@ -173,5 +226,29 @@ mod tests {
         check::<f64>();
         check::<Rgb>();
         check::<GroupedRgb>();
+    }
+
+    #[test]
+    fn origins_are_read_as_they_were_written() {
+        let scene = Scene::of_text(SCENE);
+        let cells = SparseCells::covering(&scene.media.get(0).density, 0.1, 1).unwrap();
+        let origins = CellOrigins::<f64>::new(cells, 0, 1);
+        let footprint = PixelFootprint::new(&scene, 1.0);
+        let mut ctx = PathContext::new(Stream::new(1, Stage::Test, 0, 0), Needs::EVERYTHING);
+        for x in [-0.5, -0.1, 0.3] {
+            let p = WorldPoint::new(x, 0.1, 0.2);
+            origins.thickness().fill(&scene, p, &footprint, &mut ctx);
+        }
+        let known = CellsHead::new(origins.thickness().cells()).known;
+        origins.keep_known(&scene, &footprint, Needs::EVERYTHING);
+        let head = CellsHead::of_origins(&origins);
+        assert!(known >= 24 && head.known == known, "{known}");
+        let mut bytes = Vec::new();
+        write_origins(&mut Hashing::new(&mut bytes), &origins).unwrap();
+        assert_eq!(head.bytes(), Some(bytes.len() as u64));
+        let read = read_origins(&head, &mut Hashing::new(&bytes[..])).unwrap();
+        assert_eq!(Some(&read), origins.kept());
+        let wrong = CellsHead { channels: 1, ..head };
+        assert!(read_origins(&wrong, &mut Hashing::new(&bytes[..])).is_err());
     }
 }

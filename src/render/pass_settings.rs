@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::cache::{CameraThickness, CellContents, FinalGatherCache, FluenceBuilder, SeenShares};
+use crate::cache::{CellContents, CellOrigins, FinalGatherCache, FluenceBuilder, SeenShares};
 use crate::math::{Spectrum, WorldPoint};
 use crate::medium::SparseCells;
 use crate::photon::PhotonSettings;
@@ -40,19 +40,19 @@ impl PassSettings {
         Self { photons, ..self }
     }
 
-    /// Empty caches of final gathers on the cells of each medium that has any, with its `thickness` on the same. Where
-    /// there is none, as in a pilot, each ray does its part of a cell's gathers.
+    /// Empty caches of final gathers on the cells of each medium that has any, with its `origins` of the same. Where
+    /// there are none, as in a pilot, each ray does its part of a cell's gathers.
     pub(super) fn final_gathers<S: Spectrum>(
         &self,
         scene: &Scene,
         cells: Vec<Option<SparseCells>>,
-        thickness: &[Option<Arc<CameraThickness<S>>>],
+        origins: &[Option<Arc<CellOrigins<S>>>],
     ) -> Vec<Option<FinalGatherCache<S>>> {
         let seeds = [self.cells_seed(), self.photons.seed];
         let cache = |(medium, cells): (usize, Option<SparseCells>)| {
             let footprint = PixelFootprint::new(scene, self.film_pixels);
-            let thickness = thickness.get(medium).cloned().flatten();
-            let cache = FinalGatherCache::new(medium, cells?, footprint, seeds, thickness);
+            let origins = origins.get(medium).cloned().flatten();
+            let cache = FinalGatherCache::new(medium, cells?, footprint, seeds, origins);
             Some(cache.of_times(self.times))
         };
         cells.into_iter().enumerate().map(cache).collect()

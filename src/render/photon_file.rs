@@ -3,7 +3,7 @@
 //! A [state file](super::state_file): its head is a key, the strategies, and how much follows. Its body is for each
 //! part, which is all photons or a half of them: the photons in media, the indices of independent ones, the photons on
 //! surfaces, and the sums of each medium's grid. Last, for one camera, come the [cells](super::cell_file) that it sees of
-//! direct light and of the optical thickness to it.
+//! direct light and of the optical thickness to it, and where gathers start in those.
 //!
 //! Maps are made of the photons anew, since radii and trees follow from what the camera sees. Photons of one camera
 //! are aimed at what it sees, and grids may hold what is scattered toward it: they serve all crops of its picture,
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use crate::cache::{FluenceBuilder, LazyCells};
+use crate::cache::{CellOrigins, FluenceBuilder, LazyCells};
 use crate::error::{Error, Result};
 use crate::file;
 use crate::math::Spectrum;
@@ -69,6 +69,8 @@ struct Head {
     parts: Vec<PartHead>,
     /// Cells of direct light and of optical thickness, of each medium that has any.
     cells: Vec<CellsHead>,
+    /// Cells in which gathers start, of each medium that has any.
+    origins: Vec<CellsHead>,
 }
 
 /// All photons, or a half of them.
@@ -90,7 +92,8 @@ impl Head {
             let sum = sum.checked_add(photons)?;
             part.grids.iter().try_fold(sum, |sum, grid| sum.checked_add(*grid))
         });
-        self.cells.iter().try_fold(parts?, |sum, cells| sum.checked_add(cells.bytes()?))
+        let mut cells = self.cells.iter().chain(&self.origins);
+        cells.try_fold(parts?, |sum, cells| sum.checked_add(cells.bytes()?))
     }
 }
 
@@ -114,15 +117,15 @@ pub(super) struct PhotonsToSave<'a> {
 }
 
 impl PhotonsToSave<'_> {
-    /// Writes them with what was `recorded`, and the `cells` that photons do not fill, to the file `path`, whole or not at
-    /// all.
+    /// Writes them with what was `recorded`, the `cells` that photons do not fill, and the `origins` of gathers that are kept
+    /// of cells, to the file `path`, whole or not at all.
     ///
     /// # Errors
     /// Where that fails; an earlier file is intact then.
     pub fn write<S: Spectrum, H: PhotonDirection>(
         &self,
         recorded: &[Recorded<'_, S, H>],
-        cells: &[&LazyCells<S>],
+        (cells, origins): (&[&LazyCells<S>], &[&CellOrigins<S>]),
         path: &Path,
     ) -> Result<()> {
         let Self { scene, any_camera, strategies, choice, flight_length } = *self;
@@ -145,6 +148,7 @@ impl PhotonsToSave<'_> {
             directions: H::KNOWN,
             parts: recorded.iter().map(part).collect(),
             cells: cells.iter().map(|cells| CellsHead::new(cells)).collect(),
+            origins: origins.iter().map(|of| CellsHead::of_origins(of)).collect(),
         };
         file::write(path, |out| {
             PHOTONS.write(out, &head, |out| {
@@ -153,7 +157,8 @@ impl PhotonsToSave<'_> {
                     traced.write(put)?;
                     grids.iter().flatten().try_for_each(|grid| grid.write_state(put))?;
                 }
-                cells.iter().try_for_each(|cells| cell_file::write(out, cells))
+                cells.iter().try_for_each(|cells| cell_file::write(out, cells))?;
+                origins.iter().try_for_each(|of| cell_file::write_origins(out, of))
             })
         })
     }
@@ -251,11 +256,11 @@ impl SavedPhotons {
         let read = |part: &PartHead| read_part(part, levels, planned, &mut input);
         let recorded: io::Result<Vec<_>> = head.parts.iter().map(read).collect();
         let recorded = recorded.map_err(|e| PHOTONS.cut(&self.path, &e))?;
-        let planned = planned.camera_cells();
-        let fits = head.cells.len() == planned.len()
-            && head.cells.iter().zip(&planned).all(|(head, cells)| head.fits(cells));
+        let cells_of = planned.camera_cells();
+        let fits = head.cells.len() == cells_of.len()
+            && head.cells.iter().zip(&cells_of).all(|(head, cells)| head.fits(cells));
         for (index, head) in head.cells.iter().enumerate() {
-            let cells = planned.get(index).filter(|_| fits);
+            let cells = cells_of.get(index).filter(|_| fits);
             let fill = |cell: usize, bits: &[u32]| {
                 if let Some(cells) = cells {
                     cells.restore(cell, bits);
@@ -263,7 +268,13 @@ impl SavedPhotons {
             };
             head.read(&mut input, fill).map_err(|e| PHOTONS.cut(&self.path, &e))?;
         }
+        let origins = head.origins.iter().map(|head| cell_file::read_origins(head, &mut input));
+        let origins: io::Result<Vec<_>> = origins.collect();
+        let origins = origins.map_err(|e| PHOTONS.cut(&self.path, &e))?;
         PHOTONS.check_hash(&self.path, &mut input)?;
+        for (of, origins) in planned.origins().zip(origins).filter(|_| fits) {
+            of.keep(origins);
+        }
         Ok(recorded)
     }
 

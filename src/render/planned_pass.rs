@@ -6,7 +6,7 @@ use super::pass_settings::{PassSettings, fluence_builders, seen_shares};
 use super::progress::Progress;
 use super::seen_cells;
 use crate::cache::{
-    Caches, CameraThickness, DirectLightCache, FluenceBuilder, FluenceGrid, LazyCells, SeenShares,
+    Caches, CellOrigins, DirectLightCache, FluenceBuilder, FluenceGrid, LazyCells, SeenShares,
 };
 use crate::math::{Aabb, Spectrum, WorldPoint};
 use crate::medium::SparseCells;
@@ -46,8 +46,8 @@ pub(super) struct PlannedPass<'a, S: Spectrum> {
     gathers: Vec<Option<SparseCells>>,
     /// Empty caches of direct light.
     direct: Arc<[Option<DirectLightCache<S>>]>,
-    /// Optical thickness to the camera, not found yet, on the cells of final gathers; none in a pilot.
-    thickness: Vec<Option<Arc<CameraThickness<S>>>>,
+    /// Where final gathers start in their cells, not found yet; none in a pilot.
+    origins: Vec<Option<Arc<CellOrigins<S>>>>,
 }
 
 /// What the paths of one part left: photons, and grids that are not finished.
@@ -97,13 +97,13 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
             cells.into_iter().map(|cells| (cells.fluence, cells.final_gathers)).unzip();
         let seen = seen_shares(scene, &choice, &fluence);
         let is_pilot = settings.photons.traced.is_some();
-        let thickness = |(medium, cells): (usize, &Option<SparseCells>)| {
+        let origins = |(medium, cells): (usize, &Option<SparseCells>)| {
             let cells = cells.as_ref().filter(|_| !is_pilot)?;
-            Some(Arc::new(CameraThickness::new(cells.clone(), medium)))
+            Some(Arc::new(CellOrigins::new(cells.clone(), medium, settings.photons.seed)))
         };
-        let thickness = gathers.iter().enumerate().map(thickness).collect();
+        let origins = gathers.iter().enumerate().map(origins).collect();
         let direct = direct.into();
-        Self { scene, settings, choice, fluence, seen, gathers, direct, thickness }
+        Self { scene, settings, choice, fluence, seen, gathers, direct, origins }
     }
 
     /// Grids without flights, which are relative to `origin`.
@@ -115,12 +115,17 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
     /// has any.
     pub fn camera_cells(&self) -> Vec<&LazyCells<S>> {
         let direct = self.direct.iter().flatten().filter_map(DirectLightCache::cells);
-        direct.chain(self.thickness.iter().flatten().map(|of| of.cells())).collect()
+        direct.chain(self.origins().map(|of| of.thickness().cells())).collect()
     }
 
-    /// Fills those that the camera sees, and counts the work.
+    /// Where final gathers start in the cells of each medium that has any.
+    pub fn origins(&self) -> impl Iterator<Item = &CellOrigins<S>> {
+        self.origins.iter().flatten().map(|of| &**of)
+    }
+
+    /// Fills those cells that the camera sees, and finds where their gathers start; counts the work.
     pub fn fill_seen(&self, progress: &dyn Progress) -> Work {
-        seen_cells::fill(self.scene, self.settings, &self.direct, &self.thickness, progress)
+        seen_cells::fill(self.scene, self.settings, &self.direct, &self.origins, progress)
     }
 
     /// Shoots the photons of `part`, whose flights fill the grids.
@@ -156,7 +161,7 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
         let seed = settings.photons.seed ^ flipped;
         let own =
             PassSettings { photons: PhotonSettings { seed, ..settings.photons }, ..**settings };
-        let final_gathers = own.final_gathers(scene, self.gathers.clone(), &self.thickness);
+        let final_gathers = own.final_gathers(scene, self.gathers.clone(), &self.origins);
         let direct = Arc::clone(&self.direct);
         let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
         let ShotPart { maps, radius_of_all, .. } = builder.build(&phases, &part, traced);

@@ -85,21 +85,23 @@ fn save<S: Spectrum, H: PhotonDirection>(
     recorded.iter().for_each(|part| work += *part.traced.work());
     control.progress.finish();
     stages.done("photons", start);
-    // Direct light, which is scattered toward one camera, and the optical thickness to it.
+    // Direct light, which is scattered toward one camera, the optical thickness to it, and where gathers start.
     let start = Instant::now();
-    let cells = if any_camera {
-        Vec::new()
-    } else {
+    let (mut cells, mut origins) = (Vec::new(), Vec::new());
+    if !any_camera {
         work += planned.fill_seen(control.progress);
-        planned.camera_cells()
-    };
+        (cells, origins) = (planned.camera_cells(), planned.origins().collect());
+    }
     stages.done("cells", start);
     // The file.
     let start = Instant::now();
     let choice = &planned.choice;
     let strategies = &strategies;
-    PhotonsToSave { scene, any_camera, strategies, choice, flight_length }
-        .write(&recorded, &cells, path)?;
+    PhotonsToSave { scene, any_camera, strategies, choice, flight_length }.write(
+        &recorded,
+        (&cells, &origins),
+        path,
+    )?;
     stages.done("write", start);
     Ok(PhotonsReport { strategy: choice.summary(), work, timings: stages.timings })
 }

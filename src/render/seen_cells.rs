@@ -1,11 +1,11 @@
-//! Fills the cells of direct light and of optical thickness that the camera sees, before there are rays: what saved
-//! photons keep for all crops and passes of a picture.
+//! Fills the cells of direct light and of optical thickness that the camera sees, and finds where gathers start in them,
+//! before there are rays: what saved photons keep for all crops and passes of a picture.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::cache::{CameraThickness, DirectLightCache};
+use crate::cache::{CellOrigins, DirectLightCache};
 use crate::math::{Rgb, Spectrum, Stage, Stream};
 use crate::medium::Profile;
 use crate::scene::Scene;
@@ -19,19 +19,19 @@ use super::progress::Progress;
 /// left.
 const PLACES: u32 = 64;
 
-/// Fills the cells of `direct` light and of optical `thickness` to the camera around the places that camera rays sample,
-/// and counts the work. It does not depend on the number of threads.
+/// Fills the cells of `direct` light and of optical thickness to the camera around the places that camera rays sample, finds
+/// the `origins` of gathers in those, and counts the work. It does not depend on the number of threads.
 pub(super) fn fill<S: Spectrum>(
     scene: &Scene,
     settings: &PassSettings,
     direct: &[Option<DirectLightCache<S>>],
-    thickness: &[Option<Arc<CameraThickness<S>>>],
+    origins: &[Option<Arc<CellOrigins<S>>>],
     progress: &dyn Progress,
 ) -> Work {
     let with_cells = |cache: &Option<DirectLightCache<S>>| {
         cache.as_ref().is_some_and(|cache| cache.cells().is_some())
     };
-    if !direct.iter().any(with_cells) && thickness.iter().all(Option::is_none) {
+    if !direct.iter().any(with_cells) && origins.iter().all(Option::is_none) {
         return Work::default();
     }
     let footprint = PixelFootprint::new(scene, settings.film_pixels);
@@ -50,12 +50,13 @@ pub(super) fn fill<S: Spectrum>(
                 let left = 1.0 - (f64::from(stratum) + 0.5) / f64::from(PLACES);
                 let Some(place) = profile.sample([1.0 - left * left, 0.5]) else { break };
                 let p = ray.at(place.t);
-                for ((medium, direct), thickness) in scene.media.iter().zip(direct).zip(thickness) {
+                for ((medium, direct), origins) in scene.media.iter().zip(direct).zip(origins) {
                     if medium.sigma_t_at(p) == Rgb::ZERO {
                         continue;
                     }
                     let _ = direct.as_ref().and_then(|of| of.interpolated(scene, p, &mut ctx));
-                    thickness.iter().for_each(|of| of.fill(scene, p, &footprint, &mut ctx));
+                    let origins = origins.iter();
+                    origins.for_each(|of| of.thickness().fill(scene, p, &footprint, &mut ctx));
                 }
             }
         }
@@ -64,7 +65,9 @@ pub(super) fn fill<S: Spectrum>(
         work += ctx.amortized.work;
         work
     };
-    let work = (0..height).into_par_iter().map(row).sum();
+    let mut work: Work = (0..height).into_par_iter().map(row).sum();
+    let needs = settings.photons.needs;
+    work += origins.iter().flatten().map(|of| of.keep_known(scene, &footprint, needs)).sum();
     progress.finish();
     work
 }

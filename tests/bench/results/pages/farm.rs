@@ -181,7 +181,7 @@ pub fn tables(rows: &[Row]) -> String {
          is against the wholes of the other seeds, without the worst pixels and of all. Seconds are those that threads ran, of the rays by saved photons, and of photons \
          and rays where each pass shoots; loading, pilot and reading come on top, once a pass.\n\n{equality}\n\
          ## What a frame has in serial\n\
-         Seconds of one node, which is the machine below, for the size and photons of the scene's file and {rays} rays a pixel. A pass \
+         Seconds of one node, which is the machine below, for the size and photons of the scene's file and {rays} rays a pixel. A pass that shoots \
          finds once where in its cells final gathers start; crops fill the cells on a cut between them twice.\n\n{serial}\n\
          ## How far many nodes help\n\
          ![Speed-up against nodes](../../../volumes/farm.svg)\n\n\
