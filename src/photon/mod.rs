@@ -27,7 +27,7 @@ mod surface;
 mod traced;
 
 pub use beam::{BeamHit, BeamMap};
-pub use build::MapBuilder;
+pub use build::{GatherBall, MapBuilder};
 pub use camera_importance::CameraImportance;
 pub use map::PhotonMap;
 pub use maps::{PhotonMaps, Response};

@@ -126,7 +126,7 @@ impl<'a> AimedPhotons<'a> {
         advance: &(dyn Fn(u64) + Sync),
     ) -> ShotPart<S, H> {
         let traced = self.trace(recording, part, advance);
-        self.builder.build(phases, part, traced)
+        self.builder.build(phases, part, traced, None)
     }
 
     /// As [`shoot`](Self::shoot), without building the maps.

@@ -11,8 +11,8 @@ use crate::cache::{
 use crate::math::{Aabb, Spectrum, WorldPoint};
 use crate::medium::SparseCells;
 use crate::photon::{
-    AimedPhotons, CameraImportance, MapBuilder, PathSample, PhotonDirection, PhotonMaps,
-    PhotonSettings, Recording, ShotPart, TracedPhotons,
+    AimedPhotons, CameraImportance, GatherBall, MapBuilder, PathSample, PhotonDirection,
+    PhotonMaps, PhotonSettings, Recording, ShotPart, TracedPhotons,
 };
 use crate::scene::Scene;
 use crate::strategy::{self, Assignment, Choice, Evidence};
@@ -164,7 +164,8 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
         let final_gathers = own.final_gathers(scene, self.gathers.clone(), &self.origins);
         let direct = Arc::clone(&self.direct);
         let phases: Vec<_> = choice.splits.iter().map(|split| split.phase).collect();
-        let ShotPart { maps, radius_of_all, .. } = builder.build(&phases, &part, traced);
+        let ShotPart { maps, radius_of_all, .. } =
+            builder.build(&phases, &part, traced, gather_ball(scene, choice));
         // Finish the grids.
         let unit = flight_unit * part.represents;
         let finish = |grid: FluenceBuilder<'_, S>| grid.finish(part.levels, unit);
@@ -180,6 +181,14 @@ impl<'a, S: Spectrum> PlannedPass<'a, S> {
         };
         LitPart { maps, caches: Caches { direct, fluence, final_gathers }, radius }
     }
+}
+
+/// Where rays gather photons in media, if that is near the camera alone: mirrors and glass may send rays anywhere.
+fn gather_ball(scene: &Scene, choice: &Choice) -> Option<GatherBall> {
+    let within = choice.beams_within.iter().copied().fold(0.0, f64::max);
+    let (center, lens) = scene.camera.lens()?;
+    let is_ball = within.is_finite() && !scene.surfaces.has_specular();
+    is_ball.then_some(GatherBall { center, radius: lens + within })
 }
 
 /// Empty caches of direct light of each medium that has any: they serve any strategy.

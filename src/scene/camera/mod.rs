@@ -201,6 +201,16 @@ impl Camera {
         }
     }
 
+    /// Centre and radius in metres of a ball in which all rays start: the lens. Nothing for parallel rays, and where the camera
+    /// begins to see further away.
+    pub fn lens(&self) -> Option<(WorldPoint, f64)> {
+        let radius = match &self.kind {
+            Kind::Perspective(camera) => camera.lens_radius,
+            Kind::Orthographic(_) | Kind::LatLong(_) => 0.0,
+        };
+        self.place().filter(|_| self.clip.is_none()).map(|place| (place, radius))
+    }
+
     /// Unit direction of the view, square to the film; of a camera that sees all round, at the centre of that.
     pub fn forward(&self) -> DVec3 {
         match &self.kind {
