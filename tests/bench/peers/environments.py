@@ -80,9 +80,7 @@ def _fogbow(build: bool, denoiser: Path) -> Tool:
         command = ["cargo", "build", "--release"]
         subprocess.run(command, cwd=REPOSITORY, check=True)
     if not program.is_file():
-        raise SystemExit(
-            f"{program} is no file; set FOGBOW to the program, or let it be built"
-        )
+        raise SystemExit(f"{program} is no file; set FOGBOW to the program, or let it be built")
     return Tool(program, digest(program.read_bytes()), denoiser)
 
 

@@ -19,6 +19,7 @@ CYCLES = {
 FOGBOW = {
     "fogbow-fixed": "fixed",
     "fogbow-xs": "xs",
+    "fogbow-reconstructed": "fixed-reconstructed",
     "fogbow-oidn": "fixed-oidn",
     "fogbow-xs-oidn": "xs-oidn",
     "fogbow-traced-oidn": "reference-oidn",
@@ -89,7 +90,8 @@ class Workshop:
         self.scene, self.threads, self._tools = scene, threads, tools
         self.folder = cache / "pictures" / f"{scene.name}-{scene.size}"
         self.folder.mkdir(parents=True, exist_ok=True)
-        self._volume = digest(scene.volume.file.read_bytes())
+        within = scene.volume.within
+        self._volume = digest(within.read_bytes() if isinstance(within, Path) else b"")
 
     def key(self, job: Job) -> str:
         """Changes with all that decides the picture or its time."""
@@ -158,20 +160,17 @@ class Workshop:
             script = [self._tools.cycles.program, "-W", "ignore", HERE / self._script(job)]
             script += ["--method", CYCLES[job.renderer]]
         else:
-            script = [
-                self._tools.mitsuba.program,
-                HERE / self._script(job),
-                "--dense",
-                self._dense(),
-            ]
+            script = [self._tools.mitsuba.program, HERE / self._script(job)]
+            within = self.scene.volume.within
+            script += ["--dense", self._dense(within)] if isinstance(within, Path) else []
         return [str(part) for part in script + common]
 
-    def _dense(self) -> Path:
+    def _dense(self, file: Path) -> Path:
         dense = self.folder / f"{self._volume}.npz"
         if not dense.exists():
-            grid = self.scene.volume
-            script = [self._tools.cycles.program, HERE / "dense_grid.py", "--grid", grid.grid]
-            run([str(part) for part in [*script, grid.file, dense]])
+            script = [self._tools.cycles.program, HERE / "dense_grid.py"]
+            script += ["--grid", self.scene.volume.grid]
+            run([str(part) for part in [*script, file, dense]])
         return dense
 
 

@@ -15,6 +15,7 @@ from equal_error import front  # noqa: E402
 STYLES = {
     "fogbow-fixed": ("#d1495b", "o", "-"),
     "fogbow-xs": ("#edae49", "o", "-"),
+    "fogbow-reconstructed": ("#8f2d56", "v", "-"),
     "fogbow-oidn": ("#d81159", "^", "-"),
     "fogbow-xs-oidn": ("#a63d40", "s", "-"),
     "fogbow-traced-oidn": ("#f26419", "D", "-"),

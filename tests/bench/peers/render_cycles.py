@@ -26,7 +26,8 @@ def grey(value: float) -> list[float]:
 def looking(position: scenes.Vector, direction: scenes.Vector) -> mathutils.Matrix:
     """The matrix of an object whose -z looks along `direction`, as cameras and lights do."""
     z = -mathutils.Vector(direction).normalized()
-    x = mathutils.Vector((0.0, 1.0, 0.0)).cross(z).normalized()
+    up = (0.0, 1.0, 0.0) if abs(z.y) < 1.0 else (0.0, 0.0, 1.0)
+    x = mathutils.Vector(up).cross(z).normalized()
     matrix = mathutils.Matrix((x, z.cross(x), z)).transposed().to_4x4()
     matrix.translation = mathutils.Vector(position)
     return matrix
@@ -65,7 +66,7 @@ def add_volume(volume: scenes.Volume) -> None:
     values = {
         "Color": grey(volume.albedo),
         "Density": volume.sigma_t,
-        "Density Attribute": volume.grid,
+        "Density Attribute": "" if isinstance(volume.within, scenes.Box) else volume.grid,
         "Anisotropy": volume.g,
         "Absorption Color": grey(0.0),
         "Emission Strength": 0.0,
@@ -74,10 +75,26 @@ def add_volume(volume: scenes.Volume) -> None:
     }
     for name, value in values.items():
         node.inputs[name].default_value = value
-    data = bpy.data.volumes.new("smoke")
-    data.filepath = str(volume.file)
+    if isinstance(volume.within, scenes.Box):
+        data = cube(volume.within)
+    else:
+        data = bpy.data.volumes.new("smoke")
+        data.filepath = str(volume.within)
     data.materials.append(made)
     add("smoke", data)
+
+
+def cube(box: scenes.Box) -> bpy.types.Mesh:
+    """The surface of a box, whose normals point outward."""
+    data = bpy.data.meshes.new("box")
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    corners = [
+        tuple((box.low, box.high)[side][axis] for axis, side in enumerate(c)) for c in corners
+    ]
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    data.from_pydata(corners, [], faces)
+    data.update()
+    return data
 
 
 def add_area_light(light: scenes.AreaLight) -> None:

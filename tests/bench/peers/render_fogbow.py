@@ -27,6 +27,13 @@ def quad(quad: scenes.Quad) -> str:
     return f"center = {numbers(quad.center)}\nu = {numbers(quad.u)}\nv = {numbers(quad.v)}\n"
 
 
+def extent(volume: scenes.Volume) -> str:
+    if isinstance(volume.within, scenes.Box):
+        low, high = numbers(volume.within.low), numbers(volume.within.high)
+        return f"region = {{ box = {{ min = {low}, max = {high} }} }}\n"
+    return f"file = {json.dumps(str(volume.within))}\ngrid = {json.dumps(volume.grid)}\n"
+
+
 def to_toml(scene: scenes.Scene) -> str:
     """The scene as fogbow reads it."""
     camera, volume = scene.camera, scene.volume
@@ -35,7 +42,7 @@ def to_toml(scene: scenes.Scene) -> str:
         f"[camera]\nposition = {numbers(camera.position)}\ntarget = {numbers(camera.target)}\n"
         f"fov = {camera.fov}\n",
         f"[film]\nsize = [{scene.size}, {scene.size}]\n",
-        f"[[medium]]\nfile = {json.dumps(str(volume.file))}\ngrid = {json.dumps(volume.grid)}\n"
+        f"[[medium]]\n{extent(volume)}"
         f"sigma_t = {volume.sigma_t}\nalbedo = {volume.albedo}\nphase = {phase}\n",
     ]
     if scene.ground:
@@ -45,7 +52,9 @@ def to_toml(scene: scenes.Scene) -> str:
         )
     if scene.area_light:
         light = scene.area_light
-        parts.append(f'[[light]]\ntype = "area"\n{quad(light.quad)}radiance = {light.radiance}\n')
+        parts.append(
+            f'[[light]]\ntype = "area"\n{quad(light.quad)}radiance = {light.radiance}\nvisible = false\n'
+        )
     if scene.sun:
         parts.append(
             f'[[light]]\ntype = "sun"\ndirection = {numbers(scene.sun.direction)}\n'
@@ -67,7 +76,15 @@ def main() -> None:
     parser.add_argument("--fogbow", required=True, help="the program")
     parser.add_argument("--denoiser", required=True, help="library that it denoises with")
     parser.add_argument("--photons", type=int)
-    methods = ("fixed", "fixed-oidn", "xs", "xs-oidn", "reference", "reference-oidn")
+    methods = (
+        "fixed",
+        "fixed-reconstructed",
+        "fixed-oidn",
+        "xs",
+        "xs-oidn",
+        "reference",
+        "reference-oidn",
+    )
     parser.add_argument("--method", choices=methods, required=True)
     options = parser.parse_args()
     scene_file: Path = options.out.with_suffix(".toml")
@@ -83,12 +100,12 @@ def main() -> None:
     ]
     command += ["--rays", str(options.rays), "--seed", str(options.seed)]
     command += ["--threads", str(options.threads)]
-    way, _, denoise = options.method.partition("-")
+    way, _, after = options.method.partition("-")
     if way == "reference":
         command += ["--reference"]
     else:
         command += ["--director", way, "--photons", str(options.photons)]
-    command += ["--denoise"] if denoise else []
+    command += {"": [], "oidn": ["--denoise"], "reconstructed": ["--reconstruct"]}[after]
     found = os.environ | {
         "FOGBOW_OIDN": options.denoiser,
         "OIDN_NUM_THREADS": str(options.threads),

@@ -28,42 +28,61 @@ def rgb(value: float) -> dict:
     return {"type": "rgb", "value": value}
 
 
+def phase(volume: scenes.Volume) -> dict:
+    return {"type": "isotropic"} if volume.g == 0 else {"type": "hg", "g": volume.g}
+
+
+def fog(volume: scenes.Volume) -> dict:
+    return {
+        "type": "homogeneous",
+        "albedo": volume.albedo,
+        "sigma_t": volume.sigma_t,
+        "has_spectral_extinction": False,
+        "phase": phase(volume),
+    }
+
+
+def filled(box: mitsuba.ScalarTransform4f, medium: dict) -> dict:
+    """A box, to which the unit cube is taken, with a medium inside."""
+    unit = Transform().translate([0.5] * 3).scale([0.5] * 3)  # from [-1, 1]^3 to [0, 1]^3
+    return {"type": "cube", "to_world": box @ unit, "bsdf": {"type": "null"}, "interior": medium}
+
+
 def smoke(volume: scenes.Volume, dense: Path) -> dict:
     with numpy.load(dense) as grid:
         density, origin, voxel = grid["density"], grid["origin"], float(grid["voxel"])
     extent = [n * voxel for n in density.shape]
     box = Transform().translate(list(origin - 0.5 * voxel)).scale(extent)
-    unit = Transform().translate([0.5] * 3).scale([0.5] * 3)  # from [-1, 1]^3 to [0, 1]^3
-    isotropic = volume.g == 0
-    return {
-        "type": "cube",
-        "to_world": box @ unit,
-        "bsdf": {"type": "null"},
-        "interior": {
-            "type": "heterogeneous",
-            "albedo": volume.albedo,
-            "scale": volume.sigma_t,
-            "has_spectral_extinction": False,
-            "phase": {"type": "isotropic"} if isotropic else {"type": "hg", "g": volume.g},
-            "sigma_t": {
-                "type": "gridvolume",
-                "grid": mitsuba.VolumeGrid(
-                    numpy.ascontiguousarray(density.transpose(2, 1, 0))[..., None]
-                ),
-                "raw": True,
-                "filter_type": "trilinear",
-                "wrap_mode": "clamp",
-                "to_world": box,
-            },
+    medium = {
+        "type": "heterogeneous",
+        "albedo": volume.albedo,
+        "scale": volume.sigma_t,
+        "has_spectral_extinction": False,
+        "phase": phase(volume),
+        "sigma_t": {
+            "type": "gridvolume",
+            "grid": mitsuba.VolumeGrid(
+                numpy.ascontiguousarray(density.transpose(2, 1, 0))[..., None]
+            ),
+            "raw": True,
+            "filter_type": "trilinear",
+            "wrap_mode": "clamp",
+            "to_world": box,
         },
     }
+    return filled(box, medium)
 
 
-def build(scene: scenes.Scene, dense: Path) -> mitsuba.Scene:
+def build(scene: scenes.Scene, dense: Path | None) -> mitsuba.Scene:
     camera = scene.camera
     parts = {
         "type": "scene",
-        "integrator": {"type": "volpath", "max_depth": -1, "rr_depth": 1000},
+        "integrator": {
+            "type": "volpath",
+            "max_depth": -1,
+            "rr_depth": 1000,
+            "hide_emitters": scene.area_light is not None,
+        },
         "sensor": {
             "type": "perspective",
             "fov": camera.fov,
@@ -83,8 +102,16 @@ def build(scene: scenes.Scene, dense: Path) -> mitsuba.Scene:
             },
             "sampler": {"type": "independent"},
         },
-        "smoke": smoke(scene.volume, dense),
     }
+    within = scene.volume.within
+    if isinstance(within, scenes.Box):
+        medium = fog(scene.volume)
+        size = scenes.subtract(within.high, within.low)
+        parts["smoke"] = filled(Transform().translate(within.low).scale(size), medium)
+        if within.holds(camera.position):
+            parts["sensor"]["medium"] = medium
+    else:
+        parts["smoke"] = smoke(scene.volume, dense)
     if scene.area_light:
         parts["light"] = {
             "type": "rectangle",
@@ -110,7 +137,7 @@ def build(scene: scenes.Scene, dense: Path) -> mitsuba.Scene:
 
 def main() -> None:
     parser = arguments("Renders a scene with Mitsuba.")
-    parser.add_argument("--dense", type=Path, required=True, help="the grid, from dense_grid.py")
+    parser.add_argument("--dense", type=Path, help="the grid, from dense_grid.py")
     options = parser.parse_args()
     drjit.set_thread_count(options.threads)
     built = build(scenes.load(options.scene, options.size), options.dense)

@@ -37,10 +37,21 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Volume:
-    """A density grid of a VDB file; `sigma_t` in 1/m for density 1."""
+class Box:
+    """A box along the axes, by two opposite corners."""
 
-    file: Path
+    low: Vector
+    high: Vector
+
+    def holds(self, point: Vector) -> bool:
+        return all(a < p < b for a, p, b in zip(self.low, point, self.high))
+
+
+@dataclass(frozen=True)
+class Volume:
+    """A density grid of a VDB file, or fog of density 1 in a box; `sigma_t` in 1/m for density 1."""
+
+    within: Path | Box
     sigma_t: float
     albedo: float
     g: float
@@ -124,7 +135,8 @@ class Scene:
 def facing(center: Vector, target: Vector, half: float) -> Quad:
     """A square that looks at `target`, two of its edges level."""
     normal = normalize(subtract(target, center))
-    u = normalize(cross((0.0, 1.0, 0.0), normal))
+    up = (0.0, 1.0, 0.0) if abs(normal[1]) < 1.0 else (0.0, 0.0, 1.0)
+    u = normalize(cross(up, normal))
     return Quad(center, scale(u, half), scale(cross(normal, u), half))
 
 
@@ -148,23 +160,26 @@ def _sun(table: dict) -> Sun:
 
 def _scene(name: str, table: dict) -> Scene:
     camera, volume, reference = table["camera"], table["volume"], table.get("reference")
-    file = (REPOSITORY / volume["file"]).resolve()
     title = table["title"]
-    if not file.exists() and "stand_in" in table:
-        volume = volume | table["stand_in"]
-        file = REPOSITORY / volume["file"]
-        title, reference = f"{title} (stand-in {volume['file']})", None
-    if not file.exists():
-        raise SystemExit(
-            f"{name}: {file} is missing; put it there, or leave this scene out with --scene"
-        )
+    if "box" in volume:
+        within = Box(*(tuple(corner) for corner in volume["box"]))
+    else:
+        within = (REPOSITORY / volume["file"]).resolve()
+        if not within.exists() and "stand_in" in table:
+            volume = volume | table["stand_in"]
+            within = REPOSITORY / volume["file"]
+            title, reference = f"{title} (stand-in {volume['file']})", None
+        if not within.exists():
+            raise SystemExit(
+                f"{name}: {within} is missing; put it there, or leave this scene out with --scene"
+            )
     return Scene(
         name=name,
         title=title,
         about=table["about"],
         size=table["size"],
         camera=Camera(tuple(camera["position"]), tuple(camera["target"]), camera["fov"]),
-        volume=Volume(file, volume["sigma_t"], volume["albedo"], volume["g"]),
+        volume=Volume(within, volume["sigma_t"], volume["albedo"], volume["g"]),
         area_light=_area_light(table["area_light"]) if "area_light" in table else None,
         ground=_ground(table["ground"]) if "ground" in table else None,
         sun=_sun(table["sun"]) if "sun" in table else None,
