@@ -10,8 +10,8 @@ const SIZE: [f64; 2] = [800.0, 520.0];
 const AXES: [f64; 4] = [84.0, 64.0, 776.0, 462.0];
 
 /// From and to where the axes go: seconds and error.
-const SECONDS: [f64; 2] = [0.3, 400.0];
-const ERRORS: [f64; 2] = [0.00007, 0.04];
+const SECONDS: [f64; 2] = [0.2, 200.0];
+const ERRORS: [f64; 2] = [0.00005, 0.04];
 
 const SCENE: &str = "smoke";
 
