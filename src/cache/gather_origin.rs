@@ -91,7 +91,7 @@ impl GatherOrigins {
         let (mut light_of, mut seen) = ([0.0; CANDIDATES[1]], 0.0);
         let mut count = 0;
         for wanted in CANDIDATES {
-            for index in count..wanted {
+            for (index, found) in light_of.iter_mut().enumerate().take(wanted).skip(count) {
                 let p = cell.place(index);
                 ctx.work.grid_lookups += u64::from(of.density.is_voxel());
                 let sigma_t = of.sigma_t_at(p);
@@ -101,7 +101,7 @@ impl GatherOrigins {
                 let light = S::from_rgb(sigma_t) * visibility(scene, p, footprint, thickness, ctx);
                 seen += light.max_element();
                 ctx.work.grid_lookups += u64::from(!of.albedo.is_constant());
-                light_of[index] = (light * S::from_rgb(of.albedo.at(p))).element_sum();
+                *found = (light * S::from_rgb(of.albedo.at(p))).element_sum();
             }
             count = wanted;
             if effective_number(&light_of) >= wanted as f64 / 2.0 {
