@@ -82,8 +82,8 @@ pub struct FinalGatherCache<S = Rgb> {
     /// Seed of the Sobol points of gathers, the same in all renders that share them.
     points_seed: u64,
     footprint: PixelFootprint,
-    /// Caches of other times of the scene among which the rays of a pass choose evenly, this one included.
-    times: u32,
+    /// Share of the rays of a pass that are expected to look cells up.
+    share: f64,
     /// Where they start. None in a pilot, whose few rays measure work: each does its part of what a cell takes.
     origins: Option<Arc<CellOrigins<S>>>,
 }
@@ -100,13 +100,14 @@ impl<S: Spectrum> FinalGatherCache<S> {
         origins: Option<Arc<CellOrigins<S>>>,
     ) -> Self {
         let cells = LazyCells::new(cells, seed, medium);
-        Self { cells, medium, points_seed, footprint, times: 1, origins }
+        Self { cells, medium, points_seed, footprint, share: 1.0, origins }
     }
 
-    /// The same for one of so many times of a scene: it gets as much less of the rays, and of the gathers.
+    /// The same for this share of the rays: of those that choose among times of a scene, or that a director leaves. It gets as
+    /// much less of the gathers.
     #[must_use]
-    pub fn of_times(self, times: u32) -> Self {
-        Self { times: times.max(1), ..self }
+    pub fn with_share(self, share: f64) -> Self {
+        Self { share, ..self }
     }
 
     /// Its cells of light.
@@ -135,7 +136,7 @@ impl<S: Spectrum> FinalGatherCache<S> {
         // Gathers of a cell, by the number of rays that are expected to look it up.
         let wanted = |center: WorldPoint, origins: &GatherOrigins| {
             let rays = origins.opacity() * (width / footprint.width(center)).powi(2);
-            GATHERS_PER_RAY * f64::from(pass.rays) / f64::from(self.times) * rays
+            GATHERS_PER_RAY * f64::from(pass.rays) * self.share * rays
         };
         let Some(origins) = &self.origins else {
             // What decides their number is work of cells, not of rays.
@@ -192,10 +193,16 @@ mod tests {
 
     /// That of the gathers which a render whose cells have this `seed` makes at `p` for its rays of `pass`.
     fn start(scene: &Scene, p: WorldPoint, seed: u64, pass: SamplePass) -> Start {
+        start_with(1.0, scene, p, seed, pass)
+    }
+
+    /// As [`start`], with the gathers of this share of the rays.
+    fn start_with(share: f64, scene: &Scene, p: WorldPoint, seed: u64, pass: SamplePass) -> Start {
         let cells = SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap();
         let footprint = PixelFootprint::new(scene, 1.0);
         let origins = Some(Arc::new(CellOrigins::new(cells.clone(), 0, 7)));
         let cache = FinalGatherCache::<f64>::new(0, cells, footprint, [seed, 7], origins);
+        let cache = cache.with_share(share);
         let mut ctx = PathContext::new(Stream::new(seed, Stage::Test, 0, 0), Needs::EVERYTHING);
         let starts = RefCell::new(Vec::new());
         cache.sample(scene, p, 0.3, pass, &mut ctx, |origins, points, _| {
@@ -239,6 +246,10 @@ mod tests {
         // Another pass has its own points.
         let (others, points) = start(&scene, p, 1, SamplePass { index: 2, ..pass(0, 64) });
         assert!(others == places && points.scramble != whole.scramble);
+        // A quarter of the rays has as much of the gathers.
+        let (_, quarter) = start_with(0.25, &scene, p, 1, pass(0, 64));
+        let [all, quarter] = [&whole, &quarter].map(|points| f64::from(points.indices.end));
+        assert!(all > 40.0 && (quarter - all / 4.0).abs() <= 0.5, "{quarter} of {all}");
     }
 
     proptest! {

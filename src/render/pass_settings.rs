@@ -28,8 +28,9 @@ pub struct PassSettings {
     /// Pixels of the film, along each side, that one pixel of the picture covers: cells that rays fill
     /// are as much wider.
     pub film_pixels: f64,
-    /// Times of the scene among which rays choose: each has its share of the gathers on cells.
-    pub times: u32,
+    /// Share of the rays of a pixel that are expected to read cells, which have as much less of the gathers: where rays
+    /// choose among times of the scene, and where a director leaves some out.
+    pub gather_share: f64,
 }
 
 impl PassSettings {
@@ -53,7 +54,7 @@ impl PassSettings {
             let footprint = PixelFootprint::new(scene, self.film_pixels);
             let origins = origins.get(medium).cloned().flatten();
             let cache = FinalGatherCache::new(medium, cells?, footprint, seeds, origins);
-            Some(cache.of_times(self.times))
+            Some(cache.with_share(self.gather_share))
         };
         cells.into_iter().enumerate().map(cache).collect()
     }

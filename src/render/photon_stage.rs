@@ -58,7 +58,8 @@ pub(super) fn shoot<S: Spectrum, H: PhotonDirection>(
     for (index, scene) in (0..count).zip(&scene.times) {
         let seed = settings.photons.seed ^ TIME_SEED.wrapping_mul(index);
         let photons = PhotonSettings { seed, ..settings.photons };
-        let settings = PassSettings { photons, times: count as u32, ..*settings };
+        let gather_share = settings.gather_share / count as f64;
+        let settings = PassSettings { photons, gather_share, ..*settings };
         let aimed = aim::<S, H>(scene, &settings)?;
         let of_time = (&shot, ShotTime { index, count });
         let (shot, done) =

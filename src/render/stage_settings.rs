@@ -65,7 +65,7 @@ pub(super) fn pass_settings(scene: &Scene, settings: &RenderSettings) -> PassSet
         final_gather: settings.final_gather,
         rays: settings.rays,
         film_pixels: 1.0,
-        times: 1,
+        gather_share: 1.0,
     }
 }
 

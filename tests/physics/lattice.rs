@@ -65,7 +65,7 @@ fn kept(scene: &Scene, photons: u64, max_scatter: Option<u32>, levels: u32) -> P
         final_gather: FinalGather::Auto,
         rays: 64,
         film_pixels: 1.0,
-        times: 1,
+        gather_share: 1.0,
     };
     let media = scene.media.iter().len();
     let assignment = Assignment::uniform(Strategy::FluenceTowardEye, media, "it is asked for");

@@ -109,7 +109,7 @@ fn shot(scene: &Scene, strategy: Strategy) -> (PhotonMaps, Work) {
         final_gather: FinalGather::Auto,
         rays: 4,
         film_pixels: 1.0,
-        times: 1,
+        gather_share: 1.0,
     };
     let assignment = Assignment::uniform(strategy, scene.media.iter().len(), "it is measured");
     let (pass, work) = PhotonPass::new(scene, &settings, &assignment, &|_| {})
