@@ -136,7 +136,7 @@ impl Shares {
                 let first = ((*at << BRICK) + within) * 2;
                 let corner =
                     |i: i32| self.share(fine, first + IVec3::new(i & 1, i >> 1 & 1, i >> 2));
-                (0..8).map(corner).sum::<f32>() / 8.0
+                (0..8).map(corner).sum::<f32>() * (0.5 * 0.5 * 0.5)
             };
             Brick::of(Box::new(array::from_fn(|index| mean(cell_at(index)))))
         };
