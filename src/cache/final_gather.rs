@@ -84,7 +84,7 @@ pub struct FinalGatherCache<S = Rgb> {
     footprint: PixelFootprint,
     /// Share of the rays of a pass that are expected to look cells up.
     share: f64,
-    /// Where they start. None in a pilot, whose few rays measure work: each does its part of what a cell takes.
+    /// Where gathers of its cells start. None in a pilot, whose few rays measure work: each does its part of what a cell takes.
     origins: Option<Arc<CellOrigins<S>>>,
 }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::math::{Ray, Rgb, Spectrum, WorldPoint, warp};
+use crate::math::{Rgb, Spectrum, WorldPoint, warp};
 use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint, SobolPoint, camera_view};
 
@@ -194,10 +194,8 @@ fn visibility<S: Spectrum>(
     thickness: Option<&CameraThickness<S>>,
     ctx: &mut PathContext,
 ) -> S {
-    let (ray, distance) = (Ray::new(p, scene.camera.toward(p)), footprint.distance(p));
-    // What is nearer than the camera begins to see hides nothing.
-    let near = scene.camera.near(&Ray::new(p, -ray.direction));
-    if !camera_view::is_clear(scene, &ray, distance - near, ctx) {
+    let (ray, distance) = camera_view::toward_camera(scene, p, footprint);
+    if !camera_view::is_clear(scene, &ray, distance, ctx) {
         return S::ZERO;
     }
     match thickness {

@@ -5,10 +5,10 @@ use std::array;
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
-use crate::math::{Ray, Span, Spectrum, WorldPoint};
+use crate::math::{Span, Spectrum, WorldPoint};
 use crate::medium::{BRICK, SparseCells, VOLUME, cell_at, cell_index};
 use crate::scene::Scene;
-use crate::transport::{PixelFootprint, SobolPoint};
+use crate::transport::{PixelFootprint, SobolPoint, camera_view};
 
 /// Places of a cell that are looked at from the camera: the first number, and the second where those are not all seen or
 /// all hidden.
@@ -108,10 +108,8 @@ impl<'a> SeenShares<'a> {
     /// Whether the camera sees `p`.
     pub(super) fn sees(&self, p: WorldPoint) -> bool {
         let Self { scene, footprint, .. } = self;
-        let ray = Ray::new(p, scene.camera.toward(p));
-        let near = scene.camera.near(&Ray::new(p, -ray.direction));
-        let span = Span::new(0.0, footprint.distance(p) - near);
-        !scene.surfaces.occluded_seen(&ray, span)
+        let (ray, distance) = camera_view::toward_camera(scene, p, footprint);
+        !scene.surfaces.occluded_seen(&ray, Span::new(0.0, distance))
     }
 
     /// The shares alone.

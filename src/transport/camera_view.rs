@@ -2,11 +2,11 @@
 //!
 //! All that asks for it asks here, or, without a context, [`Surfaces::intersect_seen`](crate::surface::Surfaces::intersect_seen).
 
-use crate::math::{Ray, Span, Spectrum, World};
+use crate::math::{Ray, Span, Spectrum, World, WorldPoint};
 use crate::scene::Scene;
 use crate::surface::{CameraView, SurfaceHit};
 
-use super::{PathContext, direct_light};
+use super::{PathContext, PixelFootprint, direct_light};
 
 /// The closest surface that `ray`, one of the camera's, sees.
 pub fn first_surface<'s>(
@@ -54,6 +54,18 @@ pub fn is_clear(scene: &Scene, ray: &Ray<World>, distance: f64, ctx: &mut PathCo
     }
     ctx.work.shadow_rays += 1;
     !scene.surfaces.occluded_seen(ray, Span::new(0.0, distance))
+}
+
+/// The ray from `p` to the camera, and the distance along it, in metres, within which a surface hides `p`: what is nearer to
+/// the camera than that begins to see hides nothing.
+pub fn toward_camera(
+    scene: &Scene,
+    p: WorldPoint,
+    footprint: &PixelFootprint,
+) -> (Ray<World>, f64) {
+    let ray = Ray::new(p, scene.camera.toward(p));
+    let near = scene.camera.near(&Ray::new(p, -ray.direction));
+    (ray, footprint.distance(p) - near)
 }
 
 /// Radiance, W/(m² sr), that `ray` (unit direction) sees of what the surface at `hit` emits, or of lights infinitely
