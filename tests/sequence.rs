@@ -12,9 +12,7 @@ use std::time::{Duration, Instant};
 use fogbow::image::{read_exr, read_layers};
 use fogbow::math::{Stage, Stream};
 use fogbow::render::{Earlier, Silent, render_next, shot_strategies};
-use fogbow::scene::{
-    Directing, Director, Importance, LoadOptions, RenderSettings, Scene, Sequence,
-};
+use fogbow::scene::{Director, LoadOptions, RenderSettings, Scene, Sequence};
 use fogbow::vdb;
 use glam::DVec3;
 use serde_json::Value;
@@ -30,6 +28,8 @@ const SCENE: &str = r#"
     rays = 4
     photons = 3000
     director = "xs"
+    [director]
+    x = "scattering"
     [[medium]]
     file = "smoke_####.vdb"
     sigma_t = 8.0
@@ -207,7 +207,7 @@ fn a_stale_first_look_is_refused() {
 fn a_pattern_wants_frames() {
     let studio = Studio::new();
     let says = ["is a sequence of files", "--frames 7-10", "4 of its files are there, 7 to 10"];
-    let in_scene = ["scene.toml:12:12: medium[0].file", "smoke_####.vdb"];
+    let in_scene = ["scene.toml:14:12: medium[0].file", "smoke_####.vdb"];
     studio.refuses(&["render", "scene.toml", "-o", "a.exr"], 1, &[&says[..], &in_scene].concat());
     studio.refuses(&["render", "smoke_####.vdb", "-o", "a.exr"], 2, &says);
     studio.refuses(&["plan", "smoke_%04d.vdb"], 2, &["--frame N"]);
@@ -416,7 +416,7 @@ fn maps_of_another_resolution() {
     assert_eq!(studio.runs(&wrong).status.code(), Some(2));
     studio.write(
         "scene.toml",
-        SCENE.replace("[[surface]]", "[director]\nresolution = 0\n[[surface]]"),
+        SCENE.replace("x = \"scattering\"", "x = \"scattering\"\nresolution = 0"),
     );
     studio.refuses(&wrong[..6], 1, &["director.resolution", "0.0625"]);
 }
@@ -457,11 +457,7 @@ const WAYS: [Way; 4] = [
     },
     Way {
         name: "directed by error",
-        settings: |own| RenderSettings {
-            director: Director::Xs,
-            directing: Directing { x: Importance::Error, ..own.directing },
-            ..own
-        },
+        settings: |own| RenderSettings { director: Director::Xs, ..own },
         of_shot: true,
     },
 ];

@@ -13,9 +13,10 @@ pub struct PixelBudget {
     pub rays: u32,
     /// Number of the first of them in the sequence of the pixel: other passes of the picture have those before.
     pub first: u32,
-    /// The first of them, which measured the error before there was a budget. Each gathers indirect light.
+    /// The first of them, which measured the error before there was a budget. The first of these gathers indirect light for all,
+    /// in each half.
     pub pilot: u32,
-    /// The first of them, by photons and caches of earlier rounds. Each of those counts as the pilot's do.
+    /// The first of them, by photons and caches of earlier rounds, which count as a pilot.
     pub earlier: u32,
     /// Those of the others that gather indirect light, weighted for the rest; spread evenly among those.
     pub gathers: u32,
@@ -179,7 +180,8 @@ mod tests {
 
     #[test]
     fn the_ends_of_importance() {
-        let directing = Directing::default();
+        let directed = Directed { rays: true, radius: true, step: true };
+        let directing = Directing { directed, ..Directing::default() };
         assert_eq!(GOLD.for_importance(1.0, &directing, Some(0.02)), GOLD);
         let least = GOLD.for_importance(0.0, &directing, Some(0.02));
         assert_eq!((least.rays, least.radius), (directing.floor, 0.1 * directing.coarsest_radius));
@@ -253,7 +255,8 @@ mod tests {
     proptest! {
         #[test]
         fn more_important_is_never_coarser(a in 0.0..=1.0f32, b in 0.0..=1.0f32) {
-            let directing = Directing::default();
+            let directed = Directed { rays: true, radius: true, step: true };
+            let directing = Directing { directed, ..Directing::default() };
             let of = |xs| GOLD.for_importance(xs, &directing, Some(0.02));
             let (low, high) = (of(a.min(b)), of(a.max(b)));
             prop_assert!(low.rays <= high.rays && low.radius >= high.radius);

@@ -1,6 +1,6 @@
 //! The photons that a directed picture needs for the gold standard's error.
 
-use crate::strategy::Measured;
+use crate::strategy::{EDGE_POWER, Measured};
 
 /// Fewest photons of a directed picture, as a share of the gold standard's.
 ///
@@ -14,12 +14,14 @@ pub struct PhotonDemand {
     pub paths: u64,
     /// Variance that is left to the rays, over that of the gold standard's rays, 0 to 1.
     pub ray_share: f64,
+    /// Power of the number of rays by which that falls.
+    pub ray_power: f64,
 }
 
 impl PhotonDemand {
     /// All `photons` of the gold standard, and as much noise of rays as it has.
     pub const fn all(photons: u64) -> Self {
-        Self { paths: photons, ray_share: 1.0 }
+        Self { paths: photons, ray_share: 1.0, ray_power: EDGE_POWER }
     }
 
     /// The photons and rays that together have the gold standard's error at the least cost. A pilot `measured` variance V
@@ -40,7 +42,7 @@ impl PhotonDemand {
         let paths = (photons as f64 * share).ceil() as u64;
         let left = (error - of_photons / share) / of_rays;
         let ray_share = if left > 0.0 { left.min(1.0) } else { 1.0 };
-        Self { paths, ray_share }
+        Self { paths, ray_share, ray_power: measured.ray_power }
     }
 }
 
@@ -59,6 +61,7 @@ mod tests {
             variance,
             cost: costs[0] + costs[1],
             photon_cost: costs[1],
+            ray_power: EDGE_POWER,
         }
     }
 

@@ -117,10 +117,10 @@ const VARIANCE_RADIUS: usize = 2;
 /// Unit: count. Definition: as in the pilot of strategies.
 const PIXELS_PER_OUTLIER: usize = 32;
 
-/// Power of a pixel's variance to which its rays are in proportion.
+/// Halves of the rays of a pixel.
 ///
-/// Unit: none. Derivation: the sum of v r^-p for a given sum of r is least where r is in proportion to v^(1/(1 + p)); p is 3/2.
-const SHARE_POWER: f64 = 0.4;
+/// Unit: count. Definition: of halves.
+const HALVES: f64 = 2.0;
 
 /// Error of a picture that is to be directed, row by row from the top; variances in radiance squared.
 #[derive(Debug, Clone, Copy)]
@@ -137,16 +137,19 @@ pub struct MeasuredError<'a> {
     pub visible: &'a [f32],
     /// Rays of each pixel.
     pub rays: u32,
+    /// Power of their number by which their variance falls.
+    pub ray_power: f64,
 }
 
 /// The X-map of measured `error`: rays that each pixel needs over those of the gold standard, 0 to 1.
 ///
-/// The variance of r stratified rays is taken to fall as r^-3/2, as it does where an edge crosses the pixel (Mitchell 1996,
-/// "Consequences of Stratified Sampling in Graphics"; as r^-1 where light is noise and as r^-2 where it is smooth), and the
-/// squared bias of the reconstruction with it, which chooses its scales by the noise. The sum of squared errors, in visible
-/// differences, falls most for the number of rays where each pixel gets rays in proportion to the power 2/5 of its variance
-/// (Neyman 1934, optimum allocation, by the method of Lagrange). There are as many as bring that sum to the share `allowed`
-/// of the gold standard's, which has `gold` rays in each pixel and is not reconstructed.
+/// The variance v of r stratified rays is taken to fall as r^-p: p is 1 where light is noise, 3/2 where an edge crosses the pixel
+/// (Mitchell 1996, "Consequences of Stratified Sampling in Graphics") and 3 where light is smooth. The squared bias of the
+/// reconstruction falls with it, which chooses its scales by the noise. The sum of squared errors, in visible differences,
+/// falls most for the number of rays where each pixel gets rays in proportion to v^(1/(1 + p)) (Neyman 1934, optimum allocation,
+/// by the method of Lagrange). There are as many as bring that sum to the share `allowed`
+/// of the gold standard's, which has `gold` rays in each pixel and is not reconstructed. Those are stratified all together: r of
+/// them have the variance of r in one half, and r in each of two halves have half of it.
 pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f32> {
     let MeasuredError { width, visible, .. } = *error;
     let size = [width, visible.len() / width];
@@ -161,8 +164,11 @@ pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f3
     let [rays, gold] = [error.rays.min(gold), gold].map(f64::from);
     let squared_bias = in_visible(error.squared_bias, visible);
     let bias = sum(&|pixel| squared_bias[pixel]).max(0.0);
-    let of_gold = allowed * sum(&|pixel| rendered[pixel]) * left(gold / rays);
-    let share = |variance: &f64| variance.powf(SHARE_POWER);
+    // Each half is stratified by itself, and gold's rays all together.
+    let left = |times: f64| times.powf(-error.ray_power);
+    let of_half = |times: f64| HALVES * left(HALVES * times);
+    let of_gold = allowed * sum(&|pixel| rendered[pixel]) * of_half(gold / rays);
+    let share = |variance: &f64| variance.powf(1.0 / (1.0 + error.ray_power));
     let shares: Vec<f64> = reconstructed.iter().map(share).collect();
     // Bias is where noise is.
     let biased = 1.0 + bias / sum(&|pixel| reconstructed[pixel]).max(f64::MIN_POSITIVE);
@@ -184,11 +190,6 @@ pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f3
     shares.iter().map(|share| (high * share / gold).min(1.0) as f32).collect()
 }
 
-/// Share of a variance that so many times the rays leave.
-fn left(times: f64) -> f64 {
-    1.0 / (times * times.sqrt())
-}
-
 /// Variances of pixels in squares of their visible differences.
 fn in_visible(variances: &[f32], visible: &[f32]) -> Vec<f64> {
     let relative = |(variance, visible): (&f32, &f32)| {
@@ -202,6 +203,7 @@ fn in_visible(variances: &[f32], visible: &[f32]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::strategy::EDGE_POWER;
     use proptest::prelude::*;
 
     const SIZE: [usize; 2] = [40, 30];
@@ -223,6 +225,7 @@ mod tests {
             squared_bias: &QUIET,
             visible: &[1.0; 1200],
             rays: 2,
+            ray_power: EDGE_POWER,
         }
     }
 
@@ -286,11 +289,14 @@ mod tests {
         assert_eq!(x, [0.0; 1200]);
     }
 
-    /// Pixels that reconstruction does not help get gold's rays; where it takes a 27th of the variance a ninth of the rays
-    /// has gold's error.
+    /// Pixels that reconstruction does not help get gold's rays. As many in two halves have the root of 2 times gold's variance:
+    /// where reconstruction takes so much and a 27th of the variance, a ninth of the rays has gold's error.
     #[test]
     fn rays_bring_the_error_to_that_of_gold() {
-        for (left, share) in [(1.0, 1.0), (1.0 / 8.0, 1.0 / 4.0), (1.0 / 27.0, 1.0 / 9.0)] {
+        let of_halves = std::f64::consts::FRAC_1_SQRT_2 as f32;
+        for (left, share) in
+            [(1.0, 1.0), (of_halves / 8.0, 1.0 / 4.0), (of_halves / 27.0, 1.0 / 9.0)]
+        {
             let x = x_map(&[left; 1200], 64);
             assert!(x.iter().all(|x| (x - share).abs() < 1e-3), "{} for {share}", x[0]);
         }

@@ -21,8 +21,8 @@ use crate::scene::{Directing, RenderSettings, Scene};
 use crate::strategy::Assignment;
 use crate::work::Work;
 
-/// Rays of a pixel in the pilot: one in each half, between which error is told.
-const PILOT_RAYS: u32 = 2;
+/// Rays of a pixel in the pilot: as many as one gathers for in each half, between which error is told.
+const PILOT_RAYS: u32 = 4;
 
 /// Maps of a director that measures error, of the size of the film, row by row from the top.
 #[derive(Debug)]
@@ -38,9 +38,13 @@ pub(super) struct ErrorMaps {
 }
 
 impl ErrorMaps {
-    /// Those of a picture of which the pilot has these `components`, and which may have the share `allowed` of the variance
-    /// of the gold standard's rays.
-    pub(super) fn new(components: &ComponentFilm, settings: &RenderSettings, allowed: f64) -> Self {
+    /// Those of a picture of which the pilot has these `components`, with as much noise of rays as the `demand` for photons leaves
+    /// to them.
+    pub(super) fn new(
+        components: &ComponentFilm,
+        settings: &RenderSettings,
+        demand: &PhotonDemand,
+    ) -> Self {
         let reconstruction = Reconstruction::new(components);
         let [width, height] = components.size();
         let radiance = |pixel: &PixelComponents| {
@@ -58,8 +62,9 @@ impl ErrorMaps {
             squared_bias: &noise.squared_bias,
             visible: &visible,
             rays: pilot_rays(settings),
+            ray_power: demand.ray_power,
         };
-        let x = error_x_map(&error, settings.rays, allowed);
+        let x = error_x_map(&error, settings.rays, demand.ray_share);
         let Directing { weights, operator, .. } = settings.effective_directing();
         let saliency = (weights[1] > 0.0).then(|| Saliency::from_image(&pilot));
         let s = saliency.as_ref().map_or(&[][..], |saliency| &saliency.map);
@@ -125,7 +130,7 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
         &Control::silent(),
     );
     work += sampled.work;
-    Ok((ErrorMaps::new(&sampled.film.component_film(), settings, demand.ray_share), work))
+    Ok((ErrorMaps::new(&sampled.film.component_film(), settings, &demand), work))
 }
 
 /// Importance of each pixel of the film of `region`, measured in the pilot, of which `sample` takes the samples and

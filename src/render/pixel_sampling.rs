@@ -183,11 +183,13 @@ pub(super) fn begin_sample(
     point.film_and_lens()
 }
 
-/// Weight of the indirect light of a sample: see [`CameraRay::indirect_weight`]. The samples that gather
-/// are evenly spread over those of the pixel.
+/// Weight of the indirect light of a sample: see [`CameraRay::indirect_weight`]. The first sample of a pilot gathers for all
+/// of it. Others that gather are evenly spread over those of the pixel.
 pub(super) fn indirect_weight(sample: &NumberedSample) -> f64 {
     let NumberedSample { number: sample, budget, .. } = *sample;
-    if sample < budget.pilot || budget.gathers_alone() {
+    if sample < budget.pilot {
+        if sample == 0 { f64::from(budget.pilot) } else { 0.0 }
+    } else if budget.gathers_alone() {
         1.0
     } else if budget.gathers_within(sample + 1) != budget.gathers_within(sample) {
         f64::from(budget.shared_rays()) / f64::from(budget.gathers)
@@ -204,18 +206,18 @@ pub(super) fn indirect_correction(
     numbering: Numbering,
 ) -> Rgb {
     let given = samples.given() as u32;
-    if given == 0 || given >= budget.rays || budget.gathers_alone() {
+    if given == 0 || given >= budget.rays {
         return Rgb::ZERO;
     }
+    // Rays that those given stand for.
     let counted = |half: u32| {
         let (given, part) = (numbering.count(half, given), numbering.budget_of(half, budget));
-        match part.gathers_within(given) {
-            0 => f64::from(given),
-            groups => {
-                let weight = f64::from(part.shared_rays()) / f64::from(part.gathers);
-                f64::from(part.pilot) + groups as f64 * weight
+        let in_pilot = if given > 0 { f64::from(part.pilot) } else { 0.0 };
+        in_pilot
+            + match part.gathers_within(given) {
+                0 => f64::from(given.saturating_sub(part.pilot)),
+                groups => groups as f64 * f64::from(part.shared_rays()) / f64::from(part.gathers),
             }
-        }
     };
     samples.indirect() * (f64::from(given) / (counted(0) + counted(1)) - 1.0)
 }
@@ -236,10 +238,9 @@ mod tests {
             for sample in 0..rays {
                 let weight = indirect_weight(&numbering.number(sample, &budget));
                 let indirect = Rgb::splat(2.0 * weight);
-                let is_shared = !budget.gathers_alone();
                 samples.add(Sample {
                     radiance: Rgb::ONE + indirect,
-                    indirect: if is_shared { indirect } else { Rgb::ZERO },
+                    indirect,
                     ..Sample::default()
                 });
                 let mean = samples.mean() + indirect_correction(&samples, &budget, numbering);

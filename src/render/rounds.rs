@@ -219,6 +219,7 @@ mod tests {
             variance,
             cost: costs[0] + costs[1],
             photon_cost: costs[1],
+            ray_power: 1.0,
         }];
         let assignment = Assignment { strategies, measured, ..Assignment::default() };
         let settings = RenderSettings { rays: 16, photons: 160_000, ..RenderSettings::default() };

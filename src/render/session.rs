@@ -203,9 +203,8 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
             let none = Sampled::none(&region);
             sample(region, camera, |_, _| budget, estimate, none, &caches, control)
         };
-        let importance = |components: &ComponentFilm| {
-            ErrorMaps::new(components, settings, demand.ray_share).importance()
-        };
+        let importance =
+            |components: &ComponentFilm| ErrorMaps::new(components, settings, &demand).importance();
         measure_importance(region, pilot, importance, gold, control, &mut begun, stages);
         budgets(&begun.film.importance, scene, settings, gold)
     } else if settings.director == Director::Variance {

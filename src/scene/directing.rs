@@ -45,13 +45,27 @@ pub enum Importance {
     /// Transmittance to the first surface, as in Anson et al. 2006.
     Transmittance,
     /// Deviation of the light that is seen, scattered light included, measured in a pilot with few photons.
-    #[default]
     Scattering,
     /// Error that rays leave after reconstruction, measured in the picture's first rays.
+    #[default]
     Error,
 }
 
 impl Importance {
+    /// How it is combined with S where nothing is said.
+    pub const fn default_operator(self) -> Operator {
+        match self {
+            Self::Transmittance | Self::Scattering => Operator::Sum,
+            Self::Error => Operator::Tolerance,
+        }
+    }
+
+    /// What XS directs where nothing is said. The error of rays does not tell where a larger radius or step does no harm.
+    pub const fn default_directed(self) -> Directed {
+        let coarsens = !matches!(self, Self::Error);
+        Directed { rays: true, radius: coarsens, step: coarsens }
+    }
+
     /// Each by its name.
     pub const ALL: &[(&str, Self)] = &[
         ("transmittance", Self::Transmittance),
@@ -66,10 +80,9 @@ impl Importance {
 }
 
 /// How X and S are combined to XS.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operator {
     /// Weighed sum.
-    #[default]
     Sum,
     /// Product of powers: X^w_x S^w_s.
     Product,

@@ -254,8 +254,9 @@ impl RenderSettings {
         }
         if self.measures_error() || director == Director::Variance {
             let name = director.name();
+            let other = if self.measures_error() { ", or direct by --x scattering" } else { "" };
             return Err(format!(
-                "the director {name} measures noise by photons that one pass has not; {crops}"
+                "the director {name} measures noise by photons that one pass has not; {crops}{other}"
             ));
         }
         Ok(())
@@ -294,22 +295,22 @@ mod tests {
         let pass = PicturePass { count: 8, number: 3 };
         let whole = RenderSettings { rays: 8, photons: 1000, ..RenderSettings::default() };
         assert_eq!(whole.check_pass(pass), Ok(()));
+        let by_scattering = Directing { x: Importance::Scattering, ..whole.directing };
+        let unmeasured =
+            RenderSettings { director: Director::Xs, directing: by_scattering, ..whole };
         for free in [
             RenderSettings { photons: 0, ..whole },
             RenderSettings { director: Director::XsPaper, ..whole },
+            unmeasured,
         ] {
             assert_eq!(free.check_pass(pass), Ok(()));
         }
-        let directing = Directing { x: Importance::Error, ..whole.directing };
         for (settings, says) in [
             (RenderSettings { rays: 7, ..whole }, "give at most 7 passes or more --rays"),
             (RenderSettings { photons: 7, ..whole }, "give at least 8 --photons"),
             (RenderSettings { denoise: true, ..whole }, "noise is taken off"),
             (RenderSettings { reconstruct: true, ..whole }, "noise is taken off"),
-            (
-                RenderSettings { director: Director::Xs, directing, ..whole },
-                "the director xs measures",
-            ),
+            (RenderSettings { director: Director::Xs, ..whole }, "direct by --x scattering"),
             (RenderSettings { director: Director::Variance, ..whole }, "the director variance"),
         ] {
             let problem = settings.check_pass(pass).unwrap_err();

@@ -246,6 +246,18 @@ pub struct Measured {
     pub cost: f64,
     /// Cost of its photons, in the same unit.
     pub photon_cost: f64,
+    /// Power of the number of rays by which their variance falls: 1 where rays are noise, more as they are stratified.
+    #[serde(default = "edge_power")]
+    pub ray_power: f64,
+}
+
+/// The [power](Measured::ray_power) where an edge crosses the pixel, for rays of which nothing was measured.
+///
+/// Unit: none. Source: Mitchell 1996, "Consequences of Stratified Sampling in Graphics".
+pub const EDGE_POWER: f64 = 1.5;
+
+const fn edge_power() -> f64 {
+    EDGE_POWER
 }
 
 impl Measured {

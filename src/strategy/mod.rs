@@ -25,8 +25,8 @@ pub use kind::{
     makes_gathers, shared, unshared,
 };
 pub use measured::{
-    BLOCK, Measured, PictureSize, PixelRays, PixelSamples, RayLuminance, Variance, VarianceScale,
-    weights,
+    BLOCK, EDGE_POWER, Measured, PictureSize, PixelRays, PixelSamples, RayLuminance, Variance,
+    VarianceScale, weights,
 };
 pub use phase_blur::{PhaseSplit, phases, scatterings};
 pub use possible::{assignments, first_allowed, is_allowed};

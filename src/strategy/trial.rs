@@ -44,12 +44,14 @@ impl Observed<'_> {
 /// rays count as independent.
 pub fn trials(observed: &[Observed<'_>], weights: &[f64], picture: PictureSize) -> Vec<Trial> {
     let trial = |of: &Observed<'_>| {
-        let left = stratified_variance(stratified_share(of.samples, weights), picture.rays);
+        let share = stratified_share(of.samples, weights);
+        let left = stratified_variance(share, picture.rays);
         Trial {
             strategies: of.strategies.clone(),
             variances: of.samples.iter().map(|own| own.variance(left, &of.scale)).collect(),
             cost: of.cost(picture),
             photon_cost: of.photon_cost,
+            ray_power: ray_power(share),
         }
     };
     observed.iter().map(trial).collect()
@@ -64,6 +66,13 @@ fn stratified_variance(share: f64, rays: f64) -> f64 {
     let of_block = smooth(BLOCK as f64);
     let noise = ((share - of_block) / (1.0 - of_block)).clamp(0.0, 1.0);
     noise + (1.0 - noise) * smooth(rays)
+}
+
+/// Power of the number of rays by which the variance falls of which a block has this `share` of that of independent ones: the
+/// share is 1 where rays are noise, whose power is 1, and 1/16 where they are smooth, whose power is 3.
+fn ray_power(share: f64) -> f64 {
+    let smooth = (BLOCK as f64).powi(-2);
+    1.0 - share.clamp(smooth, 1.0).ln() / (BLOCK as f64).ln()
 }
 
 /// Variance of blocks of stratified rays over that of independent ones: the ratio of their means over pixels, at most 1,
@@ -96,6 +105,8 @@ pub struct Trial {
     pub cost: f64,
     /// Cost of its photons, in the same unit.
     pub photon_cost: f64,
+    /// As in [`Measured::ray_power`].
+    pub ray_power: f64,
 }
 
 impl Trial {
@@ -107,12 +118,13 @@ impl Trial {
             smooth_ray_variance: mean(|variance| variance.smooth_ray_variance),
             photon_variance: mean(|variance| variance.photon_variance),
         };
-        let Self { strategies, cost, photon_cost, .. } = self;
+        let Self { strategies, cost, photon_cost, ray_power, .. } = self;
         Measured {
             strategies: strategies.clone(),
             variance,
             cost: *cost,
             photon_cost: *photon_cost,
+            ray_power: *ray_power,
         }
     }
 
@@ -170,6 +182,7 @@ impl Trial {
             variances: self.variances.iter().map(of_pixel).collect(),
             cost,
             photon_cost: self.photon_cost,
+            ray_power: self.ray_power,
         }
     }
 }
@@ -220,10 +233,19 @@ mod tests {
             photon_variance: 0.0,
         };
         let variances = variances.iter().map(of_pixel).collect();
-        Trial { strategies: vec![strategy], variances, cost, photon_cost: 0.0 }
+        Trial { strategies: vec![strategy], variances, cost, photon_cost: 0.0, ray_power: 1.0 }
     }
 
     /// The share of stratified blocks is the ratio of their means where pixels agree on it, and 1 where they do not.
+    #[test]
+    fn powers_of_rays_are_those_of_noise_edges_and_smooth_light() {
+        // A share below that of smooth light, or below nothing, is one by chance.
+        let known = [(1.0, 1.0), (0.5, 1.5), (1.0 / 16.0, 3.0), (0.01, 3.0), (-0.1, 3.0)];
+        for (share, power) in known {
+            assert!((ray_power(share) - power).abs() < 1e-12, "{} of {share}", ray_power(share));
+        }
+    }
+
     #[test]
     fn chance_is_not_taken_for_stratification() {
         let pixels = |products: &[f64]| -> Vec<PixelSamples> {

@@ -7,7 +7,7 @@ use super::gain::{ErrorMeasure, UNIFORM, has_round, over_rounds, scaled, too_ine
 use super::measured::{Estimate, PointResult, RunResult};
 
 /// Parts, each with the candidate that has it and the one that has not.
-const PARTS: [(&str, &str, &str); 12] = [
+const PARTS: [(&str, &str, &str); 13] = [
     ("X, by transmittance", "x-transmittance", UNIFORM),
     ("S", "s", UNIFORM),
     ("X and S, their sum", "xs-transmittance", UNIFORM),
@@ -15,6 +15,7 @@ const PARTS: [(&str, &str, &str); 12] = [
     ("product instead of sum", "xs-product", "xs-scattering"),
     ("scattering-awareness, in X", "x-scattering", "x-transmittance"),
     ("scattering-awareness, in XS", "xs-scattering", "xs-transmittance"),
+    ("X by measured error, tolerance by S", "xs-error", "xs-scattering"),
     ("directed rays alone", "xs-rays", UNIFORM),
     ("directed radius alone", "xs-radius", UNIFORM),
     ("directed step alone", "xs-step", UNIFORM),

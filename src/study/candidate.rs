@@ -9,7 +9,7 @@ use crate::scene::{Directed, Director, Importance, Operator, RenderSettings, Str
 pub(super) const GOLD: &str = "gold";
 
 /// The candidate that is what `--director xs` makes unless a scene says otherwise.
-const DIRECTED: &str = "xs-scattering";
+const DIRECTED: &str = "xs-error";
 
 /// The name of the candidate that shows how errors fall with photons.
 pub(super) const PHOTONS: &str = "photons";
@@ -25,13 +25,14 @@ const RADIUS: Directed = Directed { rays: false, radius: true, step: false };
 const STEP: Directed = Directed { rays: false, radius: false, step: true };
 
 /// Every candidate by name, with what it is.
-pub const CANDIDATES: [(&str, &str); 14] = [
+pub const CANDIDATES: [(&str, &str); 15] = [
     ("fixed", "as gold with fewer rays"),
     ("fixed-photons", "as gold with fewer rays and as many fewer photons"),
     (PHOTONS, "as gold with fewer photons"),
     ("x-transmittance", "directed by X, the transmittance"),
     ("x-scattering", "directed by X, the contrast of scattered light"),
     ("s", "directed by saliency"),
+    (DIRECTED, "X from measured error, of which more passes where S is low; reconstructed"),
     ("xs-transmittance", "X and S, with X from transmittance"),
     ("xs-scattering", "X and S, with X from scattered light"),
     ("xs-product", "X times S instead of their sum, with X from scattered light"),
@@ -135,10 +136,18 @@ fn with(gold: &RenderSettings, name: &str, rays: u32) -> RenderSettings {
     let directing = &mut settings.directing;
     directing.x = if name.ends_with("transmittance") || name == "xs-paper" {
         Importance::Transmittance
+    } else if name == DIRECTED {
+        Importance::Error
     } else {
         Importance::Scattering
     };
-    directing.operator = if name == "xs-product" { Operator::Product } else { Operator::Sum };
+    let own = directing.operator;
+    directing.operator =
+        if name == "xs-product" { Operator::Product } else { directing.x.default_operator() };
+    // The scene's weights mean something else for another operator.
+    if directing.operator.default_weights() != own.default_weights() {
+        directing.weights = directing.operator.default_weights();
+    }
     directing.directed = match name {
         "xs-rays" | "xs-paper" => RAYS,
         "xs-radius" => RADIUS,

@@ -112,7 +112,7 @@ mod tests {
             let (spent, longest, plan) = spent(seconds, factor);
             prop_assert!(spent <= seconds + longest, "{spent} of {seconds}, {plan:?}");
             prop_assert!(spent >= 0.85 * seconds, "{spent} of {seconds}, {plan:?}");
-            for name in ["fixed", "xs-scattering"] {
+            for name in ["fixed", "xs-error"] {
                 prop_assert!(plan.candidates.iter().any(|known| known == name));
                 prop_assert!(factor > 1.0 || plan.seeds_of(name) >= 3, "{plan:?}");
             }

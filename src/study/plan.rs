@@ -293,7 +293,7 @@ mod tests {
             assert!(takes <= seconds, "{plan:?} takes {takes} of {seconds}");
             assert_eq!(plan.seeds, 3, "{seconds}");
             assert!(plan.candidates.len() >= last.max(2), "{plan:?}");
-            assert!(["fixed", "xs-scattering"].iter().all(|name| plan.is_core(name)));
+            assert!(["fixed", "xs-error"].iter().all(|name| plan.is_core(name)));
             last = plan.candidates.len();
         }
         assert!(last > 8, "there is time for others");

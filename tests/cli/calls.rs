@@ -53,7 +53,7 @@ fn a_picture_in_memory_has_the_files_of_the_program() {
 fn pictures_of_a_list_share_photons_and_have_the_pixels_of_each_alone() {
     let text = smoke(2, 4000, "0.9");
     let open = || OpenScene::of_text(Path::new("dict"), text.clone());
-    let list = ["", "--director=x", "--rays=3", "--exposure=1", "--seed=8"];
+    let list = ["", "--director=x --x=scattering", "--rays=3", "--exposure=1", "--seed=8"];
     let settings: Vec<_> = list.iter().map(|flags| (None, words(flags))).collect();
     let mut kept = open();
     let mut shared = calls::share_photons(&mut kept, &settings).unwrap();

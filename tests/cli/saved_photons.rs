@@ -41,6 +41,7 @@ fn pictures_by_saved_photons_have_the_pixels_of_those_that_shoot() {
         &["--radius", "0.2"],
         &["--reconstruct"],
         &["--director", "xs"],
+        &["--director", "xs", "--x", "scattering"],
         &["--director", "xs-paper"],
         &grey,
         &[&grey[..], &even].concat(),

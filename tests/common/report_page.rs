@@ -19,7 +19,7 @@ pub fn assert_answered_at_once(browser: &mut Browser) {
         assert!(right > left && bottom > top, "{selector} is not seen");
     }
     let sentence = browser.evaluate("$('sentence').textContent");
-    assert!(sentence.as_str().unwrap().contains("xs-scattering"), "{sentence}");
+    assert!(sentence.as_str().unwrap().contains("xs-error"), "{sentence}");
     for (width, height) in SIZES {
         browser.resize(width, height);
         let [data, legend] = ["#plot #data", "#legend"].map(|selector| bounds(browser, selector));

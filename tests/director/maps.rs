@@ -73,8 +73,12 @@ fn full_weights_give_the_fixed_picture_of_smoke() {
     let scene = load(&shipped("smoke.toml"), [24, 24], 6, 20_000);
     let fixed = render(&scene, &scene.render, &Silent).unwrap().film;
     // Weights this large make every X but 0 count as 1.
-    let directing =
-        Directing { x: Importance::Transmittance, weights: [1e6, 0.0], ..Directing::default() };
+    let directing = Directing {
+        x: Importance::Transmittance,
+        weights: [1e6, 0.0],
+        operator: Operator::Sum,
+        ..Directing::default()
+    };
     let settings = RenderSettings { director: Director::Xs, directing, ..scene.render };
     assert_eq!(render(&scene, &settings, &Silent).unwrap().film, fixed);
 }
@@ -84,7 +88,7 @@ fn no_importance_gives_the_floor() {
     let folder = tempfile::tempdir().unwrap();
     let nothing = WALL.replace("target = [0, 0, 0]", "target = [0, 0, 9]");
     let scene = written(folder.path(), &nothing);
-    let directing = Directing { floor: 2, ..Directing::default() };
+    let directing = Directing { floor: 2, ..by_scattering(&scene).directing };
     for director in [Director::X, Director::S, Director::Xs] {
         let settings = RenderSettings { director, directing, ..scene.render };
         let film = render(&scene, &settings, &Silent).unwrap().film;
@@ -96,17 +100,21 @@ fn no_importance_gives_the_floor() {
 #[test]
 fn what_is_handed_out_is_recorded() {
     let scene = load(&shipped("smoke.toml"), [48, 48], 16, 20_000);
-    let settings = RenderSettings { director: Director::Xs, ..scene.render };
-    let film = render(&scene, &settings, &Silent).unwrap().film;
-    let [rays, radius, step, xs] = ["rays", "radius", "step", "xs"].map(|n| layer(&film, n));
-    assert!(rays.iter().all(|n| (1.0..=16.0).contains(n)));
-    for i in 0..xs.len() {
-        assert_eq!(rays[i], (16.0 * xs[i]).round().clamp(1.0, 16.0), "pixel {i}");
+    let directing =
+        Directing { directed: Importance::Scattering.default_directed(), ..scene.render.directing };
+    let by_error = RenderSettings { director: Director::Xs, directing, ..scene.render };
+    // Error is measured by four rays.
+    for (settings, floor) in [(by_error, 4.0), (by_scattering(&scene), 1.0)] {
+        let film = render(&scene, &settings, &Silent).unwrap().film;
+        let [rays, radius, step, xs] = ["rays", "radius", "step", "xs"].map(|n| layer(&film, n));
+        for i in 0..xs.len() {
+            assert_eq!(rays[i], (16.0 * xs[i]).round().clamp(floor, 16.0), "pixel {i}");
+        }
+        let spread = |v: &[f64]| {
+            v.iter().copied().fold(0.0, f64::max) / v.iter().copied().fold(f64::INFINITY, f64::min)
+        };
+        assert!(spread(&radius) > 1.5 && spread(&step) > 1.5 && spread(&rays) > 2.0);
     }
-    let spread = |v: &[f64]| {
-        v.iter().copied().fold(0.0, f64::max) / v.iter().copied().fold(f64::INFINITY, f64::min)
-    };
-    assert!(spread(&radius) > 1.5 && spread(&step) > 1.5 && spread(&rays) > 2.0);
 }
 
 /// Voxel grids: those that ship, and the public ones where they are.
@@ -191,7 +199,8 @@ fn handing_out_rays_does_not_bias() {
         };
         std::array::from_fn::<f64, 9, _>(mean)
     };
-    let directing = Directing { directed: RAYS_ONLY, tolerance: 0.3, ..Directing::default() };
+    let directing = by_scattering(&scene).directing;
+    let directing = Directing { directed: RAYS_ONLY, tolerance: 0.3, ..directing };
     let fixed: Vec<[f64; 9]> =
         (0..SEEDS).map(|seed| tiles(&RenderSettings { seed, ..scene.render })).collect();
     for director in [Director::Xs, Director::Variance] {
@@ -216,13 +225,26 @@ fn handing_out_rays_does_not_bias() {
 fn the_same_on_any_number_of_threads() {
     let scene = load(&shipped("smoke.toml"), [40, 40], 8, 20_000);
     let directed = |director| RenderSettings { director, ..scene.render };
-    for settings in [directed(Director::Xs), directed(Director::Variance), by_error(&scene)] {
+    let variance = directed(Director::Variance);
+    for settings in [directed(Director::Xs), by_scattering(&scene), variance, by_error(&scene)] {
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| render(&scene, &settings, &Silent).unwrap().film)
         };
         assert_eq!(on(1), on(2), "{settings:?}");
     }
+}
+
+/// Settings that direct by how uncertain scattered light is, and by saliency.
+fn by_scattering(scene: &Scene) -> RenderSettings {
+    let directing = Directing {
+        x: Importance::Scattering,
+        weights: Operator::Sum.default_weights(),
+        operator: Operator::Sum,
+        directed: Importance::Scattering.default_directed(),
+        ..Directing::default()
+    };
+    RenderSettings { director: Director::Xs, directing, ..scene.render }
 }
 
 /// Settings that direct rays by measured error, whatever is salient.
@@ -241,7 +263,7 @@ fn by_error(scene: &Scene) -> RenderSettings {
 /// as many. Seeds are fixed.
 #[test]
 fn rays_by_measured_error_beat_even_ones() {
-    let scene = load(&shipped("balls_b.toml"), [64, 64], 16, 50_000);
+    let scene = load(&shipped("balls_b.toml"), [64, 64], 32, 50_000);
     // No pilot of strategies for each of so many pictures.
     let strategy = StrategyRequest::Asked(Strategy::FluenceTowardEye);
     let [mut directed, mut even] = [0.0; 2];
@@ -252,8 +274,8 @@ fn rays_by_measured_error_beat_even_ones() {
         let own = of(RenderSettings { seed, ..by_error(&scene) });
         let rays = layer(&own, "rays");
         let mean = rays.iter().sum::<f64>() / rays.len() as f64;
-        assert!(mean < 8.0 && rays.contains(&16.0) && rays.contains(&2.0), "{mean} rays");
-        let truth = of(RenderSettings { rays: 128, seed: seed + 100, ..scene.render });
+        assert!(mean < 16.0 && rays.contains(&32.0) && rays.contains(&4.0), "{mean} rays");
+        let truth = of(RenderSettings { rays: 256, seed: seed + 100, ..scene.render });
         let rays = mean.ceil() as u32;
         let uniform = of(RenderSettings { rays, reconstruct: true, seed, ..scene.render });
         directed += error(&own, &truth);

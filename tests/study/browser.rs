@@ -68,7 +68,7 @@ fn shown(browser: &mut Browser) -> Value {
 fn the_report_of_a_study_works() {
     let Some(mut browser) = Browser::start(1400, 900) else { return };
     let folder = tempfile::tempdir().unwrap();
-    let candidates = "fixed,photons,x-transmittance,xs-scattering";
+    let candidates = "fixed,photons,x-transmittance,xs-error";
     run(
         folder.path(),
         &[

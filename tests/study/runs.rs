@@ -276,7 +276,7 @@ fn a_study_in_a_given_time_answers() {
     };
     let (told, first) = study(&[]);
     assert!(first.plan.seeds >= 3, "{:?}", first.plan);
-    for name in ["gold", "fixed", "xs-scattering"] {
+    for name in ["gold", "fixed", "xs-error"] {
         let mut points = first.points.iter().filter(|point| point.candidate == name).peekable();
         assert!(points.peek().is_some(), "{name}");
         assert!(points.all(|point| point.runs.len() >= 3), "{name}: {:?}", first.plan);
@@ -291,7 +291,7 @@ fn a_study_in_a_given_time_answers() {
         Outcome::Above | Outcome::Open => "is ",
         Outcome::Below | Outcome::Equal => "takes ",
     };
-    assert!(told.starts_with(&format!("xs-scattering with 8 rays {verb}")), "{told}");
+    assert!(told.starts_with(&format!("xs-error with 8 rays {verb}")), "{told}");
     if headline.settling.is_some_and(|settling| settling.seeds.is_some()) {
         assert!(told.contains("--time") && told.contains("--resume"), "{told}");
     }

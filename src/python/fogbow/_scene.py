@@ -40,7 +40,7 @@ class Scene:
         """Renders a picture for each of the `settings`, one after another, as the iterator is asked for them.
 
         Each picture is the one that `render` gives. Those that differ only in what photons do not depend on, such as
-        director, denoising, crop and exposure, share photons that are shot once.
+        denoising, crop, exposure and directors that do not measure error, share photons that are shot once.
         """
         given = [_of_picture(one) for one in settings]
         shared = self._scene.share_photons(given)

@@ -14,15 +14,15 @@ pub(in crate::scene) const X: Key = Key::new(
     "x",
     Kind::Word(|| names(Importance::ALL)),
     "",
-    Default("\"scattering\""),
-    "What the X-map says: how uncertain scattered light is, the transmittance of Anson et al. 2006, or the error that the picture's first rays leave after reconstruction.",
+    Default("\"error\""),
+    "What the X-map says: the error that the picture's first rays leave after reconstruction, how uncertain scattered light is, or the transmittance of Anson et al. 2006.",
 )
 .flag("x");
 pub(in crate::scene) const WEIGHTS: Key = Key::new(
     "weights",
     Kind::Pair(Range::NOT_NEGATIVE),
     "",
-    Other("[0.5, 0.5], with the operator \"tolerance\" [1, 0.5]"),
+    Other("[1, 0.5] with the operator \"tolerance\", else [0.5, 0.5]"),
     "Weights of X and S in the XS-map; with \"tolerance\" the power of X, and how much more error passes where S is 0.",
 )
 .flag("weights");
@@ -30,7 +30,7 @@ pub(in crate::scene) const OP: Key = Key::new(
     "op",
     Kind::Word(|| names(Operator::ALL)),
     "",
-    Default("\"+\""),
+    Other("\"tolerance\" with the X \"error\", else \"+\""),
     "How X and S become one: the weighted sum, the product of powers, or X over the error that passes where S is low.",
 )
 .flag("op");
@@ -38,7 +38,7 @@ pub(in crate::scene) const DIRECTS: Key = Key::new(
     "directs",
     Kind::Text("some of rays, radius, step with commas between, or nothing"),
     "",
-    Default("\"rays,radius,step\""),
+    Other("\"rays\" with the X \"error\", else \"rays,radius,step\""),
     "What the XS-map hands out.",
 )
 .flag("directs");

@@ -197,6 +197,16 @@ impl<'t> Section<'t> {
         self.read(key, |v| v.word(words))
     }
 
+    /// The value that `words` gives for the word of `key`, if it is there.
+    pub(in crate::scene) fn maybe_word<T: Copy>(
+        &self,
+        key: &Key,
+        words: &[(&'static str, T)],
+    ) -> Result<Option<T>> {
+        debug_assert!(matches!(key.kind, Kind::Word(known) if known() == names(words)), "{key:?}");
+        self.maybe(key, |v| v.word(words))
+    }
+
     /// The file of `key`.
     pub(in crate::scene) fn file(&self, key: &Key) -> Result<FileReference> {
         self.require(key)?.file_of(&key.kind)

@@ -61,15 +61,25 @@ struct Setup {
     part: [u32; 2],
     reconstruct: bool,
     denoise: bool,
-    /// Whether X is measured error, of which saliency tells what is tolerated.
-    by_error: bool,
+    by: By,
+}
+
+/// What X is, and what it directs.
+#[derive(Clone, Copy)]
+enum By {
+    /// As nothing is said: measured error directs rays.
+    Default,
+    /// Measured error directs radius and step as well.
+    ErrorCoarsened,
+    /// How uncertain scattered light is, to which saliency is added, directs all three.
+    Scattering,
 }
 
 impl Setup {
     /// Each pixel gets the same.
     const fn uniform(name: &'static str, part: [u32; 2]) -> Self {
         let director = Director::Fixed;
-        Self { name, director, part, reconstruct: false, denoise: false, by_error: false }
+        Self { name, director, part, reconstruct: false, denoise: false, by: By::Default }
     }
 
     const fn directed(name: &'static str, director: Director) -> Self {
@@ -82,10 +92,11 @@ impl Setup {
 }
 
 /// The gold standard first, `xs` next.
-const SETUPS: [Setup; 12] = [
+const SETUPS: [Setup; 13] = [
     Setup::uniform("gold", [1, 1]),
     Setup::directed("`xs`", Director::Xs),
-    Setup { by_error: true, ..Setup::directed("`xs` by error", Director::Xs) },
+    Setup { by: By::Scattering, ..Setup::directed("`xs` by scattering", Director::Xs) },
+    Setup { by: By::ErrorCoarsened, ..Setup::directed("`xs`, radius and step too", Director::Xs) },
     Setup::directed("`xs-paper`", Director::XsPaper),
     Setup::directed("`variance`", Director::Variance),
     Setup::uniform("one ray", [u32::MAX, 1]),
@@ -195,11 +206,19 @@ fn picture(
     seed: u64,
     denoiser: Option<&Denoiser>,
 ) -> Result<Rendered> {
-    let by_error = Directing {
-        x: Importance::Error,
-        operator: Operator::Tolerance,
-        weights: Operator::Tolerance.default_weights(),
-        ..gold.render.directing
+    let own = gold.render.directing;
+    let directing = match setup.by {
+        By::Default => own,
+        By::ErrorCoarsened => {
+            Directing { directed: Importance::Scattering.default_directed(), ..own }
+        }
+        By::Scattering => Directing {
+            x: Importance::Scattering,
+            operator: Operator::Sum,
+            weights: Operator::Sum.default_weights(),
+            directed: Importance::Scattering.default_directed(),
+            ..own
+        },
     };
     let settings = RenderSettings {
         seed,
@@ -208,7 +227,7 @@ fn picture(
         photons: gold.render.photons / u64::from(setup.part[1]),
         reconstruct: setup.reconstruct,
         denoise: setup.denoise,
-        directing: if setup.by_error { by_error } else { gold.render.directing },
+        directing,
         ..gold.render
     };
     let mut rendered = render(gold, &settings, &Silent)?;
