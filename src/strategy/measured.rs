@@ -251,7 +251,7 @@ pub struct Measured {
     pub ray_power: f64,
 }
 
-/// The [power](Measured::ray_power) where an edge crosses the pixel, for rays of which nothing was measured.
+/// Power of the number of rays by which variance falls where an edge crosses the pixel, for rays of which nothing was measured.
 ///
 /// Unit: none. Source: Mitchell 1996, "Consequences of Stratified Sampling in Graphics".
 pub const EDGE_POWER: f64 = 1.5;
