@@ -138,6 +138,13 @@ impl PixelBudget {
         gathers.div_ceil(self.rays.into()).max(1) as u32
     }
 
+    /// How many of the first `rays` rays gather for others, those of both halves of a pilot among them.
+    pub fn all_gathers_within(&self, rays: u32) -> u64 {
+        // A ray that is alone in its half gathers for itself.
+        let in_pilot = self.pilot.saturating_sub(2).min(2);
+        u64::from(rays.min(in_pilot)) + self.gathers_within(rays)
+    }
+
     /// Rays after the pilot's, some of which gather for others.
     pub const fn shared_rays(&self) -> u32 {
         self.rays.saturating_sub(self.pilot)
@@ -180,8 +187,7 @@ mod tests {
 
     #[test]
     fn the_ends_of_importance() {
-        let directed = Directed { rays: true, radius: true, step: true };
-        let directing = Directing { directed, ..Directing::default() };
+        let directing = Directing { directed: Directed::ALL, ..Directing::default() };
         assert_eq!(GOLD.for_importance(1.0, &directing, Some(0.02)), GOLD);
         let least = GOLD.for_importance(0.0, &directing, Some(0.02));
         assert_eq!((least.rays, least.radius), (directing.floor, 0.1 * directing.coarsest_radius));
@@ -255,8 +261,7 @@ mod tests {
     proptest! {
         #[test]
         fn more_important_is_never_coarser(a in 0.0..=1.0f32, b in 0.0..=1.0f32) {
-            let directed = Directed { rays: true, radius: true, step: true };
-            let directing = Directing { directed, ..Directing::default() };
+            let directing = Directing { directed: Directed::ALL, ..Directing::default() };
             let of = |xs| GOLD.for_importance(xs, &directing, Some(0.02));
             let (low, high) = (of(a.min(b)), of(a.max(b)));
             prop_assert!(low.rays <= high.rays && low.radius >= high.radius);

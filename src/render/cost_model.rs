@@ -40,8 +40,8 @@ impl Remaining {
                 let budget = direct(x, y);
                 let given = samples.given() as u32;
                 let rays = budget.rays.saturating_sub(given);
-                let all = budget.gathers_within(budget.rays);
-                let gathers = all.saturating_sub(budget.gathers_within(given));
+                let all = budget.all_gathers_within(budget.rays);
+                let gathers = all.saturating_sub(budget.all_gathers_within(given));
                 let most = budget.rays - budget.earlier;
                 sum.and(Self { most, rays: rays.into(), gathers })
             })

@@ -250,6 +250,28 @@ mod tests {
         }
     }
 
+    /// Rays that count as gathering are those whose indirect light has the weight of others.
+    #[test]
+    fn rays_that_gather_for_others_are_counted() {
+        for (rays, pilot) in (0..20).flat_map(|rays| (0..=rays.min(6)).map(move |p| (rays, p))) {
+            let budget = PixelBudget { pilot, ..PixelBudget::fixed(rays, 0.0, 0.0) };
+            let gathers = |numbering: Numbering, given: u32| {
+                let weights = (0..given).map(|i| indirect_weight(&numbering.number(i, &budget)));
+                weights.filter(|weight| *weight > 1.0).count() as u64
+            };
+            for given in 0..=pilot {
+                for first in [[0, 0], [1, 0]] {
+                    let found = budget.all_gathers_within(given);
+                    assert_eq!(
+                        found,
+                        gathers(Numbering::halves(first), given),
+                        "{given} of {pilot}"
+                    );
+                }
+            }
+        }
+    }
+
     fn pairs<A: Copy, B: Copy>(a: &[A], b: &[B]) -> Vec<(A, B)> {
         a.iter().flat_map(|a| b.iter().map(|b| (*a, *b))).collect()
     }
