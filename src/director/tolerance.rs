@@ -147,9 +147,9 @@ pub struct MeasuredError<'a> {
 /// (Mitchell 1996, "Consequences of Stratified Sampling in Graphics") and 3 where light is smooth. The squared bias of the
 /// reconstruction falls with it, which chooses its scales by the noise. The sum of squared errors, in visible differences,
 /// falls most for the number of rays where each pixel gets rays in proportion to v^(1/(1 + p)) (Neyman 1934, optimum allocation,
-/// by the method of Lagrange). There are as many as bring that sum to the share `allowed`
-/// of the gold standard's, which has `gold` rays in each pixel and is not reconstructed. Those are stratified all together: r of
-/// them have the variance of r in one half, and r in each of two halves have half of it.
+/// by the method of Lagrange). There are as many as bring that sum to the share `allowed` of the gold standard's, which has
+/// `gold` rays in each pixel and is not reconstructed. Its rays are stratified all together, those of `error` in each half by
+/// itself: two halves of r rays have half of the variance of r rays of gold.
 pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f32> {
     let MeasuredError { width, visible, .. } = *error;
     let size = [width, visible.len() / width];
@@ -164,10 +164,10 @@ pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f3
     let [rays, gold] = [error.rays.min(gold), gold].map(f64::from);
     let squared_bias = in_visible(error.squared_bias, visible);
     let bias = sum(&|pixel| squared_bias[pixel]).max(0.0);
-    // Each half is stratified by itself, and gold's rays all together.
     let left = |times: f64| times.powf(-error.ray_power);
-    let of_half = |times: f64| HALVES * left(HALVES * times);
-    let of_gold = allowed * sum(&|pixel| rendered[pixel]) * of_half(gold / rays);
+    // Gold's rays are stratified all together: as those of one half, and so many more.
+    let left_of_gold = HALVES * left(HALVES * gold / rays);
+    let of_gold = allowed * sum(&|pixel| rendered[pixel]) * left_of_gold;
     let share = |variance: &f64| variance.powf(1.0 / (1.0 + error.ray_power));
     let shares: Vec<f64> = reconstructed.iter().map(share).collect();
     // Bias is where noise is.

@@ -21,7 +21,7 @@ use crate::scene::{Directing, RenderSettings, Scene};
 use crate::strategy::Assignment;
 use crate::work::Work;
 
-/// Rays of a pixel in the pilot: as many as one gathers for in each half, between which error is told.
+/// Rays of a pixel in the pilot: two in each half, between which error is told. The first gathers for both.
 const PILOT_RAYS: u32 = 4;
 
 /// Maps of a director that measures error, of the size of the film, row by row from the top.

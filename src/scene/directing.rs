@@ -62,8 +62,10 @@ impl Importance {
 
     /// What XS directs where nothing is said. The error of rays does not tell where a larger radius or step does no harm.
     pub const fn default_directed(self) -> Directed {
-        let coarsens = !matches!(self, Self::Error);
-        Directed { rays: true, radius: coarsens, step: coarsens }
+        match self {
+            Self::Transmittance | Self::Scattering => Directed::ALL,
+            Self::Error => Directed::RAYS,
+        }
     }
 
     /// Each by its name.
@@ -121,6 +123,12 @@ pub struct Directed {
 }
 
 impl Directed {
+    /// All three.
+    pub const ALL: Self = Self { rays: true, radius: true, step: true };
+
+    /// Camera rays alone.
+    pub const RAYS: Self = Self { rays: true, radius: false, step: false };
+
     /// From the words `rays`, `radius` and `step` with commas between, or `nothing`.
     ///
     /// # Errors
@@ -178,6 +186,14 @@ pub struct Directing {
 }
 
 impl Directing {
+    /// The same by this `x`, with what goes with it where nothing is said.
+    #[must_use]
+    pub fn by(self, x: Importance) -> Self {
+        let operator = x.default_operator();
+        let (weights, directed) = (operator.default_weights(), x.default_directed());
+        Self { x, operator, weights, directed, ..self }
+    }
+
     /// These settings as `director` takes them.
     #[must_use]
     pub fn of(self, director: Director) -> Self {
@@ -185,11 +201,9 @@ impl Directing {
         match director {
             Director::X => alone([1.0, 0.0]),
             Director::S => alone([0.0, 1.0]),
-            Director::XsPaper => Self {
-                x: Importance::Transmittance,
-                directed: Directed { rays: true, radius: false, step: false },
-                ..alone([0.5, 0.5])
-            },
+            Director::XsPaper => {
+                Self { x: Importance::Transmittance, directed: Directed::RAYS, ..alone([0.5, 0.5]) }
+            }
             Director::Fixed | Director::Xs | Director::Variance => self,
         }
     }

@@ -236,7 +236,6 @@ mod tests {
         Trial { strategies: vec![strategy], variances, cost, photon_cost: 0.0, ray_power: 1.0 }
     }
 
-    /// The share of stratified blocks is the ratio of their means where pixels agree on it, and 1 where they do not.
     #[test]
     fn powers_of_rays_are_those_of_noise_edges_and_smooth_light() {
         // A share below that of smooth light, or below nothing, is one by chance.
@@ -246,6 +245,7 @@ mod tests {
         }
     }
 
+    /// The share of stratified blocks is the ratio of their means where pixels agree on it, and 1 where they do not.
     #[test]
     fn chance_is_not_taken_for_stratification() {
         let pixels = |products: &[f64]| -> Vec<PixelSamples> {

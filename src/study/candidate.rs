@@ -20,7 +20,6 @@ const PHOTON_SHARES: [f64; 4] = [1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0, 1.0 / 256.0]
 /// Relative errors for which the variance-driven rival gives a pixel rays.
 const TOLERANCES: [f64; 4] = [0.05, 0.1, 0.2, 0.4];
 
-const RAYS: Directed = Directed { rays: true, radius: false, step: false };
 const RADIUS: Directed = Directed { rays: false, radius: true, step: false };
 const STEP: Directed = Directed { rays: false, radius: false, step: true };
 
@@ -149,10 +148,10 @@ fn with(gold: &RenderSettings, name: &str, rays: u32) -> RenderSettings {
         directing.weights = directing.operator.default_weights();
     }
     directing.directed = match name {
-        "xs-rays" | "xs-paper" => RAYS,
+        "xs-rays" | "xs-paper" => Directed::RAYS,
         "xs-radius" => RADIUS,
         "xs-step" => STEP,
-        _ => Directed { rays: true, radius: true, step: true },
+        _ => Directed::ALL,
     };
     settings
 }
@@ -252,6 +251,6 @@ mod tests {
     fn one_is_found_by_name() {
         let one = Candidate::all(&RenderSettings::default(), &["xs-rays".into()], &[8]);
         assert_eq!(one.len(), 1);
-        assert_eq!(one[0].points[0].settings.directing.directed, RAYS);
+        assert_eq!(one[0].points[0].settings.directing.directed, Directed::RAYS);
     }
 }

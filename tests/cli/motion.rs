@@ -123,6 +123,7 @@ fn methods_go_with_motion() {
         &["--reconstruct"],
         &["--director", "xs"],
         &["--director", "variance"],
+        &["--director", "x", "--x", "error"],
         &["--director", "xs", "--x", "scattering"],
         &["--passes", "depth,position,albedo,media"],
     ] {

@@ -19,8 +19,6 @@ use fogbow::study::metric::{default_epsilon, relative_map};
 
 use crate::skip;
 
-const RAYS_ONLY: Directed = Directed { rays: true, radius: false, step: false };
-
 fn shipped(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes").join(name)
 }
@@ -100,13 +98,13 @@ fn no_importance_gives_the_floor() {
 #[test]
 fn what_is_handed_out_is_recorded() {
     let scene = load(&shipped("smoke.toml"), [48, 48], 16, 20_000);
-    let directing =
-        Directing { directed: Importance::Scattering.default_directed(), ..scene.render.directing };
+    let directing = Directing { directed: Directed::ALL, ..scene.render.directing };
     let by_error = RenderSettings { director: Director::Xs, directing, ..scene.render };
     // Error is measured by four rays.
     for (settings, floor) in [(by_error, 4.0), (by_scattering(&scene), 1.0)] {
         let film = render(&scene, &settings, &Silent).unwrap().film;
         let [rays, radius, step, xs] = ["rays", "radius", "step", "xs"].map(|n| layer(&film, n));
+        assert!(rays.iter().all(|n| (floor..=16.0).contains(n)));
         for i in 0..xs.len() {
             assert_eq!(rays[i], (16.0 * xs[i]).round().clamp(floor, 16.0), "pixel {i}");
         }
@@ -200,7 +198,7 @@ fn handing_out_rays_does_not_bias() {
         std::array::from_fn::<f64, 9, _>(mean)
     };
     let directing = by_scattering(&scene).directing;
-    let directing = Directing { directed: RAYS_ONLY, tolerance: 0.3, ..directing };
+    let directing = Directing { directed: Directed::RAYS, tolerance: 0.3, ..directing };
     let fixed: Vec<[f64; 9]> =
         (0..SEEDS).map(|seed| tiles(&RenderSettings { seed, ..scene.render })).collect();
     for director in [Director::Xs, Director::Variance] {
@@ -237,13 +235,7 @@ fn the_same_on_any_number_of_threads() {
 
 /// Settings that direct by how uncertain scattered light is, and by saliency.
 fn by_scattering(scene: &Scene) -> RenderSettings {
-    let directing = Directing {
-        x: Importance::Scattering,
-        weights: Operator::Sum.default_weights(),
-        operator: Operator::Sum,
-        directed: Importance::Scattering.default_directed(),
-        ..Directing::default()
-    };
+    let directing = Directing::default().by(Importance::Scattering);
     RenderSettings { director: Director::Xs, directing, ..scene.render }
 }
 
@@ -253,7 +245,7 @@ fn by_error(scene: &Scene) -> RenderSettings {
         x: Importance::Error,
         operator: Operator::Tolerance,
         weights: [1.0, 0.0],
-        directed: RAYS_ONLY,
+        directed: Directed::RAYS,
         ..Directing::default()
     };
     RenderSettings { director: Director::Xs, directing, ..scene.render }
@@ -333,7 +325,7 @@ fn the_papers_director_is_made_of_its_parts() {
         x: Importance::Transmittance,
         weights: [0.5, 0.5],
         operator: Operator::Sum,
-        directed: RAYS_ONLY,
+        directed: Directed::RAYS,
         ..Directing::default()
     };
     let parts = RenderSettings { director: Director::Xs, directing, ..scene.render };

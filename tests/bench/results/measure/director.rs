@@ -4,7 +4,7 @@
 
 use fogbow::image::Denoiser;
 use fogbow::render::{Rendered, Silent, exposure, render};
-use fogbow::scene::{Directing, Director, Importance, Operator, RenderSettings, Scene};
+use fogbow::scene::{Directed, Directing, Director, Importance, RenderSettings, Scene};
 use fogbow::study::metric::Options;
 
 use super::Kept;
@@ -67,7 +67,7 @@ struct Setup {
 /// What X is, and what it directs.
 #[derive(Clone, Copy)]
 enum By {
-    /// As nothing is said: measured error directs rays.
+    /// What is so by default: measured error directs rays.
     Default,
     /// Measured error directs radius and step as well.
     ErrorCoarsened,
@@ -209,16 +209,8 @@ fn picture(
     let own = gold.render.directing;
     let directing = match setup.by {
         By::Default => own,
-        By::ErrorCoarsened => {
-            Directing { directed: Importance::Scattering.default_directed(), ..own }
-        }
-        By::Scattering => Directing {
-            x: Importance::Scattering,
-            operator: Operator::Sum,
-            weights: Operator::Sum.default_weights(),
-            directed: Importance::Scattering.default_directed(),
-            ..own
-        },
+        By::ErrorCoarsened => Directing { directed: Directed::ALL, ..own },
+        By::Scattering => own.by(Importance::Scattering),
     };
     let settings = RenderSettings {
         seed,

@@ -65,7 +65,7 @@ impl Row {
         self.way("`xs` by scattering")
     }
 
-    /// The rival of both with the least error times seconds.
+    /// The rival with the least error times seconds.
     fn best_rival(&self) -> Option<&Way> {
         let own = ["gold", "`xs`", "`xs` by scattering", "`xs`, radius and step too"];
         let rivals = self.ways.iter().filter(|way| !own.contains(&way.name.as_str()));
