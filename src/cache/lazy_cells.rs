@@ -2,6 +2,7 @@
 
 use std::iter;
 use std::marker::PhantomData;
+use std::ops::Add;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
@@ -22,6 +23,11 @@ const PASS_MASK: u32 = 0x1f;
 ///
 /// Unit: none. Definition: the largest value of those bits, which no pass has.
 const EMPTY: u32 = PASS_MASK;
+
+/// How far from each other the numbers are that draw the cells which a place reads.
+///
+/// Unit: none. Definition: quarters, opposite ones next to each other.
+const STRATA: [f64; 4] = [0.0, 0.5, 0.25, 0.75];
 
 /// The corners of a cube, opposite ones next to each other: they differ most.
 ///
@@ -108,9 +114,9 @@ impl<S: Spectrum> LazyCells<S> {
         }
     }
 
-    /// An unbiased sample of trilinear interpolation at `p`: the mean light of two of the eight nearest
-    /// cells, drawn by their weights with `u` in [0, 1) and with a number that is 1/2 away, so that a cell which few rays
-    /// sample is seldom filled. A cell that does not exist counts as 0. `fill` finds an empty cell's light, anew in each
+    /// An unbiased sample of trilinear interpolation at `p`: the mean light of four of the eight nearest
+    /// cells, drawn by their weights with numbers in [0, 1) that are 1/4 apart, of which `u` is one, so that a cell which few
+    /// rays sample is seldom filled. A cell that does not exist counts as 0. `fill` finds an empty cell's light, anew in each
     /// `pass`; passes follow one another. `ctx` counts the work, that of each cell once.
     #[inline]
     pub(super) fn sample(
@@ -126,7 +132,8 @@ impl<S: Spectrum> LazyCells<S> {
             let cell = draw_corner(local, u);
             self.light(cell, pass, ctx, &fill).unwrap_or(S::ZERO)
         };
-        (light_of(u) + light_of((u + 0.5).fract())) * 0.5
+        let sum = STRATA.map(|stratum| light_of((u + stratum).fract()));
+        sum.into_iter().fold(S::ZERO, Add::add) * (1.0 / STRATA.len() as f64)
     }
 
     /// Trilinear interpolation at `p` between the eight nearest cells, if in each channel the least and the most of
