@@ -190,6 +190,16 @@ mod tests {
         sample
     }
 
+    /// Smoke with a hard edge in front of a sky.
+    fn smoke(x: f64, y: f64) -> Sample {
+        let sky = |transmittance: f64| crate::math::Rgb::splat(7.0 * transmittance);
+        if y + 0.3 * x < 20.0 {
+            Sample { visible_emission: sky(0.2), ..medium(3.0 * 0.8, 0.8, 4.0) }
+        } else {
+            Sample { visible_emission: sky(1.0), ..Sample::default() }
+        }
+    }
+
     /// A glow before them that hides nothing.
     fn glow(x: f64, y: f64) -> Sample {
         let mut sample = roof(x, y);
@@ -200,7 +210,7 @@ mod tests {
 
     #[test]
     fn pixels_at_edges_show_what_their_rays_see() {
-        let scenes: [Scene<'_>; 4] = [&corner, &roof, &fog, &glow];
+        let scenes: [Scene<'_>; 5] = [&corner, &roof, &fog, &smoke, &glow];
         for scene in scenes {
             let film = coarse(scene);
             let reconstruction = Reconstruction::new(&film);

@@ -1,4 +1,4 @@
-//! Which pixels see an edge of a surface, or of its texture.
+//! Which pixels see an edge of a surface, of its texture or of media.
 
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -17,8 +17,13 @@ const EDGE_LIKENESS: f32 = 0.5;
 /// Unit: none. Derivation: four rays across an edge of that contrast are off by a fortieth.
 const EDGE_CONTRAST: f32 = 0.1;
 
+/// Difference of opacities of media between neighbours above which there is an edge.
+///
+/// Unit: none. Derivation: light of media is off by as much as that of surfaces of this contrast.
+const OPACITY_CONTRAST: f32 = 0.1;
+
 impl Reconstruction<'_> {
-    /// The pixels that see an edge of a surface, or of its texture.
+    /// The pixels that see an edge of a surface, of its texture or of media.
     pub fn edges(&self) -> Vec<usize> {
         let size = self.film.size();
         let is_edge = |&pixel: &usize| {
@@ -37,7 +42,7 @@ impl Reconstruction<'_> {
         let shares = |pixel: &PixelComponents| {
             [pixel.seen.surfaces, pixel.seen.specular].map(|count| count / pixel.rays())
         };
-        if shares(a) != shares(b) {
+        if shares(a) != shares(b) || (a.opacity() - b.opacity()).abs() > OPACITY_CONTRAST {
             return true;
         }
         let (Some(here), Some(there)) = (&self.surfaces[pixel], &self.surfaces[other]) else {
@@ -67,7 +72,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::film::reconstruct::tests::{SIZE, film, floor, surface};
+    use crate::film::reconstruct::tests::{SIZE, film, floor, medium, surface};
 
     #[test]
     fn planes_have_no_edges() {
@@ -94,5 +99,17 @@ mod tests {
         let columns: std::collections::BTreeSet<usize> =
             Reconstruction::new(&film).edges().iter().map(|pixel| pixel % SIZE[0]).collect();
         assert_eq!(columns.into_iter().collect::<Vec<_>>(), [11, 12, 23, 24, 35, 36]);
+    }
+
+    /// Opacity that jumps, and one that rises by half as much from pixel to pixel.
+    #[test]
+    fn silhouettes_of_media_are_edges() {
+        for (far, columns) in [(0.6, vec![23, 24]), (0.25, vec![])] {
+            let opacity = |x: f64| 0.2 + (far - 0.2) * (x - 23.0).clamp(0.0, 1.0);
+            let film = film(1, 0.0, 0, |x, _, _| medium(opacity(x), opacity(x), 4.0));
+            let found: std::collections::BTreeSet<usize> =
+                Reconstruction::new(&film).edges().iter().map(|pixel| pixel % SIZE[0]).collect();
+            assert_eq!(found.into_iter().collect::<Vec<_>>(), columns);
+        }
     }
 }

@@ -9,8 +9,8 @@
 //!    Monte Carlo Renderings").
 //! 4. Which level a pixel takes follows from the error of each, which the halves tell: one predicts the other
 //!    (Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering").
-//! 5. Pixels at edges of surfaces are antialiased by visibility rays, which look up filtered light of the surface that they
-//!    hit in the pixels around (Ragan-Kelley et al. 2011, "Decoupled Sampling for Graphics Pipelines").
+//! 5. Pixels at edges of surfaces and media are antialiased by visibility rays, which look up filtered light of what they
+//!    see in the pixels around (Ragan-Kelley et al. 2011, "Decoupled Sampling for Graphics Pipelines").
 //!
 //! Weights come from what pixels see, and not from their light: each level is linear in the light, so that noise does
 //! not bias it. Emission and what mirrors and glass show stay as they are.

@@ -32,11 +32,11 @@ impl Reconstruction<'_> {
     /// The noise that rays leave in each pixel, before and after reconstruction: a quarter of the squared difference of
     /// both halves, without what pixels around share. 0 where a pixel has rays in one half alone.
     ///
-    /// What mirrors and glass show is not reconstructed. Coverage at edges is left out of the noise after
-    /// reconstruction, as visibility rays find it.
+    /// What mirrors and glass show is not reconstructed. Coverage at edges, and emission behind them, are left out of the noise
+    /// after reconstruction, as visibility rays find them.
     ///
     /// With the filter F and the halves A and B, whose noise is independent, the mean of (F(A) - A)(F(B) - B) is the
-    /// squared bias, less what the scales hide of it that both halves choose.
+    /// squared bias, less what the scales hide of it that both halves choose. Both are of the light that is filtered.
     pub fn noise(&self) -> FilmNoise {
         let mut is_edge = vec![false; self.film.pixels.len()];
         self.edges().into_iter().for_each(|pixel| is_edge[pixel] = true);
@@ -47,9 +47,13 @@ impl Reconstruction<'_> {
                 return [0.0; 3];
             }
             let filtered = self.filtered(pixel, is_edge[pixel]);
-            let rendered = as_rendered(components);
-            let [a, b] = [0, 1].map(|half| filtered[half] - rendered[half]);
-            [filtered[0] - filtered[1], rendered[0] - rendered[1], a * b]
+            let [rendered, rest] =
+                [as_rendered, rest].map(|of| components.halves.each_ref().map(of));
+            let changed = |half: usize| filtered[half] + rest[half] - rendered[half];
+            let is_rest_seen = is_edge[pixel] && components.seen.specular == 0.0;
+            let left = if is_rest_seen { 0.0 } else { rest[0] - rest[1] };
+            let reconstructed = filtered[0] - filtered[1] + left;
+            [reconstructed, rendered[0] - rendered[1], changed(0) * changed(1)]
         };
         let pixels = (0..self.film.pixels.len()).into_par_iter();
         let pixels: Vec<[f32; 3]> = pixels.map(of_pixel).collect();
@@ -62,9 +66,9 @@ impl Reconstruction<'_> {
         }
     }
 
-    /// Luminance of both halves of a pixel once they are filtered; `is_edge` where visibility rays tell what the pixel
-    /// sees. Elsewhere its own rays do: filtered light is in proportion to the opacity and reflectance that
-    /// those of each half find.
+    /// Luminance of media and surfaces in both halves of a pixel once they are filtered; `is_edge` where visibility rays
+    /// tell what the pixel sees. Elsewhere its own rays do: filtered light is in proportion to the opacity and
+    /// reflectance that those of each half find.
     fn filtered(&self, pixel: usize, is_edge: bool) -> [f32; 2] {
         let components = &self.film.pixels[pixel];
         let light = |half: usize| {
@@ -78,13 +82,7 @@ impl Reconstruction<'_> {
                 let seen = Vec3A::from(sums.reflectance) / sums.rays;
                 reflected *= ratio(seen, mean_reflectance(components));
             }
-            let rest = if is_edge && components.seen.specular == 0.0 {
-                Vec3A::ZERO
-            } else {
-                let rest = sums.radiance - sums.media - sums.direct - sums.indirect;
-                Vec3A::from(rest) / sums.rays
-            };
-            media + reflected + rest
+            media + reflected
         };
         [0, 1].map(|half| luminance(light(half).as_dvec3()) as f32)
     }
@@ -118,17 +116,23 @@ fn is_in_both_halves(pixel: &PixelComponents) -> bool {
     pixel.halves.iter().all(|half| half.rays > 0.0)
 }
 
-/// Luminance of both halves of a pixel as they are rendered.
-fn as_rendered(pixel: &PixelComponents) -> [f32; 2] {
-    let light = |half: &HalfSums| luminance((half.radiance / half.rays).as_dvec3()) as f32;
-    pixel.halves.each_ref().map(light)
+/// Luminance of a half of a pixel as it is rendered.
+fn as_rendered(half: &HalfSums) -> f32 {
+    luminance((half.radiance / half.rays).as_dvec3()) as f32
+}
+
+/// That of it which is in no component: emission, and what mirrors and glass show.
+fn rest(half: &HalfSums) -> f32 {
+    let rest = half.radiance - half.media - half.direct - half.indirect;
+    luminance((rest / half.rays).as_dvec3()) as f32
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::tests::{SIZE, film, floor, medium, surface};
     use super::*;
-    use crate::film::ComponentFilm;
+    use crate::film::{ComponentFilm, Sample};
+    use crate::math::Rgb;
     use glam::DVec3;
 
     fn means(film: &ComponentFilm) -> [f64; 2] {
@@ -191,13 +195,13 @@ mod tests {
         assert!(means(&film).iter().all(|noise| *noise < 1e-9), "{:?}", means(&film));
     }
 
-    /// Rays of the halves see different parts of a silhouette: that is noise where media have it, and not at edges of
+    /// Rays of the halves see different parts of a soft silhouette: that is noise where media have it, and not at edges of
     /// surfaces, which visibility rays find.
     #[test]
     fn coverage_is_noise_where_no_visibility_ray_finds_it() {
         let mut smoke = film(1, 0.0, 23, |_, _, _| medium(1.0, 0.5, 4.0));
         let factors =
-            (0..).map(|index| if (index / SIZE[0] + index).is_multiple_of(3) { 0.5 } else { 1.0 });
+            (0..).map(|index| if (index / SIZE[0] + index).is_multiple_of(3) { 0.7 } else { 1.0 });
         for (pixel, factor) in smoke.pixels.iter_mut().zip(factors) {
             let half = &mut pixel.halves[0];
             half.media *= factor;
@@ -220,5 +224,22 @@ mod tests {
         }
         let [reconstructed, rendered] = means(&edge);
         assert!(reconstructed < 1e-3 * rendered, "{reconstructed} of {rendered}");
+    }
+
+    /// A wall before a bright sky, and smoke before it: visibility rays find the sky beside both, which the filter changes in neither.
+    #[test]
+    fn emission_behind_edges_is_no_bias() {
+        let sky = |light: f64| Sample { visible_emission: Rgb::splat(light), ..Sample::default() };
+        let wall = film(1, 0.0, 25, |x, y, _| {
+            if y < 16.0 { sky(7.0) } else { surface(2.0, floor(x, y), DVec3::Y, 0.6) }
+        });
+        let smoke =
+            film(1, 0.0, 26, |_, y, _| if y < 16.0 { sky(7.0) } else { medium(1.0, 0.5, 4.0) });
+        for film in [wall, smoke] {
+            let reconstruction = Reconstruction::new(&film);
+            assert!(!reconstruction.edges().is_empty());
+            let bias = reconstruction.noise().squared_bias;
+            assert!(bias.iter().all(|bias| bias.abs() < 1e-6), "{bias:?}");
+        }
     }
 }

@@ -101,12 +101,17 @@ impl Reconstruction<'_> {
             let opacity = self.film.pixels[pixel].opacity();
             let steps = (ray.opacity - opacity) / OPACITY_STEP;
             let weight = weight / (1.0 + steps * steps);
-            // Media that only emit have none.
-            let taken = if opacity > 0.0 { ray.opacity / opacity } else { 1.0 };
+            let taken = match opacity {
+                opacity if opacity > 0.0 => ray.opacity / opacity,
+                // It sees nothing of what the ray sees.
+                _ if ray.opacity > 0.0 => continue,
+                // Media that only emit have none.
+                _ => 1.0,
+            };
             sum += weight * taken.min(MOST_OPACITY) * filtered.media[pixel];
             weights += weight;
         }
-        sum / weights
+        if weights > 0.0 { sum / weights } else { filtered.media[pixel] }
     }
 
     /// Reflected `light`, direct and indirect, over reflectance at a surface that a ray through `pixel` sees at a place.
