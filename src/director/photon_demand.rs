@@ -16,12 +16,14 @@ pub struct PhotonDemand {
     pub ray_share: f64,
     /// Power of the number of rays by which that falls.
     pub ray_power: f64,
+    /// Variance of these photons over that of the gold standard's rays, where both are known.
+    photons_over_rays: Option<f64>,
 }
 
 impl PhotonDemand {
     /// All `photons` of the gold standard, and as much noise of rays as it has.
     pub const fn all(photons: u64) -> Self {
-        Self { paths: photons, ray_share: 1.0, ray_power: EDGE_POWER }
+        Self { paths: photons, ray_share: 1.0, ray_power: EDGE_POWER, photons_over_rays: None }
     }
 
     /// The photons and rays that together have the gold standard's error at the least cost. A pilot `measured` variance V
@@ -42,7 +44,18 @@ impl PhotonDemand {
         let paths = (photons as f64 * share).ceil() as u64;
         let left = (error - of_photons / share) / of_rays;
         let ray_share = if left > 0.0 { left.min(1.0) } else { 1.0 };
-        Self { paths, ray_share, ray_power: measured.ray_power }
+        let photons_over_rays =
+            Some(of_photons / share / of_rays).filter(|ratio| ratio.is_finite());
+        Self { paths, ray_share, ray_power: measured.ray_power, photons_over_rays }
+    }
+
+    /// The share that these photons have in the noise of a picture with `times` the rays of the gold standard: all of it where
+    /// nothing was measured.
+    pub fn photon_part(&self, times: f64) -> f64 {
+        self.photons_over_rays.map_or(1.0, |ratio| {
+            let ratio = ratio * times.powf(self.ray_power);
+            ratio / (1.0 + ratio)
+        })
     }
 }
 
@@ -71,16 +84,17 @@ mod tests {
         let found = PhotonDemand::new(&measured([7.0, 1.0], [1.0, 7.0]), 1000);
         assert_eq!(found.paths, 250);
         assert!((found.ray_share - 4.0 / 7.0).abs() < 1e-12, "{found:?}");
+        // Four times the noise of photons beside four sevenths of that of rays; a quarter of the rays has more.
+        assert!((found.photon_part(1.0) - 4.0 / 11.0).abs() < 1e-12, "{found:?}");
+        assert!((found.photon_part(0.25) - 0.5 / 7.5).abs() < 1e-12, "{found:?}");
         // They have more than what is best: rays alone are to have their noise.
-        assert_eq!(
-            PhotonDemand::new(&measured([1.0, 7.0], [1.0, 1.0]), 1000),
-            PhotonDemand::all(1000)
-        );
+        let all = PhotonDemand::all(1000);
+        let found = PhotonDemand::new(&measured([1.0, 7.0], [1.0, 1.0]), 1000);
+        assert_eq!((found.paths, found.ray_share), (all.paths, all.ray_share));
         for none in [[0.0, 0.0], [0.0, 1.0]] {
-            assert_eq!(
-                PhotonDemand::new(&measured(none, [1.0, 1.0]), 1000),
-                PhotonDemand::all(1000)
-            );
+            let found = PhotonDemand::new(&measured(none, [1.0, 1.0]), 1000);
+            assert_eq!(found, all);
+            assert_eq!(found.photon_part(0.25), 1.0);
         }
     }
 

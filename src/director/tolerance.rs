@@ -133,6 +133,10 @@ pub struct MeasuredError<'a> {
     pub rendered: &'a [f32],
     /// Squared bias of the reconstruction, which pixels tell together.
     pub squared_bias: &'a [f32],
+    /// Variance that pixels around share, before and after reconstruction, which pixels tell together.
+    pub shared: [&'a [f32]; 2],
+    /// The share of photons in all variance before reconstruction, 0 to 1.
+    pub photon_part: f64,
     /// Least visible differences, radiance.
     pub visible: &'a [f32],
     /// Rays of each pixel.
@@ -150,6 +154,10 @@ pub struct MeasuredError<'a> {
 /// by the method of Lagrange). There are as many as bring that sum to the share `allowed` of the gold standard's, which has
 /// `gold` rays in each pixel and is not reconstructed. Its rays are stratified all together, those of `error` in each half by
 /// itself: two halves of r rays have half of the variance of r rays of gold.
+///
+/// What pixels share is seen as blotches, for which less noise of single pixels does not make up: it is brought to that of
+/// the gold standard by itself. No ray mends that of photons; that of gathers in cells, of which there are as many as all rays
+/// together ask for, falls as one over the mean number of rays.
 pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f32> {
     let MeasuredError { width, visible, .. } = *error;
     let size = [width, visible.len() / width];
@@ -167,14 +175,33 @@ pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f3
     let left = |times: f64| times.powf(-error.ray_power);
     // Gold's rays are stratified all together: as those of one half, and so many more.
     let left_of_gold = HALVES * left(HALVES * gold / rays);
-    let of_gold = allowed * sum(&|pixel| rendered[pixel]) * left_of_gold;
+    let own_of_gold = sum(&|pixel| rendered[pixel]);
+    let of_gold = allowed * own_of_gold * left_of_gold;
+    let shared = error.shared.map(|variances| in_visible(variances, visible));
+    let [shared_of_gold, shared_left] =
+        shared.each_ref().map(|shared| sum(&|pixel| shared[pixel]).max(0.0));
+    // Rays count where pixels share noise.
+    let weights = averages(size, &shared[0], VARIANCE_RADIUS);
+    let weight = |pixel: usize| weights[pixel].max(0.0);
+    let least_mean = if shared_of_gold > 0.0 {
+        let kept = (shared_left / shared_of_gold).min(1.0);
+        let of_photons = error.photon_part * (own_of_gold + shared_of_gold) / shared_of_gold;
+        let of_photons = of_photons.min(1.0);
+        let of_gathers = 1.0 - of_photons;
+        // What the filter takes off the photons' noise may stay of that of gathers.
+        let may_stay = allowed * of_gathers * rays / gold + of_photons * (1.0 - kept);
+        if of_gathers > 0.0 { of_gathers * kept / may_stay } else { 0.0 }
+    } else {
+        0.0
+    };
     let share = |variance: &f64| variance.powf(1.0 / (1.0 + error.ray_power));
     let shares: Vec<f64> = reconstructed.iter().map(share).collect();
     // Bias is where noise is.
     let biased = 1.0 + bias / sum(&|pixel| reconstructed[pixel]).max(f64::MIN_POSITIVE);
-    let directed = |factor: f64| -> f64 {
+    let is_enough = |factor: f64| -> bool {
         let times = |pixel: usize| (factor * shares[pixel]).clamp(rays, gold) / rays;
-        sum(&|pixel| biased * reconstructed[pixel] * left(times(pixel)))
+        let own = sum(&|pixel| biased * reconstructed[pixel] * left(times(pixel)));
+        own <= of_gold && sum(&|pixel| weight(pixel) * (times(pixel) - least_mean)) >= 0.0
     };
     // The error falls as the factor rises, from all pixels at the floor to all at the ceiling.
     let noisy = || shares.iter().copied().filter(|share| *share > 0.0);
@@ -185,7 +212,7 @@ pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f3
     let (mut low, mut high) = (rays / most, gold / least);
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
-        if directed(middle) > of_gold { low = middle } else { high = middle }
+        if is_enough(middle) { high = middle } else { low = middle }
     }
     shares.iter().map(|share| (high * share / gold).min(1.0) as f32).collect()
 }
@@ -223,6 +250,8 @@ mod tests {
             reconstructed,
             rendered: &[1.0; 1200],
             squared_bias: &QUIET,
+            shared: [&QUIET; 2],
+            photon_part: 0.0,
             visible: &[1.0; 1200],
             rays: 2,
             ray_power: EDGE_POWER,
@@ -299,6 +328,23 @@ mod tests {
         {
             let x = x_map(&[left; 1200], 64);
             assert!(x.iter().all(|x| (x - share).abs() < 1e-3), "{} for {share}", x[0]);
+        }
+    }
+
+    /// Of the noise that pixels share the filter leaves a half, so that half of gold's rays have gold's. Where photons make 3 of
+    /// 10 parts of it, of which a half is taken off, 2.9 rays do: gathers may have 7 / 8 + 1.5 parts, and have 3.5 by 2 rays. Where
+    /// photons make all, the 2 rays there are.
+    #[test]
+    fn gathers_that_pixels_share_ask_for_rays() {
+        let x = |photon_part: f64| {
+            let shared: [&[f32]; 2] = [&[2.0; 1200], &[1.0; 1200]];
+            let variances = [1e-3; 1200];
+            let error = MeasuredError { shared, photon_part, ..measured(&variances) };
+            error_x_map(&error, 16, 1.0)[0]
+        };
+        for (photon_part, rays) in [(0.0, 8.0), (0.2, 2.0 * 3.5 / (7.0 / 8.0 + 1.5)), (0.7, 2.0)] {
+            let found = 16.0 * f64::from(x(photon_part));
+            assert!((found - rays).abs() < 0.1, "{found} for {rays} at {photon_part}");
         }
     }
 

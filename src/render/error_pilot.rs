@@ -55,13 +55,16 @@ impl ErrorMaps {
         let pilot = reconstruction.image(&Image::new(width, height, rendered), &[], &[]);
         let noise = reconstruction.noise();
         let visible = visible_differences(&pilot, &noise.reconstructed);
+        let rays = pilot_rays(settings);
         let error = MeasuredError {
             width,
             reconstructed: &noise.reconstructed,
             rendered: &noise.rendered,
             squared_bias: &noise.squared_bias,
+            shared: noise.shared.each_ref().map(Vec::as_slice),
+            photon_part: demand.photon_part(f64::from(rays) / f64::from(settings.rays)),
             visible: &visible,
-            rays: pilot_rays(settings),
+            rays,
             ray_power: demand.ray_power,
         };
         let x = error_x_map(&error, settings.rays, demand.ray_share);

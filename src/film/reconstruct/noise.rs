@@ -26,11 +26,13 @@ pub struct FilmNoise {
     pub rendered: Vec<f32>,
     /// Squared bias of the reconstruction, of any sign: much noisier than the variances.
     pub squared_bias: Vec<f32>,
+    /// The noise that pixels around share, before and after reconstruction, of any sign: of photons, and of gathers in cells.
+    pub shared: [Vec<f32>; 2],
 }
 
 impl Reconstruction<'_> {
     /// The noise that rays leave in each pixel, before and after reconstruction: a quarter of the squared difference of
-    /// both halves, without what pixels around share. 0 where a pixel has rays in one half alone.
+    /// both halves, without what pixels around share, which is told apart. 0 where a pixel has rays in one half alone.
     ///
     /// What mirrors and glass show is not reconstructed. Coverage at edges, and emission behind them, are left out of the noise
     /// after reconstruction, as visibility rays find them.
@@ -59,11 +61,13 @@ impl Reconstruction<'_> {
         let pixels: Vec<[f32; 3]> = pixels.map(of_pixel).collect();
         let [filtered, rendered, squared_bias] =
             [0, 1, 2].map(|part| pixels.iter().map(|pixel| pixel[part]).collect::<Vec<f32>>());
-        FilmNoise {
-            reconstructed: self.variances(&filtered),
-            rendered: self.variances(&rendered),
-            squared_bias,
-        }
+        let own = [&rendered, &filtered].map(|differences| self.variances(differences));
+        let shared = [(&rendered, &own[0]), (&filtered, &own[1])].map(|(differences, own)| {
+            let squares = differences.iter().map(|difference| (0.5 * difference).powi(2));
+            squares.zip(own).map(|(square, own)| square - own).collect()
+        });
+        let [rendered, reconstructed] = own;
+        FilmNoise { reconstructed, rendered, squared_bias, shared }
     }
 
     /// Luminance of media and surfaces in both halves of a pixel once they are filtered; `is_edge` where visibility rays
