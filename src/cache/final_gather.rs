@@ -51,7 +51,8 @@ impl SamplePass {
     /// least one: those of all of them count the same, so that one which makes fewer than others adds noise.
     fn even(&self, all: f64) -> u32 {
         let renders = (f64::from(self.rays.max(1)) / f64::from(self.shot.max(1))).round();
-        ((all / renders).round().max(1.0) * renders) as u32
+        let each = (all / renders).round().min((MAX_GATHERS / renders).floor());
+        (each.max(1.0) * renders) as u32
     }
 
     /// The numbers of the gathers that its rays have of `all` in a cell: in proportion to the rays that are shot, and at
