@@ -14,7 +14,7 @@ use super::lazy_cells::LazyCells;
 
 /// Gathers of a cell for each ray that is expected to look it up.
 ///
-/// Unit: count. Derivation: two for each place.
+/// Unit: count. Derivation: one for every two of the four cells that it reads at a place.
 pub const GATHERS_PER_RAY: f64 = 2.0 * PLACES_PER_RAY;
 
 /// Places along a ray at which it reads caches.
@@ -47,8 +47,8 @@ pub struct SamplePass {
 }
 
 impl SamplePass {
-    /// The nearest number of gathers to `all` of which renders that shoot as many of the rays as this one have as many, and at
-    /// least one: those of all of them count the same, so that one which makes fewer than others adds noise.
+    /// The number of gathers nearest to `all` that can be shared evenly, at least one each, among renders that shoot as many rays
+    /// as this one. Their pictures have the same weight, so that one with fewer gathers than others would add noise.
     fn even(&self, all: f64) -> u32 {
         let renders = (f64::from(self.rays.max(1)) / f64::from(self.shot.max(1))).round();
         let each = (all / renders).round().min((MAX_GATHERS / renders).floor());
@@ -252,8 +252,8 @@ mod tests {
             counts.push(points.indices.len());
         }
         // As many gathers in each, as near to those of the whole as that allows.
-        assert!(counts.iter().all(|count| *count == counts[0]), "{counts:?}");
-        assert!(next.abs_diff(whole.indices.end) <= 4, "{next} for {}", whole.indices.end);
+        let each = (f64::from(whole.indices.end) / 8.0).round() as usize;
+        assert_eq!(counts, [each; 8]);
         // Another pass has its own points.
         let (others, points) = start(&scene, p, 1, SamplePass { index: 2, ..pass(0, 64) });
         assert!(others == places && points.scramble != whole.scramble);
@@ -284,6 +284,23 @@ mod tests {
             }
             let whole = SamplePass { index: 2, rays, first: 0, shot: rays };
             prop_assert_eq!(whole.gathers(all), 0..all);
+        }
+
+        /// Renders with as many rays have as many gathers of a cell, each of them once, and in all of them together hardly more or
+        /// fewer than in one render.
+        #[test]
+        fn even_parts_have_as_many_gathers(
+            all in MIN_GATHERS..=MAX_GATHERS, shot in 1_u32..50, renders in 1_u32..40,
+        ) {
+            let pass = |first| SamplePass { index: 0, rays: renders * shot, first, shot };
+            let even = pass(0).even(all);
+            prop_assert!(f64::from(even) <= MAX_GATHERS);
+            let each = even / renders;
+            prop_assert!(each == 1 || f64::from(even) - all >= -f64::from(renders));
+            prop_assert!(each == 1 || f64::from(even) - all <= 0.5 * f64::from(renders));
+            for render in 0..renders {
+                prop_assert_eq!(pass(render * shot).gathers(even), render * each..(render + 1) * each);
+            }
         }
     }
 }

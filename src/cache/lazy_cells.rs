@@ -2,7 +2,6 @@
 
 use std::iter;
 use std::marker::PhantomData;
-use std::ops::Add;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
@@ -24,10 +23,10 @@ const PASS_MASK: u32 = 0x1f;
 /// Unit: none. Definition: the largest value of those bits, which no pass has.
 const EMPTY: u32 = PASS_MASK;
 
-/// How far from each other the numbers are that draw the cells which a place reads.
+/// Offsets from the first to each of the numbers by which a sample draws its cells.
 ///
-/// Unit: none. Definition: quarters, opposite ones next to each other.
-const STRATA: [f64; 4] = [0.0, 0.5, 0.25, 0.75];
+/// Unit: none. Definition: the quarters of [0, 1), so that the numbers are stratified.
+const OFFSETS: [f64; 4] = [0.0, 0.5, 0.25, 0.75];
 
 /// The corners of a cube, opposite ones next to each other: they differ most.
 ///
@@ -128,12 +127,12 @@ impl<S: Spectrum> LazyCells<S> {
         fill: impl Fn(&EmptyCell, &mut PathContext) -> S,
     ) -> S {
         let local = self.cells.to_cells(p) - 0.5;
-        let mut light_of = |u| {
-            let cell = draw_corner(local, u);
-            self.light(cell, pass, ctx, &fill).unwrap_or(S::ZERO)
-        };
-        let sum = STRATA.map(|stratum| light_of((u + stratum).fract()));
-        sum.into_iter().fold(S::ZERO, Add::add) * (1.0 / STRATA.len() as f64)
+        let mut sum = S::ZERO;
+        for offset in OFFSETS {
+            let cell = draw_corner(local, (u + offset).fract());
+            sum += self.light(cell, pass, ctx, &fill).unwrap_or(S::ZERO);
+        }
+        sum / OFFSETS.len() as f64
     }
 
     /// Trilinear interpolation at `p` between the eight nearest cells, if in each channel the least and the most of

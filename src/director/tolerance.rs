@@ -178,22 +178,12 @@ pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f3
     let own_of_gold = sum(&|pixel| rendered[pixel]);
     let of_gold = allowed * own_of_gold * left_of_gold;
     let shared = error.shared.map(|variances| in_visible(variances, visible));
-    let [shared_of_gold, shared_left] =
-        shared.each_ref().map(|shared| sum(&|pixel| shared[pixel]).max(0.0));
+    let [before, after] = shared.each_ref().map(|shared| sum(&|pixel| shared[pixel]).max(0.0));
+    let of_photons = (error.photon_part * (own_of_gold + before) / before).min(1.0);
+    let least_mean = least_mean_times([before, after], of_photons, allowed * rays / gold);
     // Rays count where pixels share noise.
     let weights = averages(size, &shared[0], VARIANCE_RADIUS);
     let weight = |pixel: usize| weights[pixel].max(0.0);
-    let least_mean = if shared_of_gold > 0.0 {
-        let kept = (shared_left / shared_of_gold).min(1.0);
-        let of_photons = error.photon_part * (own_of_gold + shared_of_gold) / shared_of_gold;
-        let of_photons = of_photons.min(1.0);
-        let of_gathers = 1.0 - of_photons;
-        // What the filter takes off the photons' noise may stay of that of gathers.
-        let may_stay = allowed * of_gathers * rays / gold + of_photons * (1.0 - kept);
-        if of_gathers > 0.0 { of_gathers * kept / may_stay } else { 0.0 }
-    } else {
-        0.0
-    };
     let share = |variance: &f64| variance.powf(1.0 / (1.0 + error.ray_power));
     let shares: Vec<f64> = reconstructed.iter().map(share).collect();
     // Bias is where noise is.
@@ -215,6 +205,19 @@ pub fn error_x_map(error: &MeasuredError<'_>, gold: u32, allowed: f64) -> Vec<f3
         if is_enough(middle) { high = middle } else { low = middle }
     }
     shares.iter().map(|share| (high * share / gold).min(1.0) as f32).collect()
+}
+
+/// How many times the rays there must be in the mean, for the noise that pixels share to be that of the gold standard. It has
+/// these variances before and after reconstruction, with the share `of_photons` in it. The gold standard is not reconstructed
+/// and has the share `gathers_of_gold` of the variance of gathers.
+fn least_mean_times([before, after]: [f64; 2], of_photons: f64, gathers_of_gold: f64) -> f64 {
+    if before == 0.0 || of_photons == 1.0 {
+        return 0.0;
+    }
+    let kept = (after / before).min(1.0);
+    let of_gathers = 1.0 - of_photons;
+    // Gathers may have as much more as the filter takes off the noise of photons.
+    of_gathers * kept / (of_gathers * gathers_of_gold + of_photons * (1.0 - kept))
 }
 
 /// Variances of pixels in squares of their visible differences.

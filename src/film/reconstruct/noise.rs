@@ -53,8 +53,8 @@ impl Reconstruction<'_> {
                 [as_rendered, rest].map(|of| components.halves.each_ref().map(of));
             let changed = |half: usize| filtered[half] + rest[half] - rendered[half];
             let is_rest_seen = is_edge[pixel] && components.seen.specular == 0.0;
-            let left = if is_rest_seen { 0.0 } else { rest[0] - rest[1] };
-            let reconstructed = filtered[0] - filtered[1] + left;
+            let unfiltered = if is_rest_seen { 0.0 } else { rest[0] - rest[1] };
+            let reconstructed = filtered[0] - filtered[1] + unfiltered;
             [reconstructed, rendered[0] - rendered[1], changed(0) * changed(1)]
         };
         let pixels = (0..self.film.pixels.len()).into_par_iter();

@@ -99,15 +99,14 @@ impl Reconstruction<'_> {
         let (mut sum, mut weights) = (Vec3A::ZERO, 0.0);
         for Neighbour { pixel, weight } in self.near(pixel, ray.place) {
             let opacity = self.film.pixels[pixel].opacity();
+            let sees_media = opacity > 0.0 || filtered.media[pixel] != Vec3A::ZERO;
+            if !sees_media && ray.opacity > 0.0 {
+                continue;
+            }
             let steps = (ray.opacity - opacity) / OPACITY_STEP;
             let weight = weight / (1.0 + steps * steps);
-            let taken = match opacity {
-                opacity if opacity > 0.0 => ray.opacity / opacity,
-                // It sees nothing of what the ray sees.
-                _ if ray.opacity > 0.0 => continue,
-                // Media that only emit have none.
-                _ => 1.0,
-            };
+            // Media that only emit have none.
+            let taken = if opacity > 0.0 { ray.opacity / opacity } else { 1.0 };
             sum += weight * taken.min(MOST_OPACITY) * filtered.media[pixel];
             weights += weight;
         }
