@@ -64,30 +64,33 @@ pub struct PhotonMemory {
     pub pilot: u64,
 }
 
-/// About what photons take for which `work` is expected in so many `maps`, which are built one after another, beside caches
-/// that take `complete` bytes from the start of tracing and `lazy` bytes of cells that rays fill, after a `pilot` of so many
-/// bytes.
+/// About what photons take for which `work` is expected in so many `maps`, which keep this `share` of those in media and are
+/// built one after another, beside caches that take `complete` bytes from the start of tracing and `lazy` bytes of cells that
+/// rays fill, after a `pilot` of so many bytes.
 pub fn memory<S: Spectrum, H: PhotonDirection>(
     work: &Work,
-    maps: u64,
+    (maps, share): (u64, f64),
     [complete, lazy]: [u64; 2],
     pilot: u64,
 ) -> PhotonMemory {
     let (volume, surface) = (work.volume_photons, work.surface_photons);
+    let kept = (volume as f64 * share) as u64;
     let (stored, sphere) = (size_of::<PhotonAt<S, H>>() as u64, BeamMap::<S, H>::SPHERE as u64);
     let (stored_on_surface, photon) =
         (size_of::<PhotonAt<S>>() as u64, size_of::<Photon<S>>() as u64);
     let caches = complete + lazy;
     let in_memory = MAX_PATHS_IN_MEMORY as f64 / work.photon_paths.max(1) as f64;
-    let share = in_memory.min(1.0 / maps as f64);
+    let recorded = in_memory.min(1.0 / maps as f64);
     // A flight crosses one layer of bricks or two, each of which lists its index.
     let flight = (size_of::<FlightSegment<S>>() + 2 * size_of::<u32>()) as u64;
-    let flights = (work.tracks as f64 * share) as u64 * flight;
+    let flights = (work.tracks as f64 * recorded) as u64 * flight;
     // A hierarchy has nodes of 80 bytes and one index of 4 bytes a photon: 24 bytes at about four
     // photons a node. A kd-tree has position and index a photon.
-    let held = volume * (sphere + 24) + surface * (photon + 16);
-    // Deposits in one piece, radii, boxes, the two hierarchies that become the last one, and spheres.
-    let building = volume * (stored + 4 + 32 + 64 + 96 + 24 + sphere)
+    let held = kept * (sphere + 24) + surface * (photon + 16);
+    // Deposits in one piece with their radii; boxes, the two hierarchies that become the last one, and spheres of those that
+    // are kept.
+    let building = volume * (stored + 4)
+        + kept * (32 + 64 + 96 + 24 + sphere)
         + surface * (2 * stored_on_surface + photon + 16);
     let pieces = volume * stored + surface * stored_on_surface;
     // The last map is built beside all others.

@@ -23,7 +23,7 @@ use super::features::FeatureTracer;
 use super::memory::{Memory, map_pixels, memory_with};
 use super::photon_pass::{PhotonPass, strategies};
 use super::photon_rate::PhotonRate;
-use super::pixel_sampling::{CameraRay, FilmPlace, Workspace};
+use super::pixel_sampling::{CameraRay, FilmPlace, Numbering, Workspace};
 use super::progress::Stages;
 use super::rounds::{Extent, Round, total};
 use super::stage_settings::{
@@ -36,7 +36,7 @@ use crate::error::Result;
 use crate::film::{FIRST_RAYS, FilmContents};
 use crate::image::Window;
 use crate::math::{Spectrum, Stage};
-use crate::photon::{self, PhotonDirection, PhotonMemory};
+use crate::photon::{self, BeamMap, PhotonDirection, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::strategy::{Assignment, Summary};
@@ -110,13 +110,15 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let whole = total(&rounds);
     let settings = &RenderSettings { photons: whole.photons, rays: whole.rays, ..*settings };
     let start = Instant::now();
-    let (photons, mut work) = sample_photons::<S, H>(scene, settings, &assignment)?;
+    let SampledPhotons { pass: photons, mut work, kept } =
+        sample_photons::<S, H>(scene, settings, &assignment)?;
     // The photons of one round are in memory at once.
     let most = rounds.iter().map(|round| round.adds.photons).max().unwrap_or(0);
     let held = scaled(&work, most as f64 / settings.photons.max(1) as f64);
     let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
 
     let gold = PixelBudget::fixed(settings.rays, photons.radius, finest_step(scene, settings));
+    let gold = PixelBudget { gathers: gathers(settings, &rounds), ..gold };
     let sample = RaySample::new(scene, settings);
     // Cells are filled once, by rays that look them up at as many places as those of the whole picture do.
     let filling = PixelBudget { places: sample.filling_places(gold.places), ..gold };
@@ -147,7 +149,7 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let memory = memory_with(
         scene,
         settings,
-        photon_pass_memory(&held, (scene, settings), &photons, assignment.pilot_bytes),
+        photon_pass_memory((&held, kept), (scene, settings), &photons, assignment.pilot_bytes),
         program,
     );
     let strategy = photons.choice.summary();
@@ -168,6 +170,13 @@ fn rounds<S: Spectrum, H: PhotonDirection>(
     let RenderSettings { rays, photons, .. } = *settings;
     let whole = Extent { photons, rays };
     Ok(foretold.unwrap_or_else(|| vec![Round { adds: whole, whole, found: None }]))
+}
+
+/// Gathers of a pixel in all `rounds`, each of which has some in each half.
+fn gathers(settings: &RenderSettings, rounds: &[Round]) -> u32 {
+    let numbering = if settings.in_halves() { Numbering::halves([0, 0]) } else { Numbering::Whole };
+    let of = |round: &Round| numbering.gathers(&PixelBudget::fixed(round.adds.rays, 0.0, 0.0));
+    rounds.iter().map(of).sum()
 }
 
 /// The film of an estimate of rays, with fewer pixels than the picture's.
@@ -282,19 +291,31 @@ fn photon_memory<S: Spectrum, H: PhotonDirection>(
     settings: &RenderSettings,
 ) -> Result<PhotonMemory> {
     let assignment = chosen_strategies(scene, settings)?;
-    let (photons, work) = sample_photons::<S, H>(scene, settings, &assignment)?;
-    Ok(photon_pass_memory(&work, (scene, settings), &photons, assignment.pilot_bytes))
+    let SampledPhotons { pass, work, kept } = sample_photons::<S, H>(scene, settings, &assignment)?;
+    Ok(photon_pass_memory((&work, kept), (scene, settings), &pass, assignment.pilot_bytes))
 }
 
-/// Photon maps of a few of the paths, and the work that all paths of the picture or its pass are.
+/// Photons of a few of the paths.
+struct SampledPhotons<S: Spectrum, H: PhotonDirection> {
+    /// Their maps.
+    pass: PhotonPass<S, H>,
+    /// The work that all paths of the picture or its pass are.
+    work: Work,
+    /// Share of the photons in media that their map keeps.
+    kept: f64,
+}
+
 fn sample_photons<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
     assignment: &Assignment,
-) -> Result<(PhotonPass<S, H>, Work)> {
+) -> Result<SampledPhotons<S, H>> {
     let (shooting, paths) = sampled_pass_settings(scene, settings);
-    let (photons, shot) = PhotonPass::new(scene, &shooting, assignment, &|_| ())?;
-    Ok((photons, scaled(&shot, settings.path_count() as f64 / paths.max(1) as f64)))
+    let (pass, shot) = PhotonPass::<S, H>::new(scene, &shooting, assignment, &|_| ())?;
+    let in_map = pass.maps.volume.first().map_or(0, BeamMap::len);
+    let kept = in_map as f64 / shot.volume_photons.max(1) as f64;
+    let work = scaled(&shot, settings.path_count() as f64 / paths.max(1) as f64);
+    Ok(SampledPhotons { pass, work, kept })
 }
 
 fn scaled(work: &Work, factor: f64) -> Work {
@@ -333,10 +354,10 @@ fn directed_share(
     Ok(DirectedShare { seconds: stages.seconds() * ratio, share })
 }
 
-/// Memory of the photons that `work` counts, with the caches of `photons`. Each time of the scene has its own, and
-/// each half of a picture that is reconstructed, but for those of direct light.
+/// Memory of the photons that `work` counts, of which maps keep this share, with the caches of `photons`. Each time of the
+/// scene has its own, and each half of a picture that is reconstructed, but for those of direct light.
 fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
-    work: &Work,
+    (work, kept): (&Work, f64),
     (scene, settings): (&Scene, &RenderSettings),
     photons: &PhotonPass<S, H>,
     pilot_bytes: u64,
@@ -352,5 +373,5 @@ fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
         lazy += maps * gathers;
         maps *= 2;
     }
-    photon::memory::<S, H>(work, maps, [fluence, lazy], pilot_bytes)
+    photon::memory::<S, H>(work, (maps, kept), [fluence, lazy], pilot_bytes)
 }

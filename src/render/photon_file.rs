@@ -233,7 +233,7 @@ impl SavedPhotons {
         let grids: u64 = parts.flat_map(|part| &part.grids).sum();
         let held = Work { tracks: 0, ..work };
         // Photons of all maps are read before the first is built.
-        let photons = specialised!(self.head, photon_memory(&held, 1, [2 * grids, 0], 0));
+        let photons = specialised!(self.head, photon_memory(&held, (1, 1.0), [2 * grids, 0], 0));
         memory_with(scene, settings, photons, program)
     }
 

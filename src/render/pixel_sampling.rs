@@ -102,6 +102,16 @@ impl Numbering {
         PixelBudget { rays, pilot, gathers: gathers.clamp(1, shared.max(1)), ..*budget }
     }
 
+    /// How many samples of a pixel with this `budget` gather, in all halves.
+    pub(super) fn gathers(self, budget: &PixelBudget) -> u32 {
+        match self {
+            Self::Whole => budget.gathers,
+            Self::Halves { .. } => {
+                [0, 1].map(|half| self.budget_of(half, budget).gathers).iter().sum()
+            }
+        }
+    }
+
     /// How many of the first `samples` belong to `half`.
     fn count(self, half: u32, samples: u32) -> u32 {
         match self {

@@ -436,6 +436,28 @@ fn costs_are_estimated() {
     }
 }
 
+/// In a picture that is reconstructed, at least one ray of each half of a pixel gathers.
+#[test]
+fn gathers_of_both_halves_are_estimated() {
+    let phase = "phase = { type = \"henyey-greenstein\", g = 0.3 }\n";
+    let scene = scene(&[POINT, FOG, phase, FLOOR]);
+    let strategy = StrategyRequest::Asked(Strategy::Beams);
+    for rays in [2, 4, 6, 16] {
+        let settings = RenderSettings { rays, reconstruct: true, strategy, ..scene.render };
+        let [expected, found] = [
+            costs(&scene, &settings, 0).unwrap().work,
+            render(&scene, &settings, &Silent).unwrap().work,
+        ];
+        for (expected, found) in [
+            (expected.directed_gathers, found.directed_gathers),
+            (expected.surface_gathers, found.surface_gathers),
+        ] {
+            let ratio = expected as f64 / found as f64;
+            assert!((0.9..1.1).contains(&ratio), "{rays} rays: {expected} for {found}");
+        }
+    }
+}
+
 /// Seconds that are planned are those of a render within a factor of 3, as the same process measures
 /// them. Both are times of a clock on a machine that may be busy with something else meanwhile, so a
 /// scene has five tries: an estimator that is off by more fails all.
@@ -594,11 +616,17 @@ fn a_render_tells_its_plan_and_its_work() {
 fn memory_is_estimated() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("fog.toml"), CAMERA.to_owned() + POINT + FOG).unwrap();
+    // Beams are gathered near the camera alone: maps hold a few of the photons.
+    let around = "[[medium]]\nregion = { box = { min = [-3.0, -1.0, -3.0], max = [3.0, 2.0, 7.0] } }\n\
+                  sigma_t = 0.7\nalbedo = 0.95\nphase = { type = \"henyey-greenstein\", g = 0.3 }\n";
+    std::fs::write(folder.path().join("within.toml"), CAMERA.to_owned() + POINT + around).unwrap();
     let volumes = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes");
     let volume = |name: &str| volumes.join(name).display().to_string();
     let halves = &["--strategy", "beams", "--reconstruct"][..];
+    let near = &["--strategy", "fluence-toward-eye"][..];
     for (scene, photons, size, way) in [
         ("fog.toml".into(), "400000", "640x360", &[][..]),
+        ("within.toml".into(), "1000000", "96x54", near),
         (volume("smoke.toml"), "200000", "320x240", &[]),
         (volume("balls_a.toml"), "100000", "512x384", &[]),
         (volume("smoke.toml"), "400000", "64x48", halves),
