@@ -5,49 +5,38 @@
 //! - Rays: the film is rendered twice in few pixels. What filling caches takes the first time, where rays look them up at
 //!   as many places as all of the picture's do, is added once. All else of the second time scales with the pixels of the film.
 //! - Pilot of strategies: it runs, and takes what it takes.
-//! - Rounds of a picture that is rendered to an error: the first is rendered, and its error tells how many follow. Each fills
-//!   its own caches.
+//! - Rounds of a picture that is rendered to an error: the first is rendered, and takes what it takes. Its error tells how many
+//!   follow, each of which fills its own caches.
 //! - Director: its maps are made, at a lower resolution where the film is large; their time scales with
 //!   their pixels. The budgets that follow tell what share of the rays is shot.
 
-use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use serde::Serialize;
 
-use super::control::Control;
 use super::director_pass::{DirectorMaps, Earlier};
-use super::error_session::{ErrorJob, foretell};
-use super::exposure::{self, RenderRegion};
-use super::features::FeatureTracer;
+use super::error_session::{ErrorJob, Foretold, foretell};
 use super::memory::{Memory, map_pixels, memory_with};
 use super::photon_pass::{PhotonPass, strategies};
 use super::photon_rate::PhotonRate;
-use super::pixel_sampling::{CameraRay, FilmPlace, Numbering, Workspace};
+use super::pixel_sampling::Numbering;
 use super::progress::Stages;
+use super::ray_sample::RaySample;
 use super::rounds::{Extent, Round, total};
 use super::stage_settings::{
-    film_contents, finest_step, pass_settings, sampled_pass_settings, specialised,
-    specialised_for_film,
+    finest_step, pass_settings, sampled_pass_settings, specialised, specialised_for_film,
 };
 use crate::cache::LazyCells;
 use crate::director::PixelBudget;
 use crate::error::Result;
-use crate::film::{FIRST_RAYS, FilmContents};
+use crate::film::FIRST_RAYS;
 use crate::image::Window;
-use crate::math::{Spectrum, Stage};
+use crate::math::Spectrum;
 use crate::photon::{self, BeamMap, PhotonDirection, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::strategy::{Assignment, Summary};
-use crate::transport::Amortized;
 use crate::work::Work;
-
-/// Rays that an estimate shoots each time, about.
-const RAYS: f64 = 30_000.0;
-
-/// Places along each of those rays at most, at which cells are filled.
-const MAX_FILLING_PLACES: u32 = 32;
 
 /// Pixels of each of the director's maps, at most, that an estimate makes.
 const MAP_PIXELS: f64 = 262_144.0;
@@ -107,37 +96,28 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     let is_measured = !assignment.measured.is_empty();
     let pilot = if is_measured { start.elapsed().as_secs_f64() } else { 0.0 };
     let rounds = rounds::<S, H>(scene, settings, &assignment)?;
-    let whole = total(&rounds);
+    let whole = total(&rounds.all);
     let settings = &RenderSettings { photons: whole.photons, rays: whole.rays, ..*settings };
     let start = Instant::now();
-    let SampledPhotons { pass: photons, mut work, kept } =
+    let SampledPhotons { pass: photons, work: of_photons, kept } =
         sample_photons::<S, H>(scene, settings, &assignment)?;
     // The photons of one round are in memory at once.
-    let most = rounds.iter().map(|round| round.adds.photons).max().unwrap_or(0);
-    let held = scaled(&work, most as f64 / settings.photons.max(1) as f64);
-    let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
-
-    let gold = PixelBudget::fixed(settings.rays, photons.radius, finest_step(scene, settings));
-    let gold = PixelBudget { gathers: gathers(settings, &rounds), ..gold };
-    let sample = RaySample::new(scene, settings);
-    // Cells are filled once, by rays that look them up at as many places as those of the whole picture do.
-    let filling = PixelBudget { places: sample.filling_places(gold.places), ..gold };
-    let first = sample.expose(scene, settings, &photons, filling, settings.seed);
-    work += first.filling;
-    let second = sample.expose(scene, settings, &photons, gold, settings.seed.wrapping_add(1));
-    work += scaled(&second.tracing, sample.ratio);
-
-    // Each round has photons of its own, and each half of them cells.
-    let count = rounds.len() as f64;
-    let has_own = settings.in_halves() && photons.caches.own_lazy().next().is_some();
-    let fills = if has_own { 2.0 } else { 1.0 };
-    let once = count * fills * first.filling_seconds;
-    let directed = directed_share(scene, settings, gold)?;
-    let seconds = StageSeconds {
-        director: pilot + directed.seconds,
-        photons: rate.map_or(0.0, |rate| rate.seconds(settings.photons, count)),
-        march: directed.share * second.tracing_seconds * sample.ratio + once,
-    };
+    let most = rounds.all.iter().map(|round| round.adds.photons).max().unwrap_or(0);
+    let held = scaled(&of_photons, most as f64 / settings.photons.max(1) as f64);
+    let mut work = rounds.work;
+    let mut seconds = StageSeconds { director: pilot, ..rounds.seconds };
+    if let Some(coming) = rounds.coming() {
+        let left = total(coming);
+        work += scaled(&of_photons, left.photons as f64 / settings.photons.max(1) as f64);
+        let rate = PhotonRate::from_sample(scene, settings, &assignment, start.elapsed())?;
+        let passes = coming.len() as f64;
+        seconds.photons += rate.map_or(0.0, |rate| rate.seconds(left.photons, passes));
+        let settings = RenderSettings { rays: left.rays, ..*settings };
+        let rays = RayCosts::new(scene, &settings, coming, &photons)?;
+        work += rays.work;
+        seconds.director += rays.directing;
+        seconds.march += rays.march;
+    }
     let measuring = match settings.director {
         Director::Variance => FIRST_RAYS.min(settings.rays),
         Director::Fixed | Director::X | Director::S | Director::Xs | Director::XsPaper => 0,
@@ -156,20 +136,80 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
     Ok(Costs { rays: whole.rays, photons: whole.photons, strategy, work, memory, seconds })
 }
 
+/// The rounds of a render.
+struct Rounds {
+    all: Vec<Round>,
+    /// How many of them were rendered.
+    rendered: usize,
+    /// What those did.
+    work: Work,
+    /// What those took.
+    seconds: StageSeconds,
+}
+
+impl Rounds {
+    /// Those that were not rendered, if there are any.
+    fn coming(&self) -> Option<&[Round]> {
+        Some(&self.all[self.rendered..]).filter(|coming| !coming.is_empty())
+    }
+}
+
 /// The rounds of a render of `scene` under `settings`, by the first of them where an error is its goal; one otherwise, and where
 /// that shows no light.
 fn rounds<S: Spectrum, H: PhotonDirection>(
     scene: &Scene,
     settings: &RenderSettings,
     strategies: &Assignment,
-) -> Result<Vec<Round>> {
-    let foretold = match settings.error {
-        Some(goal) => foretell::<S, H>(&ErrorJob { scene, settings, goal, strategies })?,
-        None => None,
-    };
+) -> Result<Rounds> {
+    if let Some(goal) = settings.error {
+        let job = ErrorJob { scene, settings, goal, strategies };
+        if let Some(Foretold { rounds, work, stages }) = foretell::<S, H>(&job)? {
+            let [photons, march] = ["photons", "march"].map(|name| stages.seconds_of(name));
+            let seconds = StageSeconds { director: 0.0, photons, march };
+            return Ok(Rounds { all: rounds, rendered: 1, work, seconds });
+        }
+    }
     let RenderSettings { rays, photons, .. } = *settings;
     let whole = Extent { photons, rays };
-    Ok(foretold.unwrap_or_else(|| vec![Round { adds: whole, whole, found: None }]))
+    let all = vec![Round { adds: whole, whole, found: None }];
+    Ok(Rounds { all, rendered: 0, work: Work::default(), seconds: StageSeconds::default() })
+}
+
+/// What the rays of a picture take.
+struct RayCosts {
+    work: Work,
+    /// Seconds of a director's maps.
+    directing: f64,
+    /// Seconds of the rays.
+    march: f64,
+}
+
+impl RayCosts {
+    /// That of the rays of `settings` in so many `rounds`, by `photons` of a sample.
+    fn new<S: Spectrum, H: PhotonDirection>(
+        scene: &Scene,
+        settings: &RenderSettings,
+        rounds: &[Round],
+        photons: &PhotonPass<S, H>,
+    ) -> Result<Self> {
+        let gold = PixelBudget::fixed(settings.rays, photons.radius, finest_step(scene, settings));
+        let gold = PixelBudget { gathers: gathers(settings, rounds), ..gold };
+        let sample = RaySample::new(scene, settings);
+        // Cells are filled once, by rays that look them up at as many places as those of the whole picture do.
+        let filling = PixelBudget { places: sample.filling_places(gold.places), ..gold };
+        let first = sample.expose(scene, settings, photons, filling, settings.seed);
+        let second = sample.expose(scene, settings, photons, gold, settings.seed.wrapping_add(1));
+        // Each round has photons of its own, and each half of them cells.
+        let has_own = settings.in_halves() && photons.caches.own_lazy().next().is_some();
+        let fills = if has_own { 2.0 } else { 1.0 };
+        let once = rounds.len() as f64 * fills * first.filling_seconds;
+        let directed = directed_share(scene, settings, gold)?;
+        Ok(Self {
+            work: [first.filling, scaled(&second.tracing, sample.ratio)].into_iter().sum(),
+            directing: directed.seconds,
+            march: directed.share * second.tracing_seconds * sample.ratio + once,
+        })
+    }
 }
 
 /// Gathers of a pixel in all `rounds`, each of which has some in each half.
@@ -177,96 +217,6 @@ fn gathers(settings: &RenderSettings, rounds: &[Round]) -> u32 {
     let numbering = if settings.in_halves() { Numbering::halves([0, 0]) } else { Numbering::Whole };
     let of = |round: &Round| numbering.gathers(&PixelBudget::fixed(round.adds.rays, 0.0, 0.0));
     rounds.iter().map(of).sum()
-}
-
-/// The film of an estimate of rays, with fewer pixels than the picture's.
-struct RaySample {
-    /// Width and height in pixels.
-    size: [f64; 2],
-    /// Pixels of the picture for each.
-    ratio: f64,
-}
-
-impl RaySample {
-    fn new(scene: &Scene, settings: &RenderSettings) -> Self {
-        let [width, height] = scene.film.size.map(f64::from);
-        let all = width * height * f64::from(settings.rays);
-        let coarser = (all / RAYS).sqrt().max(1.0);
-        let size = [width, height].map(|side| (side / coarser).ceil().max(1.0));
-        Self { size, ratio: width * height / (size[0] * size[1]) }
-    }
-
-    /// Places along each of its rays at which they look up caches as often as those of the picture do, each of which has so
-    /// many `places`.
-    fn filling_places(&self, places: u32) -> u32 {
-        ((f64::from(places) * self.ratio) as u32).clamp(places, MAX_FILLING_PLACES.max(places))
-    }
-
-    /// Renders it.
-    fn expose<S: Spectrum, H: PhotonDirection>(
-        &self,
-        scene: &Scene,
-        settings: &RenderSettings,
-        photons: &PhotonPass<S, H>,
-        budget: PixelBudget,
-        seed: u64,
-    ) -> ExposedSample {
-        let start = Instant::now();
-        let filled = Mutex::new((Work::default(), Duration::ZERO));
-        let needs = Needs::new(scene, settings);
-        let integrator = photons.integrator(scene, needs);
-        let tracer = FeatureTracer::new(scene, film_contents(scene, settings));
-        let ([width, height], size) = (scene.film.size.map(f64::from), self.size);
-        let small = size.map(|side| side as u32);
-        let region = RenderRegion {
-            size: small,
-            window: Window::whole(small),
-            shown: Window::whole(small),
-            seed,
-            stage: Stage::Director,
-            rays: settings.rays,
-            pass: None,
-            times: 1,
-            needs,
-            contents: FilmContents::default(),
-        };
-        let camera = |FilmPlace { x, y, lens, .. }| {
-            scene.camera.ray(x * width / size[0], y * height / size[1], lens)
-        };
-        let radiance = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
-            let Amortized { work, cells, .. } = workspace.ctx.amortized;
-            let sample = integrator.radiance(camera_ray, workspace);
-            let after = &workspace.ctx.amortized;
-            let mut filled = filled.lock().unwrap_or_else(PoisonError::into_inner);
-            filled.0 += after.work.less(&work);
-            filled.1 += after.cells - cells;
-            drop(filled);
-            tracer.complete(sample, camera_ray, workspace)
-        };
-        let fixed = |_, _| budget;
-        let exposed = exposure::expose(region, camera, fixed, radiance, &[], &Control::silent());
-        let seconds = start.elapsed().as_secs_f64();
-        let (filling, cells) = filled.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let filling_seconds = cells.as_secs_f64() / rayon::current_num_threads() as f64;
-        ExposedSample {
-            tracing: exposed.work.less(&filling),
-            filling,
-            tracing_seconds: (seconds - filling_seconds).max(0.0),
-            filling_seconds,
-        }
-    }
-}
-
-/// What a sample of rays took.
-struct ExposedSample {
-    /// Work of its rays.
-    tracing: Work,
-    /// Work of filling cells of caches, which rays share.
-    filling: Work,
-    /// Seconds of its rays.
-    tracing_seconds: f64,
-    /// Seconds of filling cells.
-    filling_seconds: f64,
 }
 
 /// Estimates the memory that rendering `scene` under `settings` takes, as [`costs`] does, without

@@ -21,6 +21,7 @@ use crate::photon::PhotonDirection;
 use crate::scene::plan::Needs;
 use crate::scene::{ErrorGoal, RenderSettings, Scene};
 use crate::strategy::{Assignment, Summary};
+use crate::work::Work;
 
 /// Multiplies the number of a round for the seed of its photons. Any odd number does; this one has no pattern (2^64 over
 /// the square root of 2).
@@ -86,20 +87,32 @@ impl RoundsDone {
     }
 }
 
-/// The rounds that the picture of `job` should take, by the first of them; `None` where that shows no light.
+/// The rounds that a picture should take, by the first of them.
+pub(super) struct Foretold {
+    /// All rounds.
+    pub rounds: Vec<Round>,
+    /// What the first did.
+    pub work: Work,
+    /// What the first took.
+    pub stages: Stages,
+}
+
+/// Renders the first round of the picture of `job`, and foretells the others; `None` where it shows no light.
 ///
 /// # Errors
 /// Where an emitter cannot be sampled.
 pub(super) fn foretell<S: Spectrum, H: PhotonDirection>(
     job: &ErrorJob<'_>,
-) -> Result<Option<Vec<Round>>> {
+) -> Result<Option<Foretold>> {
     let (schedule, control) = (job.schedule(), Control::silent());
     let region = render_region(job.scene, job.settings, Stage::March);
     let none = RoundsDone::none(&region, &control);
-    let stages = &mut Stages::default();
+    let mut stages = Stages::default();
     let first = schedule.first();
-    let mut done = expose_round::<S, H>(job, &region, none, first, &control, stages)?;
-    Ok(done.find_error(job.goal).map(|stated| schedule.foretold(first, stated)))
+    let mut done = expose_round::<S, H>(job, &region, none, first, &control, &mut stages)?;
+    let stated = done.find_error(job.goal);
+    let rounds = stated.map(|stated| schedule.foretold(first, stated));
+    Ok(rounds.map(|rounds| Foretold { rounds, work: done.sampled.work, stages }))
 }
 
 /// Renders the picture of `job` in rounds. `stages` are those that ran before.

@@ -43,6 +43,7 @@ mod pilot;
 mod pixel_sampling;
 mod planned_pass;
 mod progress;
+mod ray_sample;
 mod reconstructed_passes;
 mod reconstruction;
 mod rendered;

@@ -64,6 +64,12 @@ impl Stages {
         }
     }
 
+    /// Time of the stage `name`, in seconds: 0 where it did not run.
+    pub fn seconds_of(&self, name: &str) -> f64 {
+        let of = self.timings.iter().find(|(known, _)| *known == name);
+        of.map_or(0.0, |(_, time)| time.as_secs_f64())
+    }
+
     /// Time of all stages, in seconds.
     pub fn seconds(&self) -> f64 {
         self.timings.iter().map(|(_, time)| time.as_secs_f64()).sum()

@@ -10,7 +10,9 @@ use fogbow::image::Film;
 use fogbow::math::{Ray, Rgb, Span, WorldPoint};
 use fogbow::render::{Costs, Rendered, Silent, costs, render, render_reference, shot_strategies};
 use fogbow::scene::plan::{Needs, RenderPlan};
-use fogbow::scene::{LoadOptions, Planning, RenderSettings, Scene, Strategy, StrategyRequest};
+use fogbow::scene::{
+    ErrorGoal, LoadOptions, Planning, RenderSettings, Scene, Strategy, StrategyRequest,
+};
 use fogbow::vdb::{GridToWrite, Tile, write};
 use fogbow::work::Work;
 use glam::{DVec3, IVec3};
@@ -456,6 +458,18 @@ fn gathers_of_both_halves_are_estimated() {
             assert!((0.9..1.1).contains(&ratio), "{rays} rays: {expected} for {found}");
         }
     }
+}
+
+/// A picture whose first round has an error that is small enough does the work that the plan did of it.
+#[test]
+fn the_first_round_to_an_error_is_counted() {
+    let scene = scene(&[POINT, FOG, FLOOR]);
+    let settings = RenderSettings { error: Some(ErrorGoal::Relative(2.0)), ..scene.render };
+    let Costs { rays, photons, work, .. } = costs(&scene, &settings, 0).unwrap();
+    let found = render(&scene, &settings, &Silent).unwrap();
+    let reached = found.error.unwrap();
+    assert_eq!((rays, photons), (reached.rays, reached.photons));
+    assert_eq!(work, found.work);
 }
 
 /// Seconds that are planned are those of a render within a factor of 3, as the same process measures
