@@ -73,11 +73,13 @@ def candidates(budget: dict) -> list[Job]:
     return [job for row in reversed(list(dearest_first)) for job in row if job]
 
 
-def references(budget: dict) -> list[Job]:
-    """The parts of each renderer's reference, a seed each."""
+def references(budget: dict, scene: Scene) -> list[Job]:
+    """The parts of each renderer's reference, a seed each; none where the scene was given one."""
+    if scene.reference:
+        return []
     seeds = range(FIRST_REFERENCE_SEED, FIRST_REFERENCE_SEED + budget["reference_parts"])
     return [
-        Job(renderer, rays, None, seed)
+        Job(renderer, scene.reference_effort * rays, None, seed)
         for renderer, rays in budget["reference"].items()
         for seed in seeds
     ]

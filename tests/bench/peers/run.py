@@ -36,8 +36,8 @@ def options() -> argparse.Namespace:
 
 
 def render(workshop: jobs.Workshop, budget: dict, nice: int) -> None:
-    """All pictures of a scene; those of its reference first, unless it was given one."""
-    for job in [] if workshop.scene.reference else jobs.references(budget):
+    """All pictures of a scene, those of its reference first."""
+    for job in jobs.references(budget, workshop.scene):
         workshop.do(job, max(nice, 10))
     for job in jobs.candidates(budget):
         workshop.do(job, nice)
@@ -47,7 +47,7 @@ def manifest(workshop: jobs.Workshop, budget: dict) -> dict:
     """What report.py wants to know of a scene."""
     scene = workshop.scene
     there = [workshop.done(job) for job in jobs.candidates(budget)]
-    parts = [] if scene.reference else [workshop.done(job) for job in jobs.references(budget)]
+    parts = [workshop.done(job) for job in jobs.references(budget, scene)]
     given = scene.reference
     return {
         "name": scene.name,

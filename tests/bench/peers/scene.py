@@ -124,11 +124,13 @@ class Scene:
     sun: Sun | None
     sky: float
     reference: GivenReference | None
+    # Rays of its own reference over those of a budget.
+    reference_effort: int
 
     @property
     def content(self) -> dict:
         """What decides the picture, for telling whether a stored one is still that of the scene."""
-        words = ("title", "about", "reference")
+        words = ("title", "about", "reference", "reference_effort")
         return {key: value for key, value in asdict(self).items() if key not in words}
 
 
@@ -185,6 +187,7 @@ def _scene(name: str, table: dict) -> Scene:
         sun=_sun(table["sun"]) if "sun" in table else None,
         sky=table.get("sky", 0.0),
         reference=_given(reference),
+        reference_effort=table.get("reference_effort", 1),
     )
 
 
