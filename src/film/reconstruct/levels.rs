@@ -90,11 +90,17 @@ pub(super) fn biweight(x: f32) -> f32 {
     left * left
 }
 
+/// Standard deviations of noise above its neighbours by which a pixel is no outlier.
+///
+/// Unit: none. Derivation: of noise with a normal distribution one value in a thousand lies higher.
+const DEVIATIONS: f32 = 3.0;
+
 /// Factors by which outliers are darkened: of each half of each pixel, 1 where it is none.
 pub(super) type OutlierFactors = [Vec<f32>; 2];
 
-/// The factor by which each pixel of each half is to be darkened, so that it is no brighter than the brightest of its eight
-/// neighbours, in either half, and itself in the other half.
+/// The factor by which each pixel of each half is to be darkened, so that it is hardly brighter than the brightest of its eight
+/// neighbours, in either half, and itself in the other half: by [`DEVIATIONS`] of the differences of the neighbours' halves.
+/// Without these the noise of what is brighter than all around it would be cut on one side.
 pub(super) fn outlier_factors(width: usize, halves: &[Vec<Vec4>; 2]) -> OutlierFactors {
     let luminance = |pixel: Vec4| luminance(pixel.truncate().as_dvec3()) as f32;
     let size = [width, halves[0].len() / width];
@@ -102,14 +108,21 @@ pub(super) fn outlier_factors(width: usize, halves: &[Vec<Vec4>; 2]) -> OutlierF
         let factor = |pixel: usize| {
             let own = luminance(halves[half][pixel]);
             let mut most = f32::NEG_INFINITY;
+            let [mut squares, mut count] = [0.0, 0.0];
             for (near, _) in around(size, pixel) {
+                let [a, b] = [0, 1].map(|half| halves[half][near]);
+                if near != pixel && a.w > 0.0 && b.w > 0.0 {
+                    squares += (luminance(a) - luminance(b)).powi(2);
+                    count += 1.0;
+                }
                 for (other, values) in halves.iter().enumerate() {
                     if (near, other) != (pixel, half) && values[near].w > 0.0 {
                         most = most.max(luminance(values[near]));
                     }
                 }
             }
-            if own > most && most >= 0.0 { most / own } else { 1.0 }
+            let allowed = most + DEVIATIONS * (squares / f32::max(count, 1.0)).sqrt();
+            if own > allowed && most >= 0.0 { allowed / own } else { 1.0 }
         };
         (0..halves[half].len()).into_par_iter().map(factor).collect()
     })

@@ -208,6 +208,23 @@ mod tests {
         }
     }
 
+    /// Noise of even light is no outlier: what is darkened takes less than a thousandth of all light, of which the halves' noise
+    /// is a third.
+    #[test]
+    fn noise_is_hardly_darkened() {
+        let film = film(2, 0.25, 10, |_, _, noise| medium(noise, 0.5, 4.0));
+        let all = |pixel: usize| film.pixels[pixel].light();
+        let sum = |factors: Option<&OutlierFactors>| -> f32 {
+            let halves = pixels(&film, &all);
+            let of = |half: usize, pixel: usize| {
+                halves[half][pixel].y * factors.map_or(1.0, |factors| factors[half][pixel])
+            };
+            (0..film.pixels.len()).map(|pixel| of(0, pixel) + of(1, pixel)).sum()
+        };
+        let kept = sum(Some(&outliers(&film))) / sum(None);
+        assert!((0.999..=1.0).contains(&kept), "{kept}");
+    }
+
     /// Rays of the halves see a silhouette differently; light that follows opacity stays what it is, up to the ridge.
     #[test]
     fn opacity_of_each_half_is_told_apart() {
