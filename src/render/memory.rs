@@ -112,13 +112,16 @@ pub(super) fn memory_with(
     let plane = size_of::<f32>() * aovs.layers().len();
     let passes = (aovs.len() * size_of::<f64>() + plane) as u64;
     let features = passes + if features { FEATURES } else { 0 };
-    let film = pixels
-        * if settings.in_halves() {
-            (RECONSTRUCTING + (plane + reconstructed_pass_bytes(&aovs)) as u64)
-                .max(FILM + features + size_of::<PixelComponents>() as u64)
-        } else {
-            FILM + features
-        };
+    let components = if settings.in_halves() { size_of::<PixelComponents>() as u64 } else { 0 };
+    // A stated error is found without reconstruction, one that rays are directed by with it.
+    let reconstructing = if settings.reconstructs() || settings.measures_error() {
+        RECONSTRUCTING + (plane + reconstructed_pass_bytes(&aovs)) as u64
+    } else {
+        0
+    };
+    // They are copied from the tiles of the film while that error is found.
+    let copied = if settings.error.is_some() { components } else { 0 };
+    let film = pixels * reconstructing.max(FILM + features + components + copied);
     let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
     let maps = if Needs::new(scene, settings).maps { maps } else { 0 };
     let deep = if scene.film.deep { DEEP_BYTES } else { 0 };

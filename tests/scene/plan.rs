@@ -638,8 +638,10 @@ fn memory_is_estimated() {
     let volume = |name: &str| volumes.join(name).display().to_string();
     let halves = &["--strategy", "beams", "--reconstruct"][..];
     let near = &["--strategy", "fluence-toward-eye"][..];
+    let to_error = &["--error", "5"][..];
     for (scene, photons, size, way) in [
         ("fog.toml".into(), "400000", "640x360", &[][..]),
+        ("fog.toml".into(), "400000", "640x360", to_error),
         ("within.toml".into(), "1000000", "96x54", near),
         (volume("smoke.toml"), "200000", "320x240", &[]),
         (volume("balls_a.toml"), "100000", "512x384", &[]),
