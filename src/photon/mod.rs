@@ -31,7 +31,7 @@ pub use build::{GatherBall, MapBuilder};
 pub use camera_importance::CameraImportance;
 pub use map::PhotonMap;
 pub use maps::{PhotonMaps, Response};
-pub use settings::{PhotonMemory, PhotonSettings, memory};
+pub use settings::{MapLayout, PhotonMemory, PhotonSettings, memory};
 pub use shoot::{AimedPhotons, FlightSink, Recording};
 pub use stored::{NoDirection, Octahedral, Photon, PhotonAt, PhotonDirection};
 pub use surface::SurfaceMap;

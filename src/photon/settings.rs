@@ -64,17 +64,32 @@ pub struct PhotonMemory {
     pub pilot: u64,
 }
 
-/// About what photons take for which `work` is expected in so many `maps`, which keep this `share` of those in media and are
-/// built one after another, beside caches that take `complete` bytes from the start of tracing and `lazy` bytes of cells that
-/// rays fill, after a `pilot` of so many bytes.
+/// The maps that photons are in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MapLayout {
+    /// How many there are, which are built one after another.
+    pub maps: u64,
+    /// Share of the photons in media that they keep.
+    pub kept: f64,
+}
+
+impl MapLayout {
+    /// One map of all photons.
+    pub const fn whole() -> Self {
+        Self { maps: 1, kept: 1.0 }
+    }
+}
+
+/// About what photons take for which `work` is expected, in maps of this layout, beside caches that take `complete` bytes from the
+/// start of tracing and `lazy` bytes of cells that rays fill, after a `pilot` of so many bytes.
 pub fn memory<S: Spectrum, H: PhotonDirection>(
     work: &Work,
-    (maps, share): (u64, f64),
+    MapLayout { maps, kept }: MapLayout,
     [complete, lazy]: [u64; 2],
     pilot: u64,
 ) -> PhotonMemory {
     let (volume, surface) = (work.volume_photons, work.surface_photons);
-    let kept = (volume as f64 * share) as u64;
+    let kept = (volume as f64 * kept) as u64;
     let (stored, sphere) = (size_of::<PhotonAt<S, H>>() as u64, BeamMap::<S, H>::SPHERE as u64);
     let (stored_on_surface, photon) =
         (size_of::<PhotonAt<S>>() as u64, size_of::<Photon<S>>() as u64);

@@ -32,7 +32,7 @@ use crate::error::Result;
 use crate::film::FIRST_RAYS;
 use crate::image::Window;
 use crate::math::Spectrum;
-use crate::photon::{self, BeamMap, PhotonDirection, PhotonMemory};
+use crate::photon::{self, BeamMap, MapLayout, PhotonDirection, PhotonMemory};
 use crate::scene::plan::Needs;
 use crate::scene::{Director, RenderSettings, Scene};
 use crate::strategy::{Assignment, Summary};
@@ -305,7 +305,7 @@ fn directed_share(
 }
 
 /// Memory of the photons that `work` counts, of which maps keep this share, with the caches of `photons`. Each time of the
-/// scene has its own, and each half of a picture that is reconstructed, but for those of direct light.
+/// scene has its own, and each half of a picture that is in halves, but for those of direct light.
 fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
     (work, kept): (&Work, f64),
     (scene, settings): (&Scene, &RenderSettings),
@@ -323,5 +323,5 @@ fn photon_pass_memory<S: Spectrum, H: PhotonDirection>(
         lazy += maps * gathers;
         maps *= 2;
     }
-    photon::memory::<S, H>(work, (maps, kept), [fluence, lazy], pilot_bytes)
+    photon::memory::<S, H>(work, MapLayout { maps, kept }, [fluence, lazy], pilot_bytes)
 }

@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 use crate::file;
 use crate::math::Spectrum;
 use crate::photon::{
-    PathSample, PhotonDirection, TracedHead, TracedPhotons, memory as photon_memory,
+    MapLayout, PathSample, PhotonDirection, TracedHead, TracedPhotons, memory as photon_memory,
 };
 use crate::scene::plan::Needs;
 use crate::scene::{Aov, PhotonsName, Planning, RenderSettings, Scene};
@@ -233,7 +233,8 @@ impl SavedPhotons {
         let grids: u64 = parts.flat_map(|part| &part.grids).sum();
         let held = Work { tracks: 0, ..work };
         // Photons of all maps are read before the first is built.
-        let photons = specialised!(self.head, photon_memory(&held, (1, 1.0), [2 * grids, 0], 0));
+        let photons =
+            specialised!(self.head, photon_memory(&held, MapLayout::whole(), [2 * grids, 0], 0));
         memory_with(scene, settings, photons, program)
     }
 

@@ -90,40 +90,49 @@ pub(super) fn biweight(x: f32) -> f32 {
     left * left
 }
 
-/// Standard deviations of noise above its neighbours by which a pixel is no outlier.
+/// Root mean squares of the difference between a neighbour's halves by which a half may be brighter than all around it.
 ///
-/// Unit: none. Derivation: of noise with a normal distribution one value in a thousand lies higher.
-const DEVIATIONS: f32 = 3.0;
+/// Unit: none. Limit: on how much noise is cut: differences have twice the variance of a half, so that it may be brighter by 4.2
+/// standard deviations.
+const OUTLIER_DEVIATIONS: f32 = 3.0;
 
 /// Factors by which outliers are darkened: of each half of each pixel, 1 where it is none.
 pub(super) type OutlierFactors = [Vec<f32>; 2];
 
-/// The factor by which each pixel of each half is to be darkened, so that it is hardly brighter than the brightest of its eight
-/// neighbours, in either half, and itself in the other half: by [`DEVIATIONS`] of the differences of the neighbours' halves.
-/// Without these the noise of what is brighter than all around it would be cut on one side.
+/// The factor by which each pixel of each half is to be darkened, so that it is not much brighter than the brightest of its eight
+/// neighbours, in either half, and itself in the other half: no more than the noise of the neighbours explains. Without that
+/// margin, noise would be cut on one side, which darkens the picture.
 pub(super) fn outlier_factors(width: usize, halves: &[Vec<Vec4>; 2]) -> OutlierFactors {
-    let luminance = |pixel: Vec4| luminance(pixel.truncate().as_dvec3()) as f32;
+    let luminances = |pixel: usize| {
+        halves.each_ref().map(|half| luminance(half[pixel].truncate().as_dvec3()) as f32)
+    };
+    let is_known = |pixel: usize| halves.each_ref().map(|half| half[pixel].w > 0.0);
     let size = [width, halves[0].len() / width];
-    [0, 1].map(|half| {
-        let factor = |pixel: usize| {
-            let own = luminance(halves[half][pixel]);
-            let mut most = f32::NEG_INFINITY;
-            let [mut squares, mut count] = [0.0, 0.0];
-            for (near, _) in around(size, pixel) {
-                let [a, b] = [0, 1].map(|half| halves[half][near]);
-                if near != pixel && a.w > 0.0 && b.w > 0.0 {
-                    squares += (luminance(a) - luminance(b)).powi(2);
-                    count += 1.0;
-                }
-                for (other, values) in halves.iter().enumerate() {
-                    if (near, other) != (pixel, half) && values[near].w > 0.0 {
-                        most = most.max(luminance(values[near]));
-                    }
+    let factors = |pixel: usize| {
+        let mut brightest = f32::NEG_INFINITY;
+        let [mut squares, mut count] = [0.0, 0.0];
+        for (near, _) in around(size, pixel).filter(|(near, _)| *near != pixel) {
+            let ([a, b], known) = (luminances(near), is_known(near));
+            for (luminance, known) in [a, b].into_iter().zip(known) {
+                if known {
+                    brightest = brightest.max(luminance);
                 }
             }
-            let allowed = most + DEVIATIONS * (squares / f32::max(count, 1.0)).sqrt();
-            if own > allowed && most >= 0.0 { allowed / own } else { 1.0 }
+            if known == [true; 2] {
+                squares += (a - b).powi(2);
+                count += 1.0;
+            }
+        }
+        let margin = OUTLIER_DEVIATIONS * (squares / f32::max(count, 1.0)).sqrt();
+        let (own, known) = (luminances(pixel), is_known(pixel));
+        let factor = |half: usize| {
+            let other = 1 - half;
+            let most = if known[other] { brightest.max(own[other]) } else { brightest };
+            let allowed = most + margin;
+            if own[half] > allowed && most >= 0.0 { allowed / own[half] } else { 1.0 }
         };
-        (0..halves[half].len()).into_par_iter().map(factor).collect()
-    })
+        (factor(0), factor(1))
+    };
+    let (first, second) = (0..halves[0].len()).into_par_iter().map(factors).unzip();
+    [first, second]
 }

@@ -208,8 +208,8 @@ mod tests {
         }
     }
 
-    /// Noise of even light is no outlier: what is darkened takes less than a thousandth of all light, of which the halves' noise
-    /// is a third.
+    /// Noise of even light is no outlier: where halves have a standard deviation of a third of the light, clamping takes less
+    /// than a thousandth of it.
     #[test]
     fn noise_is_hardly_darkened() {
         let film = film(2, 0.25, 10, |_, _, noise| medium(noise, 0.5, 4.0));

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use crate::cache::{Caches, DirectLightCache, FluenceGrid, GATHERS_PER_RAY};
 use crate::math::Spectrum;
-use crate::photon::{self, AimedPhotons, PathSample, PhotonDirection, PhotonMaps};
+use crate::photon::{self, AimedPhotons, MapLayout, PathSample, PhotonDirection, PhotonMaps};
 use crate::scene::{Scene, Strategy};
 use crate::strategy::{self, Assignment, Evidence, Measured, Observed, Trial};
 
@@ -102,7 +102,7 @@ impl<'a> StrategyPilot<'a, '_> {
         let enters = |(contender, _): &(Contender, _)| !(blurs && others && contender.has_beams());
         let entering = contenders.into_iter().zip(grids).filter(enters);
         let mut entrants: Vec<Entrant<S>> = entering.map(enter).collect();
-        let of_photons = photon::memory::<S, H>(&a.work, (1, 1.0), [0; 2], 0);
+        let of_photons = photon::memory::<S, H>(&a.work, MapLayout::whole(), [0; 2], 0);
         let cells = direct.iter().flatten().filter_map(DirectLightCache::cells);
         let of_direct = cells.map(|cells| cells.memory_bytes() as u64);
         let pilot_bytes = of_photons.held
