@@ -16,11 +16,13 @@ mod mixture;
 mod origin;
 mod point;
 mod quad;
+mod spherical_rectangle;
 mod spot;
 mod sun;
 mod surface;
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use crate::math::{Ray, Rgb, Span, World, WorldPoint, is_grey};
 pub use bounds::{LightBounds, LightRegion};
@@ -28,7 +30,7 @@ pub use emission_target::{EmissionTarget, TargetSphere};
 pub use environment::Environment;
 pub use lights::Lights;
 pub use mesh::MeshLight;
-pub use origin::LightOrigin;
+pub use origin::{LightOrigin, LightPart};
 pub use point::PointLight;
 pub use quad::QuadLight;
 pub use spot::{BeamPicture, Falloff, SpotLight};
@@ -114,14 +116,14 @@ impl Light {
         }
     }
 
-    /// Density, 1/sr, with which [`Self::sample`] gives the unit `direction` from some place,
+    /// Density, 1/sr, with which [`Self::sample`] gives the unit `direction` from the place `at`,
     /// from which a ray that way meets this light's surface at `hit` or escapes. 0 for delta
     /// lights, for surfaces that escape is asked of and the other way round.
-    pub fn pdf(&self, direction: DVec3, hit: Option<EmitterHit>) -> f64 {
+    pub fn pdf(&self, at: WorldPoint, direction: DVec3, hit: Option<EmitterHit>) -> f64 {
         match (self, hit) {
             (Self::Sun(l), None) => l.pdf(direction),
             (Self::Environment(l), None) => l.pdf(direction),
-            (Self::Quad(l), Some(hit)) => l.pdf(direction, hit),
+            (Self::Quad(l), Some(hit)) => l.pdf(at, direction, hit),
             (Self::Mesh(l), Some(hit)) => l.pdf(direction, hit),
             _ => 0.0,
         }
@@ -188,15 +190,20 @@ impl Light {
         }
     }
 
-    /// The place that [`sample`](Self::sample) gives light from with the same numbers; nothing where the light
-    /// is infinitely far.
+    /// The place that [`sample`](Self::sample) gives light from with the same numbers, wherever it is seen from;
+    /// nothing where that depends on where, or the light is infinitely far.
     pub fn origin(&self, u: [f64; 2]) -> Option<LightOrigin> {
         match self {
-            Self::Point(l) => Some(LightOrigin::punctual(l.position())),
-            Self::Spot(l) => Some(LightOrigin::punctual(l.position())),
-            Self::Quad(l) => Some(l.point(u).origin()),
             Self::Mesh(l) => Some(l.point(u).origin()),
-            Self::Sun(_) | Self::Environment(_) => None,
+            _ => self.position().map(LightOrigin::punctual),
+        }
+    }
+
+    /// Parts of equal size, which are small or compact; nothing of lights of any other shape, or infinitely far.
+    pub fn parts(&self) -> SmallVec<[LightPart; 1]> {
+        match self {
+            Self::Quad(l) => l.parts(),
+            _ => self.position().map(LightPart::punctual).into_iter().collect(),
         }
     }
 

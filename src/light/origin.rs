@@ -1,4 +1,4 @@
-//! Places on lights that are not infinitely far.
+//! Places on lights that are not infinitely far, and parts of such lights.
 
 use glam::DVec3;
 
@@ -28,5 +28,21 @@ impl LightOrigin {
             }
             None => span,
         }
+    }
+}
+
+/// A part of a light, for estimates of how much of its light arrives where.
+#[derive(Debug, Clone, Copy)]
+pub struct LightPart {
+    /// Its centre.
+    pub origin: LightOrigin,
+    /// Root mean square of the distances of its places from the centre, in metres.
+    pub spread: f64,
+}
+
+impl LightPart {
+    /// All of a light without an extent.
+    pub const fn punctual(position: WorldPoint) -> Self {
+        Self { origin: LightOrigin::punctual(position), spread: 0.0 }
     }
 }

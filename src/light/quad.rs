@@ -3,12 +3,28 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
+use super::spherical_rectangle::SphericalRectangle;
 use super::surface::{SurfacePoint, area_pdf, power_toward};
 use super::{
-    EmissionTarget, EmitterHit, LightBounds, LightSample, PhotonStart, checked_color, checked_place,
+    EmissionTarget, EmitterHit, LightBounds, LightOrigin, LightPart, LightSample, PhotonStart,
+    checked_color, checked_place,
 };
 use crate::math::{Rgb, WorldPoint, luminance};
+
+/// Radii of the light within which places see it sampled by solid angle. Farther away, places that are uniform by area
+/// differ in solid angle by less than half.
+const NEAR: f64 = 6.0;
+
+/// Solid angle in sr below which it is not sampled, as rounding would show.
+const MIN_SOLID_ANGLE: f64 = 1e-7;
+
+/// Largest cosine between the edges of a rectangle.
+const SQUARE: f64 = 1e-9;
+
+/// Most parts along the longer edge.
+const MAX_PARTS: f64 = 8.0;
 
 /// A parallelogram of constant radiance on the side that u x v points to.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +35,8 @@ pub struct QuadLight {
     normal: DVec3,
     area: f64,
     radiance: Rgb,
+    /// Whether the edges are at right angles.
+    is_rectangle: bool,
 }
 
 impl QuadLight {
@@ -41,6 +59,7 @@ impl QuadLight {
             normal: cross / area,
             area,
             radiance: checked_color("radiance", radiance)?,
+            is_rectangle: u.dot(v).abs() <= SQUARE * area,
         })
     }
 
@@ -74,15 +93,62 @@ impl QuadLight {
         }
     }
 
+    /// Parts along the longer edge, each about as long as wide.
+    pub(super) fn parts(&self) -> SmallVec<[LightPart; 1]> {
+        let (long, short) = if self.u.length_squared() > self.v.length_squared() {
+            (self.u, self.v)
+        } else {
+            (self.v, self.u)
+        };
+        let count = (long.length() / short.length()).round().clamp(1.0, MAX_PARTS);
+        let edge = long / count;
+        // Places that are uniform along an edge have a variance of a twelfth of its square.
+        let spread = ((edge.length_squared() + short.length_squared()) / 12.0).sqrt();
+        let part = |number: u32| {
+            let position = self.center + edge * (f64::from(number) + 0.5 - 0.5 * count);
+            LightPart { origin: LightOrigin { position, normal: Some(self.normal) }, spread }
+        };
+        (0..count as u32).map(part).collect()
+    }
+
+    /// Uniformly by solid angle where the light is near, else by area.
     pub(super) fn sample(&self, at: WorldPoint, u: [f64; 2]) -> Option<LightSample> {
         if self.radiance == Rgb::ZERO {
             return None;
         }
-        self.point(u).light(at, self.radiance, self.area)
+        let Some((rectangle, solid_angle)) = self.seen_nearby(at) else {
+            return self.point(u).light(at, self.radiance, self.area);
+        };
+        let toward = rectangle.sample(u);
+        let distance = toward.length();
+        (distance > 0.0).then(|| LightSample {
+            direction: toward / distance,
+            distance,
+            radiance: self.radiance,
+            pdf: solid_angle.recip(),
+            delta: false,
+            normal: Some(self.normal),
+        })
     }
 
-    pub(super) fn pdf(&self, direction: DVec3, hit: EmitterHit) -> f64 {
-        area_pdf(direction, hit, self.area)
+    pub(super) fn pdf(&self, at: WorldPoint, direction: DVec3, hit: EmitterHit) -> f64 {
+        match self.seen_nearby(at) {
+            Some((_, solid_angle)) if direction.dot(hit.normal) < 0.0 => solid_angle.recip(),
+            Some(_) => 0.0,
+            None => area_pdf(direction, hit, self.area),
+        }
+    }
+
+    /// What `at` sees of the side that shines, with its solid angle in sr, where that is sampled.
+    fn seen_nearby(&self, at: WorldPoint) -> Option<(SphericalRectangle, f64)> {
+        let center = self.center - at;
+        let is_near = center.length() < NEAR * self.bounds().radius;
+        if !(self.is_rectangle && is_near && center.dot(self.normal) < 0.0) {
+            return None;
+        }
+        let rectangle = SphericalRectangle::new(center, self.u, self.v);
+        let solid_angle = rectangle.solid_angle();
+        (solid_angle > MIN_SOLID_ANGLE).then_some((rectangle, solid_angle))
     }
 
     pub(super) fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {

@@ -12,7 +12,7 @@ pub struct Equiangular {
     span: Span,
     /// Where the ray passes the place closest, in metres along it.
     foot: f64,
-    /// Distance of the place from there, in metres.
+    /// Distance of the place from there, in metres, with the spread of what is around the place.
     distance: f64,
     /// Angle at the place, in radians, from the foot to the start of the span.
     start: f64,
@@ -24,14 +24,25 @@ impl Equiangular {
     /// Over `span` of `ray` (unit direction) round `place`; nothing where the span has no length
     /// or the ray leads through the place, so that no density exists.
     pub fn new(ray: &Ray<World>, span: Span, place: WorldPoint) -> Option<Self> {
+        Self::around(ray, span, place, 0.0)
+    }
+
+    /// As [`new`](Self::new), for places around `place` whose distances from it have a root mean square of `spread`
+    /// metres: in proportion to one over their mean squared distance.
+    pub fn around(ray: &Ray<World>, span: Span, place: WorldPoint, spread: f64) -> Option<Self> {
         let to = place - ray.origin;
         let foot = to.dot(ray.direction);
-        let distance = (to - ray.direction * foot).length();
+        let distance = (to - ray.direction * foot).length().hypot(spread);
         let angle = |t: f64| if t.is_infinite() { FRAC_PI_2 } else { (t - foot).atan2(distance) };
         let start = angle(span.start);
         let opening = angle(span.end) - start;
         let sound = distance > 0.0 && opening > 0.0 && foot.is_finite();
         sound.then_some(Self { span, foot, distance, start, opening })
+    }
+
+    /// Integral of one over the squared distance along the span, 1/m.
+    pub fn total(&self) -> f64 {
+        self.opening / self.distance
     }
 
     /// A distance along the ray.

@@ -238,7 +238,7 @@ impl<'a, S: Spectrum> MediumNee<'a, S> {
         let ray = Ray::new(self.p, direction);
         let mis_weight = |light: usize, hit: Option<EmitterHit>| {
             let lights = &self.scene.lights;
-            let light_pdf = lights.lights[light].pdf(direction, hit);
+            let light_pdf = lights.lights[light].pdf(self.p, direction, hit);
             let choice = lights.pick_probability(self.p, light);
             let distance = hit.map_or(f64::INFINITY, |hit| hit.distance);
             let position = self.p + direction * distance;

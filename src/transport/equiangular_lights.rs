@@ -1,11 +1,12 @@
 //! Equiangular sampling of lights along a ray (Kulla and Fajardo 2012, "Importance Sampling Techniques for
 //! Path Tracing in Participating Media"): their light in a medium peaks near them.
 //!
-//! Of a light with an extent a place is chosen first, and distances along the ray round that.
+//! Distances are sampled round the centres of a quad's parts. Of a mesh a place is chosen first, and distances round
+//! that.
 
 use smallvec::SmallVec;
 
-use crate::light::{Light, LightBounds, LightOrigin, Lights};
+use crate::light::{Light, LightBounds, LightOrigin, LightPart, LightSample, Lights};
 use crate::math::{Equiangular, Ray, Span, World};
 
 /// Number of lights along a ray up to which all are sampled; of more, one is chosen. It is the inline
@@ -35,14 +36,51 @@ pub struct EquiangularLights<'a> {
 }
 
 /// A light that is sampled equiangularly along a ray.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub struct SampledLight {
     /// Its index among the scene's lights.
     pub index: usize,
     /// The part of the ray along which it is sampled, if it reaches that.
     span: Span,
-    /// The distances of a punctual light, all of whose light comes from one place.
-    punctual: Option<Equiangular>,
+    /// The distances by the parts of the light; none of a light that has no parts, whose places have their own.
+    distances: Option<DistanceMixture>,
+}
+
+/// Distances by the parts of a light, each in proportion to its light were nothing in between.
+#[derive(Debug)]
+struct DistanceMixture {
+    /// With the probability of each.
+    parts: SmallVec<[(f64, Equiangular); 1]>,
+}
+
+impl DistanceMixture {
+    /// Of these parts of a light, over the `reach` of its light along `ray`; nothing where none reaches it.
+    fn new(parts: &[LightPart], ray: &Ray<World>, reach: Span) -> Option<Self> {
+        let of_part =
+            |part: &LightPart| Equiangular::around(ray, reach, part.origin.position, part.spread);
+        let parts: SmallVec<[Equiangular; 1]> = parts.iter().filter_map(of_part).collect();
+        let total: f64 = parts.iter().map(Equiangular::total).sum();
+        let with_share = |distances: Equiangular| (distances.total() / total, distances);
+        (total > 0.0).then(|| Self { parts: parts.into_iter().map(with_share).collect() })
+    }
+
+    /// A distance along the ray, and its part by the same number.
+    fn sample(&self, mut u: f64) -> f64 {
+        let (last, others) = self.parts.split_last().expect("there is one");
+        for (share, distances) in others {
+            if u < *share {
+                return distances.sample(u / share);
+            }
+            u -= share;
+        }
+        let (share, distances) = last;
+        distances.sample((u / share).min(1.0))
+    }
+
+    /// Density of [`sample`](Self::sample) at a distance, 1/m.
+    fn pdf(&self, t: f64) -> f64 {
+        self.parts.iter().map(|(share, distances)| share * distances.pdf(t)).sum()
+    }
 }
 
 impl<'a> EquiangularLights<'a> {
@@ -74,16 +112,16 @@ impl<'a> EquiangularLights<'a> {
             if span.is_empty() {
                 return None;
             }
-            let origin = light.position().map(LightOrigin::punctual);
-            let reach = origin.map_or(span, |origin| light.reach(&origin, ray, span));
+            let parts = light.parts();
+            let reach = parts.first().map_or(span, |part| light.reach(&part.origin, ray, span));
             if !is_sampled(light, span, reach) {
                 return None;
             }
-            let punctual = match origin {
-                Some(origin) => Some(Equiangular::new(ray, reach, origin.position)?),
-                None => None,
+            let distances = match parts[..] {
+                [] => None,
+                _ => Some(DistanceMixture::new(&parts, ray, reach)?),
             };
-            Some(SampledLight { index, span, punctual })
+            Some(SampledLight { index, span, distances })
         };
         let sampled = (0..lights.lights.len()).filter_map(sampled).collect();
         Self { lights, ray: *ray, sampled }
@@ -108,25 +146,42 @@ impl<'a> EquiangularLights<'a> {
         &self.sampled[index..=index]
     }
 
-    /// The distances at which light from `origin`, on one of the lights, is sampled; nothing where it does not
-    /// reach the ray.
-    pub fn distances(&self, light: &SampledLight, origin: &LightOrigin) -> Option<Equiangular> {
-        if light.punctual.is_some() {
-            return light.punctual;
-        }
+    /// A distance along the ray by the first of these numbers, and light that arrives there by the others; nothing where
+    /// none does.
+    pub fn sample(
+        &self,
+        light: &SampledLight,
+        distance: f64,
+        position: [f64; 2],
+    ) -> Option<(f64, LightSample)> {
+        let shines = &self.lights.lights[light.index];
+        let t = match &light.distances {
+            Some(mixture) => mixture.sample(distance),
+            None => self.around(light, &shines.origin(position)?)?.sample(distance),
+        };
+        let sample = shines.sample(self.ray.at(t), position).filter(LightSample::shines)?;
+        Some((t, sample))
+    }
+
+    /// The distances around `origin`, a place on this light, that its light reaches.
+    fn around(&self, light: &SampledLight, origin: &LightOrigin) -> Option<Equiangular> {
         let reach = self.lights.lights[light.index].reach(origin, &self.ray, light.span);
         Equiangular::new(&self.ray, reach, origin.position)
     }
 
-    /// Density with which [`pick`](Self::pick) and the [`distances`](Self::distances) of the light with this
-    /// index sample the distance `t` for light from `origin`, 1/m; 0 where the light is not sampled so.
+    /// Density with which [`pick`](Self::pick) and [`sample`](Self::sample) of the light with this index give the
+    /// distance `t` for light from `origin`, 1/m; 0 where the light is not sampled so.
     pub fn pdf(&self, light: usize, origin: &LightOrigin, t: f64) -> f64 {
         let Some(light) = self.sampled.iter().find(|sampled| sampled.index == light) else {
             return 0.0;
         };
         let choice =
             if self.sampled.len() <= MAX_SAMPLED { 1.0 } else { 1.0 / self.sampled.len() as f64 };
-        self.distances(light, origin).map_or(0.0, |distances| choice * distances.pdf(t))
+        choice
+            * match &light.distances {
+                Some(mixture) => mixture.pdf(t),
+                None => self.around(light, origin).map_or(0.0, |distances| distances.pdf(t)),
+            }
     }
 }
 
@@ -171,31 +226,52 @@ mod tests {
         assert!(!punctual.contains(0) && punctual.contains(1) && punctual.contains(2));
         // The ray passes through the plane of the quad where y is -1.
         let behind = 1.5 / -ray.direction.y;
-        for u in [[0.1, 0.7], [0.5, 0.5], [0.99, 0.01]] {
-            let origin = lights.lights[0].origin(u).unwrap();
-            assert!(near.pdf(0, &origin, behind - 0.1) > 0.0);
-            assert_eq!(near.pdf(0, &origin, behind + 0.1), 0.0);
-            // The density is one over all distances.
-            let (steps, dt) = (20_000, behind / 20_000.0);
-            let pdf = |step: i32| near.pdf(0, &origin, (f64::from(step) + 0.5) * dt);
-            let sum = (0..steps).map(pdf).sum::<f64>() * dt;
-            assert!((sum - 1.0).abs() < 1e-3, "{sum}");
+        let numbers = [[0.1, 0.7, 0.2], [0.5, 0.5, 0.5], [0.99, 0.01, 0.9]];
+        for light in &near.sampled {
+            for [distance, x, y] in numbers {
+                let (t, sample) = near.sample(light, distance, [x, y]).unwrap();
+                let origin = sample.origin(ray.at(t));
+                assert!(near.pdf(light.index, &origin, t) > 0.0);
+                let end = if light.index == 0 { behind } else { span.end };
+                assert!(t < end);
+                assert_eq!(near.pdf(light.index, &origin, end + 0.1), 0.0);
+                // The density is one over all distances.
+                let (steps, dt) = (20_000, end / 20_000.0);
+                let pdf = |step: i32| near.pdf(light.index, &origin, (f64::from(step) + 0.5) * dt);
+                let sum = (0..steps).map(pdf).sum::<f64>() * dt;
+                assert!((sum - 1.0).abs() < 1e-3, "{sum}");
+            }
         }
         let nowhere = EquiangularLights::near(&lights, &ray, |_| Span::new(0.0, 0.0));
         assert!(nowhere.is_empty() && nowhere.pick(0.5).is_empty());
     }
 
-    /// The place that a sample comes from is that of the same numbers.
+    /// Distances follow their density: between those of two numbers it integrates to the difference of these. A tube has
+    /// several parts.
     #[test]
-    fn samples_come_from_their_origin() {
-        let (lights, ray) = lights();
-        let p = ray.at(1.0);
-        for light in &lights.lights {
-            let u = [0.3, 0.8];
-            let (sample, origin) = (light.sample(p, u).unwrap(), light.origin(u).unwrap());
-            let found = sample.origin(p);
-            assert!((found.position - origin.position).length() < 1e-9);
-            assert_eq!(found.normal, origin.normal);
+    fn distances_follow_their_density() {
+        let tube = QuadLight::new(
+            WorldPoint::new(0.0, -1.0, 4.0),
+            DVec3::Z * 4.0,
+            DVec3::X * 0.2,
+            Rgb::ONE,
+        );
+        let lights = Lights { lights: vec![Light::Quad(tube.unwrap())], ..Lights::default() };
+        let direction = DVec3::new(0.4, -0.1, 0.5).normalize();
+        let ray = Ray::new(WorldPoint::new(-1.0, -0.6, 2.0), direction);
+        let near = EquiangularLights::near(&lights, &ray, |_| Span::new(0.0, 3.0));
+        let [light] = &near.sampled[..] else { panic!("it is near") };
+        let mixture = light.distances.as_ref().unwrap();
+        assert!(mixture.parts.len() > 1);
+        for [low, high] in [[0.0, 1.0], [0.1, 0.15], [0.3, 0.8]] {
+            // Parts follow each other in the numbers, each over all distances.
+            let samples = (0..100_000).map(|i| mixture.sample((f64::from(i) + 0.5) / 100_000.0));
+            let [from, to] = [3.0 * low, 3.0 * high];
+            let within = samples.filter(|t| (from..to).contains(t)).count() as f64 / 100_000.0;
+            let (steps, dt) = (2000, (to - from) / 2000.0);
+            let pdf = |step: i32| mixture.pdf(from + (f64::from(step) + 0.5) * dt);
+            let expected = (0..steps).map(pdf).sum::<f64>() * dt;
+            assert!((within - expected).abs() < 2e-4, "{within} not {expected}");
         }
     }
 }

@@ -66,7 +66,7 @@ pub fn emission_after<S: Spectrum>(
     let lights = &scene.lights;
     emitters_behind(scene, ray, hit, |index, at| {
         let choice = lights.pick_probability(from.position, index);
-        from.pdf / (from.pdf + choice * lights.lights[index].pdf(ray.direction, at))
+        from.pdf / (from.pdf + choice * lights.lights[index].pdf(from.position, ray.direction, at))
     })
 }
 
@@ -104,7 +104,7 @@ fn direct_on_diffuse<S: Spectrum>(
         let Some(scattered) = scattered else { return S::ZERO };
         let direction = scattered.direction;
         let sampled = LightSample { direction, radiance: sky.radiance(direction), ..*light };
-        let light_pdf = choice * kind.pdf(direction, None);
+        let light_pdf = choice * kind.pdf(hit.point, direction, None);
         let weight = scattered.weight * scattered.pdf / (0.5 * (light_pdf + scattered.pdf));
         unoccluded(scene, media, hit, &sampled, weight, ctx)
     })

@@ -22,7 +22,7 @@ pub(crate) fn tetrahedron(center: DVec3) -> Vec<[DVec3; 3]> {
     vec![[p[0], p[1], p[2]], [p[0], p[3], p[1]], [p[0], p[2], p[3]], [p[1], p[3], p[2]]]
 }
 
-fn quad_corners(center: DVec3, u: DVec3, v: DVec3) -> Vec<[DVec3; 3]> {
+pub(crate) fn quad_corners(center: DVec3, u: DVec3, v: DVec3) -> Vec<[DVec3; 3]> {
     let [a, b, c, d] =
         [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(s, t)| center + u * s + v * t);
     vec![[a, b, c], [a, c, d]]

@@ -10,7 +10,7 @@ use fogbow::math::{Frame, Rgb, Stage, Stream, WorldPoint, warp};
 use glam::DVec3;
 
 use crate::chi2::Chi2;
-use crate::lights::{Row, WHITE, all, tetrahedron};
+use crate::lights::{Row, WHITE, all, quad_corners, tetrahedron};
 
 /// Where a ray from `from` along the unit `direction` meets the front of a triangle.
 fn hit(triangles: &[[DVec3; 3]], from: DVec3, direction: DVec3) -> Option<EmitterHit> {
@@ -26,17 +26,43 @@ fn hit(triangles: &[[DVec3; 3]], from: DVec3, direction: DVec3) -> Option<Emitte
     })
 }
 
-fn density(row: &Row, from: DVec3, direction: DVec3) -> f64 {
+fn density(row: &Row, at: WorldPoint, direction: DVec3) -> f64 {
     if row.light.is_infinite() {
-        return row.light.pdf(direction, None);
+        return row.light.pdf(at, direction, None);
     }
-    hit(&row.triangles, from, direction).map_or(0.0, |h| row.light.pdf(direction, Some(h)))
+    let hit = hit(&row.triangles, at.xyz, direction);
+    hit.map_or(0.0, |hit| row.light.pdf(at, direction, Some(hit)))
+}
+
+/// Places near a rectangle in front of it and on its edge, aside of it above its plane, and far, and one near a
+/// parallelogram.
+fn by_quads() -> Vec<(Row, WorldPoint)> {
+    let u = DVec3::new(2.0, 0.0, 0.0);
+    let (rectangle, sheared) = (DVec3::new(0.0, 0.0, -1.0), DVec3::new(0.5, 0.0, -1.0));
+    let place = |name, v, [x, y, z]: [f64; 3]| {
+        let light = QuadLight::new(WorldPoint::from_xyz(DVec3::ZERO), u, v, WHITE).unwrap();
+        let triangles = quad_corners(DVec3::ZERO, u, v);
+        (Row { name, light: Light::Quad(light), triangles }, WorldPoint::new(x, y, z))
+    };
+    vec![
+        place("in front", rectangle, [0.2, 0.05, 0.1]),
+        place("at a corner", rectangle, [-1.0, 0.3, 0.5]),
+        place("aside", rectangle, [1.3, 0.2, -0.2]),
+        place("far", rectangle, [40.0, 30.0, 10.0]),
+        place("sheared", sheared, [0.2, 0.3, 0.1]),
+    ]
+}
+
+/// All lights that rays can hit, each with a place that they shine on.
+fn seen() -> Vec<(Row, WorldPoint)> {
+    let at = WorldPoint::new(0.1, -0.2, 0.3);
+    let rows = all(1.0).into_iter().filter(|row| !row.light.is_delta());
+    rows.map(|row| (row, at)).chain(by_quads()).collect()
 }
 
 #[test]
 fn samples_follow_their_density() {
-    let at = WorldPoint::new(0.1, -0.2, 0.3);
-    for row in all(1.0).iter().filter(|row| !row.light.is_delta()) {
+    for (row, at) in seen() {
         let mut stream = Stream::new(4, Stage::Test, 0, 0);
         let first = (0..100).find_map(|_| row.light.sample(at, stream.uniform2()));
         let toward = first.expect("most samples give light").direction;
@@ -47,15 +73,14 @@ fn samples_follow_their_density() {
         Chi2 { axis: toward, one_minus_cos: (1.05 * widest).min(2.0), ..Chi2::default() }.check(
             row.name,
             |stream| row.light.sample(at, stream.uniform2()).map(|s| s.direction),
-            |direction| density(row, at.xyz, direction),
+            |direction| density(&row, at, direction),
         );
     }
 }
 
 #[test]
 fn what_a_sample_says_is_what_a_ray_finds() {
-    let at = WorldPoint::new(0.1, -0.2, 0.3);
-    for row in all(1.0).iter().filter(|row| !row.light.is_delta()) {
+    for (row, at) in seen() {
         let mut stream = Stream::new(5, Stage::Test, 0, 0);
         for _ in 0..1000 {
             let Some(s) = row.light.sample(at, stream.uniform2()) else { continue };
@@ -63,8 +88,22 @@ fn what_a_sample_says_is_what_a_ray_finds() {
             let found = hit(&row.triangles, at.xyz, s.direction);
             let seen = row.light.radiance_from(s.direction, found);
             assert!((seen - s.radiance).abs().max_element() < 1e-12, "{}: {seen}", row.name);
-            let pdf = density(row, at.xyz, s.direction);
+            let pdf = density(&row, at, s.direction);
             assert!((pdf / s.pdf - 1.0).abs() < 1e-9, "{}: {pdf} not {}", row.name, s.pdf);
+        }
+    }
+}
+
+/// Near a rectangle, all samples stand for as much light.
+#[test]
+fn samples_of_a_near_rectangle_are_alike() {
+    for (row, at) in by_quads().into_iter().take(3) {
+        let mut stream = Stream::new(6, Stage::Test, 0, 0);
+        let estimates =
+            (0..1000).map(|_| row.light.sample(at, stream.uniform2()).unwrap().pdf.recip());
+        let solid_angle = row.light.incident_estimate(at);
+        for estimate in estimates {
+            assert!((estimate / solid_angle - 1.0).abs() < 1e-9, "{}: {estimate}", row.name);
         }
     }
 }
@@ -244,10 +283,10 @@ fn environment_picture_density_integrates_to_one_and_finds_a_bright_texel() {
         // A quarter from the left looks to +x, the upper rows up.
         assert!(s.direction.x > 0.4 && s.direction.y > 0.8, "{}", s.direction);
     }
-    let row = all(1.0).pop().unwrap();
+    let (row, at) = (all(1.0).pop().unwrap(), WorldPoint::new(0.0, 0.0, 0.0));
     let (integral, sigma) = mean(
         (0..400_000)
-            .map(|_| row.light.pdf(warp::uniform_sphere(stream.uniform2()), None) * 4.0 * PI),
+            .map(|_| row.light.pdf(at, warp::uniform_sphere(stream.uniform2()), None) * 4.0 * PI),
     );
     assert!((integral - 1.0).abs() < 4.5 * sigma, "{integral} +- {sigma}");
 }

@@ -158,15 +158,14 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             for sampled in picked {
                 let index = sampled.index;
                 let u = positions.position(index);
-                let Some(origin) = lights.lights[index].origin(u) else { continue };
-                let Some(distances) = equiangular.distances(sampled, &origin) else { continue };
-                let t = distances.sample(distance);
+                let Some((t, light)) = equiangular.sample(sampled, distance, u) else { continue };
                 let Some(place) = profile.place_at(t) else { continue };
                 let p = ray.at(t);
                 let scatterers = self.scatterers(p, filter.media);
                 ctx.work.grid_lookups += self.media.albedo_lookups;
-                let light = lights.lights[index].sample(p, u);
-                let Some(light) = light.filter(|_| !scatterers.is_empty()) else { continue };
+                if scatterers.is_empty() {
+                    continue;
+                }
                 ctx.work.gathers += 1;
                 let nee = MediumNee::new(self.scene, p, -ray.direction, &scatterers);
                 let choice = lights.pick_probability(p, index);

@@ -252,7 +252,11 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             ctx.work.environment_lookups += 1;
             let direction = path.ray.direction;
             let choice = lights.pick_probability(last.position, index);
-            let light_pdf = if light.is_even() { 0.0 } else { choice * light.pdf(direction, None) };
+            let light_pdf = if light.is_even() {
+                0.0
+            } else {
+                choice * light.pdf(last.position, direction, None)
+            };
             let radiance = light.radiance_from(direction, None);
             let radiance = S::of_group(radiance, self.scene.groups.of_light(index));
             path.radiance += path.throughput * radiance * (last.pdf / (last.pdf + light_pdf));

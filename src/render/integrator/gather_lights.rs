@@ -6,7 +6,7 @@
 
 use smallvec::SmallVec;
 
-use crate::light::{LightOrigin, LightSample};
+use crate::light::LightOrigin;
 use crate::math::{Ray, Rgb, Span, Spectrum, World};
 use crate::photon::PhotonDirection;
 use crate::transport::{EquiangularLights, LightNumbers, PathContext, PathState, direct_light};
@@ -46,12 +46,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         let u = LightNumbers::varied(ctx.rng.uniform(), ctx.rng.uniform2());
         let mut sum = S::ZERO;
         for lamp in lamps.pick(u.among) {
-            let (light, u) = (&lights.lights[lamp.index], u.position(lamp.index));
-            let Some(origin) = light.origin(u) else { continue };
-            let Some(distances) = lamps.distances(lamp, &origin) else { continue };
-            let t = distances.sample(ctx.rng.uniform());
+            let u = u.position(lamp.index);
+            let Some((t, sample)) = lamps.sample(lamp, ctx.rng.uniform(), u) else { continue };
             let p = ray.at(t);
-            let Some(sample) = light.sample(p, u).filter(LightSample::shines) else { continue };
             let mixture = media.mixture_at(p);
             ctx.work.grid_lookups += media.scattering_grids();
             let scatterer = |(medium, sigma_s): &(usize, Rgb)| {
@@ -65,7 +62,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             }
             let (through, flux) = self.through(&ray, t, ctx);
             let choice = lights.pick_probability(p, lamp.index);
-            let pdf = lamps.pdf(lamp.index, &origin, t) + choice * flux;
+            let pdf = lamps.pdf(lamp.index, &sample.origin(p), t) + choice * flux;
             let light = through * light_in / (pdf * sample.pdf);
             let light = light.in_group(self.scene.groups.of_light(lamp.index));
             sum += self.scene.groups.scattered(light);

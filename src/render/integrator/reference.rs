@@ -123,7 +123,7 @@ impl PathTracer<'_> {
             }
             let weight = path.scattering.map_or(1.0, |last| {
                 let choice = self.scene.lights.pick_probability(last.position, index);
-                last.pdf / (last.pdf + choice * light.pdf(path.ray.direction, at))
+                last.pdf / (last.pdf + choice * light.pdf(last.position, path.ray.direction, at))
             });
             let radiance = S::of_group(radiance, self.scene.groups.of_light(index));
             path.radiance += path.throughput * radiance * weight;

@@ -164,17 +164,13 @@ impl PathTracer<'_> {
         other_pdf: impl Fn(usize, WorldPoint, f64, &mut PathContext) -> f64,
         ctx: &mut PathContext,
     ) -> S {
-        let (media, lights) = (&self.scene.media, &self.scene.lights);
+        let media = &self.scene.media;
         let mut sum = S::ZERO;
         for sampled in punctual.pick(ctx.rng.uniform()) {
             let index = sampled.index;
             let (t_number, u) = (ctx.rng.uniform(), ctx.rng.uniform2());
-            let light = &lights.lights[index];
-            let Some(origin) = light.origin(u) else { continue };
-            let Some(distances) = punctual.distances(sampled, &origin) else { continue };
-            let t = distances.sample(t_number);
+            let Some((t, light)) = punctual.sample(sampled, t_number, u) else { continue };
             let p = ray.at(t);
-            let Some(light) = light.sample(p, u) else { continue };
             let direction = light.direction;
             let scattering = |(medium, sigma_s): &(usize, Rgb)| {
                 S::from_rgb(*sigma_s) * media.get(*medium).phase.eval(ray.direction.dot(direction))
@@ -188,7 +184,7 @@ impl PathTracer<'_> {
             }
             let through: S = self.transmittance(ray, t, ctx);
             let through = through * self.transmittance::<S>(&shadow, light.distance, ctx);
-            let pdf = punctual.pdf(index, &origin, t) + other_pdf(index, p, t, ctx);
+            let pdf = punctual.pdf(index, &light.origin(p), t) + other_pdf(index, p, t, ctx);
             let light = S::from_rgb(light.radiance) * through * scattering / pdf;
             let light = light.in_group(self.scene.groups.of_light(index));
             sum += self.scene.groups.scattered(light);
