@@ -70,6 +70,11 @@ pub enum Strategy {
 }
 
 impl Strategy {
+    /// Whether it keeps to a highest order of scattering above 1: final gathers do not count orders.
+    pub const fn counts_orders(self) -> bool {
+        matches!(self, Self::Beams | Self::FluenceTowardEye)
+    }
+
     /// Its name in scene files, on the command line and in reports.
     pub fn name(self) -> &'static str {
         StrategyRequest::Asked(self).name()

@@ -133,6 +133,12 @@ const WRONG: &[(&str, &str, &str, &[&str])] = &[
     ),
     ("[render]\nseed = \"a\"", "5:8", "render.seed", &["whole number"]),
     ("[render]\nmax_scatter = -2", "5:15", "render.max_scatter", &["0 to"]),
+    (
+        "[render]\nmax_scatter = 2\nstrategy = \"traced\"",
+        "6:12",
+        "render.strategy",
+        &["`traced` does not count orders", "`max_scatter`", "`beams`"],
+    ),
     // Media.
     ("[[medium]]", "4:1", "medium[0].file", &["missing", "region"]),
     ("[medium]\nfile = \"smoke.vdb\"", "4:1", "medium", &["[[medium]]"]),

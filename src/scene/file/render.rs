@@ -47,6 +47,18 @@ pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<Rend
             director.name()
         )));
     }
+    let max_scatter = section.maybe_whole(&keys::MAX_ORDER)?.map(|orders| orders as u32);
+    let strategy = section.word(&keys::STRATEGY, StrategyRequest::ALL)?;
+    if let (StrategyRequest::Asked(asked), Some(2..)) = (strategy, max_scatter)
+        && !asked.counts_orders()
+        && let Some(value) = section.get(&keys::STRATEGY)
+    {
+        return Err(value.error(format!(
+            "`{}` does not count orders of scattering; leave out `max_scatter`, or take `beams` or \
+             `fluence-toward-eye`",
+            asked.name()
+        )));
+    }
     Ok(RenderSettings {
         rays: section.whole(&keys::RAYS)? as u32,
         photons: section.whole(&keys::PHOTONS)?,
@@ -55,8 +67,8 @@ pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<Rend
         director,
         directing,
         seed: section.whole(&keys::SEED)?,
-        max_scatter: section.maybe_whole(&keys::MAX_ORDER)?.map(|orders| orders as u32),
-        strategy: section.word(&keys::STRATEGY, StrategyRequest::ALL)?,
+        max_scatter,
+        strategy,
         final_gather: section.word(&keys::FINAL_GATHER, FinalGather::ALL)?,
         denoise: section.switch(&keys::DENOISE)?,
         reconstruct: section.switch(&keys::RECONSTRUCT)?,

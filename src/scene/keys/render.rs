@@ -51,7 +51,8 @@ pub(in crate::scene) const MAX_ORDER: Key = Key::new(
     Kind::Whole(0, MAX_SCATTER as u64),
     "",
     Other("no limit"),
-    "Highest order of volume scattering; 1 is single scattering.",
+    "Highest order of volume scattering; 1 is single scattering. Above 1, only `beams` and `fluence-toward-eye` count \
+     orders.",
 )
 .flag("max-scatter");
 pub(in crate::scene) const STRATEGY: Key = Key::new(
