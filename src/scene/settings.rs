@@ -70,9 +70,15 @@ pub enum Strategy {
 }
 
 impl Strategy {
-    /// Whether it keeps to a highest order of scattering above 1: final gathers do not count orders.
-    pub const fn counts_orders(self) -> bool {
-        matches!(self, Self::Beams | Self::FluenceTowardEye)
+    /// Whether a medium of this strategy has a grid of moments, at which final gathers end.
+    pub const fn holds_moments(self) -> bool {
+        matches!(self, Self::Moments | Self::SharedGathers)
+    }
+
+    /// Whether final gathers are made in a medium of this strategy, by rays or for cells. They do not count orders of
+    /// scattering.
+    pub const fn makes_gathers(self) -> bool {
+        self.holds_moments() || matches!(self, Self::Traced)
     }
 
     /// Its name in scene files, on the command line and in reports.

@@ -36,16 +36,6 @@ pub const fn unshared(strategy: Strategy) -> Strategy {
     }
 }
 
-/// Whether a medium of this strategy has a grid of moments, at which final gathers end.
-pub const fn holds_moments(strategy: Strategy) -> bool {
-    matches!(strategy, Strategy::Moments | Strategy::SharedGathers)
-}
-
-/// Whether final gathers are made in a medium of this strategy, by rays or for cells.
-pub const fn makes_gathers(strategy: Strategy) -> bool {
-    holds_moments(strategy) || matches!(strategy, Strategy::Traced)
-}
-
 /// The strategy in words, for a table.
 const fn about(strategy: Strategy) -> &'static str {
     match strategy {

@@ -21,8 +21,7 @@ pub use cell_width::{
 pub use choose::{Choice, MediumCells, cell_width, choose, shared_footprint};
 pub use gather_termination::GatherTermination;
 pub use kind::{
-    Assignment, Conditions, Evidence, MediumStrategy, Summary, away_from_camera, holds_moments,
-    makes_gathers, shared, unshared,
+    Assignment, Conditions, Evidence, MediumStrategy, Summary, away_from_camera, shared, unshared,
 };
 pub use measured::{
     BLOCK, EDGE_POWER, Measured, PictureSize, PixelRays, PixelSamples, RayLuminance, Variance,

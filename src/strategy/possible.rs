@@ -4,7 +4,7 @@ use crate::light::Light;
 use crate::medium::Medium;
 use crate::scene::{FinalGather, Scene, Strategy};
 
-use super::kind::{Conditions, holds_moments};
+use super::kind::Conditions;
 
 /// Strategies that a render may choose among: one for all media that can have it. The first that is allowed
 /// is taken where a pilot tells nothing.
@@ -30,7 +30,7 @@ pub fn first_allowed(scene: &Scene, conditions: &Conditions) -> Strategy {
 /// Whether an assignment may be chosen: where final gathers must be, one with those.
 pub fn is_allowed(assignment: &[Strategy], conditions: &Conditions) -> bool {
     conditions.final_gather != FinalGather::Always
-        || assignment.iter().any(|strategy| holds_moments(*strategy))
+        || assignment.iter().any(|strategy| strategy.holds_moments())
 }
 
 /// Whether final gathers are possible: not where orders of scattering are counted, and not where a

@@ -1,6 +1,6 @@
 //! The trials of a pilot: assignments of strategies, compared pixel by pixel.
 
-use super::kind::{makes_gathers, shared, unshared};
+use super::kind::{shared, unshared};
 use super::measured::{BLOCK, Measured, PictureSize, PixelSamples, Variance, VarianceScale};
 use crate::math::nth_smallest;
 use crate::scene::Strategy;
@@ -146,7 +146,7 @@ impl Trial {
 
     /// Whether it has final gathers in any medium.
     fn makes_gathers(&self) -> bool {
-        self.strategies.iter().any(|strategy| makes_gathers(*strategy))
+        self.strategies.iter().any(|strategy| strategy.makes_gathers())
     }
 
     /// What gathers that `sharing` rays share would bring, by what was measured of gathers that none shares. As

@@ -4,7 +4,7 @@ use crate::cache::Caches;
 use crate::light::{Light, LightRegion};
 use crate::math::Spectrum;
 use crate::scene::Scene;
-use crate::strategy::{Choice, Strategy, away_from_camera, holds_moments, makes_gathers};
+use crate::strategy::{Choice, Strategy, away_from_camera};
 
 /// Estimators for one kind of ray: caches hold light scattered toward the camera, so that they serve rays
 /// from there, and all rays where a medium scatters isotropically.
@@ -124,6 +124,7 @@ impl RayEstimators {
 /// gathers and none of the grids that they end at lacks the sky's straight light.
 pub(super) fn handled_by_gather(scene: &Scene, choice: &Choice) -> Vec<bool> {
     let any = |is: fn(Strategy) -> bool| choice.media.iter().any(|medium| is(medium.strategy));
-    let is_handled = any(makes_gathers) && (choice.records_sky || !any(holds_moments));
+    let is_handled =
+        any(Strategy::makes_gathers) && (choice.records_sky || !any(Strategy::holds_moments));
     scene.lights.lights.iter().map(|light| is_handled && light.is_environment()).collect()
 }

@@ -10,7 +10,7 @@ use crate::medium::Phase;
 use crate::photon::{PhotonDirection, PhotonMaps};
 use crate::scene::Scene;
 use crate::scene::plan::Needs;
-use crate::strategy::{Choice, holds_moments, makes_gathers};
+use crate::strategy::Choice;
 use crate::transport::camera_position;
 
 use super::emission_nee::EmissionNee;
@@ -89,7 +89,7 @@ impl<'a, S: Spectrum, H: PhotonDirection> Integrator<'a, S, H> {
     ) -> Self {
         let media = MediumTraits::new(scene, choice);
         let handled_by_gather = handled_by_gather(scene, choice);
-        let makes_gathers = choice.media.iter().any(|medium| makes_gathers(medium.strategy));
+        let makes_gathers = choice.media.iter().any(|medium| medium.strategy.makes_gathers());
         let emission = (needs.emission && makes_gathers).then(|| EmissionNee::new(scene)).flatten();
         let [from_camera, elsewhere] = [true, false].map(|from_camera| {
             RayEstimators::new(scene, choice, caches, &handled_by_gather, from_camera)
@@ -148,7 +148,7 @@ impl MediumTraits {
             has_forward_peak: choice.splits.iter().any(|split| split.peak.is_some()),
             sent_reach: light_lobes.iter().map(LightLobes::reach).max().unwrap_or(0),
             light_lobes,
-            holds_moments: choice.media.iter().map(|m| holds_moments(m.strategy)).collect(),
+            holds_moments: choice.media.iter().map(|m| m.strategy.holds_moments()).collect(),
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::medium::SparseCells;
 use crate::render::pass_settings::PassSettings;
 use crate::scene::Scene;
 use crate::strategy::{
-    self, Assignment, Choice, Evidence, MediumCells, Strategy, VarianceScale, holds_moments, shared,
+    self, Assignment, Choice, Evidence, MediumCells, Strategy, VarianceScale, shared,
 };
 use crate::work::Work;
 
@@ -62,7 +62,7 @@ impl Contender {
 
     /// Whether gathers end at moments, so that they can be shared.
     pub fn has_moments(&self) -> bool {
-        self.choice.media.iter().any(|medium| holds_moments(medium.strategy))
+        self.choice.media.iter().any(|medium| medium.strategy.holds_moments())
     }
 
     /// Whether rays read cells as narrow as the picture's, in which the pilot's photons have much noise.
@@ -156,7 +156,7 @@ impl Contenders<'_> {
         }
         let shared = 1.0 / self.represents;
         let mut of_rays = shared;
-        if choice.media.iter().any(|medium| holds_moments(medium.strategy)) {
+        if choice.media.iter().any(|medium| medium.strategy.holds_moments()) {
             // The noise of the single cell that a gather reads.
             of_rays *= self.widening().powi(2);
         }

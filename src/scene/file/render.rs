@@ -50,7 +50,7 @@ pub(super) fn render(section: &Section<'_>, directing: Directing) -> Result<Rend
     let max_scatter = section.maybe_whole(&keys::MAX_ORDER)?.map(|orders| orders as u32);
     let strategy = section.word(&keys::STRATEGY, StrategyRequest::ALL)?;
     if let (StrategyRequest::Asked(asked), Some(2..)) = (strategy, max_scatter)
-        && !asked.counts_orders()
+        && asked.makes_gathers()
         && let Some(value) = section.get(&keys::STRATEGY)
     {
         return Err(value.error(format!(
