@@ -190,8 +190,8 @@ impl Light {
         }
     }
 
-    /// The place that [`sample`](Self::sample) gives light from with the same numbers, wherever it is seen from;
-    /// nothing where that depends on where, or the light is infinitely far.
+    /// The place that [`sample`](Self::sample) gives light from with the same numbers; nothing where that depends on the
+    /// lit place, as it does on a quad, or the light is infinitely far.
     pub fn origin(&self, u: [f64; 2]) -> Option<LightOrigin> {
         match self {
             Self::Mesh(l) => Some(l.point(u).origin()),
@@ -199,7 +199,8 @@ impl Light {
         }
     }
 
-    /// Parts of equal size, which are small or compact; nothing of lights of any other shape, or infinitely far.
+    /// Parts of equal area, each about as long as wide: those of a quad, and a punctual light as one. None of a mesh, whose
+    /// shape may be any, and of a light infinitely far.
     pub fn parts(&self) -> SmallVec<[LightPart; 1]> {
         match self {
             Self::Quad(l) => l.parts(),

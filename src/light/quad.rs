@@ -17,11 +17,11 @@ use crate::math::{Rgb, WorldPoint, luminance};
 /// differ in solid angle by less than half.
 const NEAR: f64 = 6.0;
 
-/// Solid angle in sr below which it is not sampled, as rounding would show.
+/// Solid angle in sr below which places are sampled by area, as rounding would show.
 const MIN_SOLID_ANGLE: f64 = 1e-7;
 
-/// Largest cosine between the edges of a rectangle.
-const SQUARE: f64 = 1e-9;
+/// Largest cotangent of the angle between the edges of a rectangle.
+const MAX_COTANGENT: f64 = 1e-9;
 
 /// Most parts along the longer edge.
 const MAX_PARTS: f64 = 8.0;
@@ -59,7 +59,7 @@ impl QuadLight {
             normal: cross / area,
             area,
             radiance: checked_color("radiance", radiance)?,
-            is_rectangle: u.dot(v).abs() <= SQUARE * area,
+            is_rectangle: u.dot(v).abs() <= MAX_COTANGENT * area,
         })
     }
 
@@ -116,7 +116,7 @@ impl QuadLight {
         if self.radiance == Rgb::ZERO {
             return None;
         }
-        let Some((rectangle, solid_angle)) = self.seen_nearby(at) else {
+        let Some(rectangle) = self.seen_nearby(at) else {
             return self.point(u).light(at, self.radiance, self.area);
         };
         let toward = rectangle.sample(u);
@@ -125,7 +125,7 @@ impl QuadLight {
             direction: toward / distance,
             distance,
             radiance: self.radiance,
-            pdf: solid_angle.recip(),
+            pdf: rectangle.solid_angle().recip(),
             delta: false,
             normal: Some(self.normal),
         })
@@ -133,22 +133,21 @@ impl QuadLight {
 
     pub(super) fn pdf(&self, at: WorldPoint, direction: DVec3, hit: EmitterHit) -> f64 {
         match self.seen_nearby(at) {
-            Some((_, solid_angle)) if direction.dot(hit.normal) < 0.0 => solid_angle.recip(),
+            Some(rectangle) if direction.dot(hit.normal) < 0.0 => rectangle.solid_angle().recip(),
             Some(_) => 0.0,
             None => area_pdf(direction, hit, self.area),
         }
     }
 
-    /// What `at` sees of the side that shines, with its solid angle in sr, where that is sampled.
-    fn seen_nearby(&self, at: WorldPoint) -> Option<(SphericalRectangle, f64)> {
+    /// What `at` sees of the side that shines, where that is sampled by solid angle.
+    fn seen_nearby(&self, at: WorldPoint) -> Option<SphericalRectangle> {
         let center = self.center - at;
-        let is_near = center.length() < NEAR * self.bounds().radius;
-        if !(self.is_rectangle && is_near && center.dot(self.normal) < 0.0) {
+        let is_seen = self.is_rectangle && center.dot(self.normal) < 0.0;
+        if !is_seen || center.length() >= NEAR * self.bounds().radius {
             return None;
         }
         let rectangle = SphericalRectangle::new(center, self.u, self.v);
-        let solid_angle = rectangle.solid_angle();
-        (solid_angle > MIN_SOLID_ANGLE).then_some((rectangle, solid_angle))
+        (rectangle.solid_angle() > MIN_SOLID_ANGLE).then_some(rectangle)
     }
 
     pub(super) fn emit(&self, reach: &EmissionTarget, u: [f64; 4]) -> Option<PhotonStart> {

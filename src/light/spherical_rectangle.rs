@@ -16,9 +16,11 @@ pub(super) struct SphericalRectangle {
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
-    /// Sines of the angles under which the ends of both edges are seen off the plane's normal.
-    sine_x: [f64; 2],
+    /// Sines of the angles off the plane's normal under which the ends of the second edge are seen.
     sine_y: [f64; 2],
+    /// Angle in rad at which solid angle begins, from which it grows along the first edge.
+    start: f64,
+    solid_angle: f64,
 }
 
 impl SphericalRectangle {
@@ -33,21 +35,23 @@ impl SphericalRectangle {
         let ends = |middle: f64, length: f64| [middle - 0.5 * length, middle + 0.5 * length];
         let (x, y, z) = (ends(middle.x, width), ends(middle.y, height), middle.z);
         let sine = |end: f64| end / end.hypot(z);
-        Self { axes, x, y, z, sine_x: x.map(sine), sine_y: y.map(sine) }
+        let (sine_x, sine_y) = (x.map(sine), y.map(sine));
+        // Solid angle from the plane's normal to each corner.
+        let corners = sine_x.map(|x| sine_y.map(|y| (x * y).asin()));
+        let [before, up_to] = corners.map(|[low, high]| high - low);
+        Self { axes, x, y, z, sine_y, start: PI + before, solid_angle: up_to - before }
     }
 
     /// Solid angle in sr.
-    pub(super) fn solid_angle(&self) -> f64 {
-        let corner = |i: usize, j: usize| (self.sine_x[i] * self.sine_y[j]).asin();
-        corner(1, 1) - corner(1, 0) - corner(0, 1) + corner(0, 0)
+    pub(super) const fn solid_angle(&self) -> f64 {
+        self.solid_angle
     }
 
     /// A place on the rectangle from the place that sees it, in a direction that is uniform in the solid angle.
     pub(super) fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
-        let Self { x, y, z, sine_x, sine_y, .. } = self;
-        let before = (sine_x[0] * sine_y[1]).asin() - (sine_x[0] * sine_y[0]).asin();
+        let Self { x, y, z, sine_y, .. } = self;
         // The plane through the place and along the second edge that has this share of the solid angle before it.
-        let angle = PI + before + u * self.solid_angle();
+        let angle = self.start + u * self.solid_angle;
         let slope = (-angle.cos() * sine_y[0] - sine_y[1]) / angle.sin();
         let cosine = slope.signum() / slope.hypot(sine_y[0]);
         let across = cosine * z / (1.0 - cosine * cosine).max(0.0).sqrt();

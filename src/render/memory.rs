@@ -119,7 +119,7 @@ pub(super) fn memory_with(
     } else {
         0
     };
-    // They are copied from the tiles of the film while that error is found.
+    // Components are copied from the tiles of the film while a stated error is found.
     let copied = if settings.error.is_some() { components } else { 0 };
     let film = pixels * reconstructing.max(FILM + features + components + copied);
     let maps = map_pixels(scene, settings) * MAPS + all.pixels() * BUDGET;
