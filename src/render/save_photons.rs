@@ -42,13 +42,23 @@ pub fn save_photons<'a>(
     any_camera: bool,
     control: impl Into<Control<'a>>,
 ) -> Result<PhotonsReport> {
+    save_controlled(scene, path, any_camera, &control.into())
+}
+
+/// [`save_photons`] without a generic argument: other crates that call it do not compile what shoots again.
+fn save_controlled(
+    scene: &Scene,
+    path: &Path,
+    any_camera: bool,
+    control: &Control<'_>,
+) -> Result<PhotonsReport> {
     let needs = Needs::new(scene, &scene.render);
     if any_camera && scene.media.is_endless() {
         let problem = "a medium has no end: photons for any camera would be aimed at all of it; give it a region with \
                        an end, or leave out --any-camera";
         return Err(Error::file(&scene.path, problem));
     }
-    specialised!(needs, save(scene, path, any_camera, &control.into()))
+    specialised!(needs, save(scene, path, any_camera, control))
 }
 
 fn save<S: Spectrum, H: PhotonDirection>(

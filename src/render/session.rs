@@ -62,7 +62,16 @@ pub fn render_next<'a>(
     earlier: Earlier<'_>,
     control: impl Into<Control<'a>>,
 ) -> Result<Rendered> {
-    let control = control.into();
+    render_controlled(scene, settings, earlier, &control.into())
+}
+
+/// [`render_next`] without a generic argument: other crates that call it do not compile the renderer again.
+fn render_controlled(
+    scene: &Scene,
+    settings: &RenderSettings,
+    earlier: Earlier<'_>,
+    control: &Control<'_>,
+) -> Result<Rendered> {
     let mut stages = Stages::default();
     let needs = Needs::new(scene, settings);
     let pass = pass_settings(scene, settings);
@@ -92,9 +101,9 @@ pub fn render_next<'a>(
     let rendered = match settings.error {
         Some(goal) => {
             let job = ErrorJob { scene, settings, goal, strategies };
-            specialised_for_film!(needs, render_to_error(&job, &control, stages))?
+            specialised_for_film!(needs, render_to_error(&job, control, stages))?
         }
-        None => specialised_for_film!(needs, render_directed(&job, aimed, &control, stages))?,
+        None => specialised_for_film!(needs, render_directed(&job, aimed, control, stages))?,
     };
     Ok(Rendered { director, snapshot, ..rendered })
 }

@@ -26,12 +26,16 @@ pub fn render_reference<'a>(
     settings: &RenderSettings,
     control: impl Into<Control<'a>>,
 ) -> Rendered {
-    let control = control.into();
+    reference(scene, settings, &control.into())
+}
+
+/// [`render_reference`] without a generic argument: other crates that call it do not compile the path tracer again.
+fn reference(scene: &Scene, settings: &RenderSettings, control: &Control<'_>) -> Rendered {
     let Needs { parts, colors, .. } = Needs::new(scene, settings);
     match (parts, colors) {
-        (true, _) => trace_reference::<GroupedRgb>(scene, settings, &control),
-        (false, true) => trace_reference::<Rgb>(scene, settings, &control),
-        (false, false) => trace_reference::<f64>(scene, settings, &control),
+        (true, _) => trace_reference::<GroupedRgb>(scene, settings, control),
+        (false, true) => trace_reference::<Rgb>(scene, settings, control),
+        (false, false) => trace_reference::<f64>(scene, settings, control),
     }
 }
 
@@ -72,6 +76,11 @@ pub fn preview<'a>(
     settings: &RenderSettings,
     control: impl Into<Control<'a>>,
 ) -> Rendered {
+    one_ray_a_pixel(scene, settings, &control.into())
+}
+
+/// [`preview`] without a generic argument: other crates that call it do not compile the integrator again.
+fn one_ray_a_pixel(scene: &Scene, settings: &RenderSettings, control: &Control<'_>) -> Rendered {
     let (mut stages, start) = (Stages::default(), Instant::now());
     let photons = PhotonPass::<Rgb>::empty(settings.radius.unwrap_or(0.0));
     let budget = PixelBudget::fixed(1, photons.radius, finest_step(scene, settings));
@@ -84,7 +93,7 @@ pub fn preview<'a>(
         |_, _| budget,
         |camera_ray, workspace| integrator.radiance(camera_ray, workspace),
         &[],
-        &control.into(),
+        control,
     );
     stages.done("preview", start);
     let preview = exposed.rendered(Work::default(), stages, None);
