@@ -33,6 +33,15 @@ impl Equiangular {
         let to = place - ray.origin;
         let foot = to.dot(ray.direction);
         let distance = (to - ray.direction * foot).length().hypot(spread);
+        Self::over(span, foot, distance)
+    }
+
+    /// Over the part of its span that is within `other`; nothing where that has no length.
+    pub fn within(&self, other: Span) -> Option<Self> {
+        Self::over(self.span.intersect(other), self.foot, self.distance)
+    }
+
+    fn over(span: Span, foot: f64, distance: f64) -> Option<Self> {
         let angle = |t: f64| if t.is_infinite() { FRAC_PI_2 } else { (t - foot).atan2(distance) };
         let start = angle(span.start);
         let opening = angle(span.end) - start;
@@ -92,6 +101,22 @@ mod tests {
                 .sum();
             prop_assert!((sum - (high - low).abs()).abs() < 1e-4, "{sum} for {low} and {high}");
         }
+    }
+
+    /// Parts of a span have their shares of its integral, and the density of the whole over those.
+    #[test]
+    fn parts_are_as_dense_as_the_whole() {
+        let ray = Ray::new(WorldPoint::new(0.0, 0.0, 0.0), DVec3::Z);
+        let place = WorldPoint::new(1.0, 0.0, 2.0);
+        let whole = Equiangular::around(&ray, Span::new(0.5, 7.0), place, 0.3).unwrap();
+        let [near, far] =
+            [Span::new(0.0, 2.5), Span::new(2.5, 9.0)].map(|part| whole.within(part).unwrap());
+        assert!((near.total() + far.total() - whole.total()).abs() < 1e-12);
+        for (part, t) in [(near, 0.6), (near, 2.4), (far, 2.6), (far, 6.9)] {
+            let density = part.pdf(t) * part.total() / whole.total();
+            assert!((density - whole.pdf(t)).abs() < 1e-12, "{density} at {t}");
+        }
+        assert!(whole.within(Span::new(7.5, 9.0)).is_none());
     }
 
     #[test]

@@ -2,14 +2,15 @@
 //!
 //! It is evaluated at points sampled by opacity and, for lights [near the ray](EquiangularLights::near), at points
 //! sampled equiangularly (Kulla and Fajardo 2012), combined by the balance heuristic (Veach 1997, section
-//! 9.2.2).
+//! 9.2.2). Where all lights are near, all points are sampled equiangularly, half of them in proportion to opacity too:
+//! points by opacity alone would add variance.
 
 use crate::light::{LightRegion, Lights};
 use crate::math::{Ray, Spectrum, World};
 use crate::medium::{Place, Profile};
 use crate::photon::PhotonDirection;
 use crate::transport::direct_light::{Connection, MediumNee};
-use crate::transport::{Decision, EquiangularLights, LightNumbers, PathContext};
+use crate::transport::{Decision, EquiangularLights, LightNumbers, OpacitySteps, PathContext};
 
 use super::ray_estimators::DirectLightGroup;
 use super::setup::Integrator;
@@ -18,7 +19,8 @@ use super::setup::Integrator;
 /// each. More of them cost shadow rays where more rays of a pixel do the same.
 const OPACITY_SAMPLES: u32 = 2;
 
-/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated: a stratum each.
+/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated: a stratum each. Where none are
+/// sampled by opacity, there are more, for as many shadow rays.
 const EQUIANGULAR_SAMPLES: u32 = 2;
 
 /// Which direct light an estimate includes.
@@ -58,6 +60,7 @@ struct RaySampling<'a, S> {
     lights: &'a Lights,
     equiangular: EquiangularLights<'a>,
     opacity_samples: u32,
+    equiangular_samples: u32,
 }
 
 impl<'a, S: Spectrum> RaySampling<'a, S> {
@@ -69,15 +72,28 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
     ) -> Self {
         let extent = profile.extent();
         let span = |light: usize| filter.region(light).clip(ray, extent);
-        let equiangular = if filter.others {
-            EquiangularLights::near(lights, ray, span)
-        } else {
-            EquiangularLights::punctual(lights, ray, extent)
+        let plan = |equiangular, opacity_samples, equiangular_samples| Self {
+            ray,
+            profile,
+            filter,
+            lights,
+            equiangular,
+            opacity_samples,
+            equiangular_samples,
         };
-        let is_far = |light| !equiangular.contains(light) && !span(light).is_empty();
-        let any = !equiangular.is_empty() || (0..lights.lights.len()).any(is_far);
-        let opacity_samples = if filter.others && any { OPACITY_SAMPLES } else { 0 };
-        Self { ray, profile, filter, lights, equiangular, opacity_samples }
+        if !filter.others {
+            let punctual = EquiangularLights::punctual(lights, ray, extent);
+            return plan(punctual, 0, EQUIANGULAR_SAMPLES);
+        }
+        let near = EquiangularLights::near(lights, ray, span);
+        let is_far = |light| !near.contains(light) && !span(light).is_empty();
+        let needs_others = (0..lights.lights.len()).any(is_far) || !near.have_parts();
+        let opacity_samples = if needs_others { OPACITY_SAMPLES } else { 0 };
+        if needs_others || near.is_empty() {
+            return plan(near, opacity_samples, EQUIANGULAR_SAMPLES);
+        }
+        let more = OPACITY_SAMPLES.div_ceil(near.pick(0.0).len().max(1) as u32);
+        plan(near.weighed(&OpacitySteps::along(profile)), 0, EQUIANGULAR_SAMPLES + more)
     }
 
     /// The denominator of the balance heuristic for a connection at a point of the ray, over the density of
@@ -89,7 +105,8 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
         }
         let by_opacity = f64::from(self.opacity_samples) * pdf;
         let distance_pdf = self.equiangular.pdf(*light, origin, place.t);
-        let equiangular = f64::from(EQUIANGULAR_SAMPLES) * distance_pdf * light_pdf / place.pdf;
+        let equiangular =
+            f64::from(self.equiangular_samples) * distance_pdf * light_pdf / place.pdf;
         let is_punctual = self.lights.lights[*light].position().is_some();
         let weight = if is_punctual { self.filter.punctual_weight } else { 1.0 };
         (by_opacity + equiangular) / weight
@@ -150,8 +167,9 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         if equiangular.is_empty() {
             return sum;
         }
-        let places = ctx.stratified.draws(Decision::EquiangularPlaces, EQUIANGULAR_SAMPLES);
-        for sample in 0..EQUIANGULAR_SAMPLES {
+        let count = sampling.equiangular_samples;
+        let places = ctx.stratified.draws(Decision::EquiangularPlaces, count);
+        for sample in 0..count {
             let [distance, x, y, among] = places.numbers(sample, &mut ctx.rng);
             let picked = equiangular.pick(among);
             let positions = LightNumbers::varied(among, [x, y]);
