@@ -26,11 +26,15 @@ pub fn render_reference<'a>(
     settings: &RenderSettings,
     control: impl Into<Control<'a>>,
 ) -> Rendered {
-    reference(scene, settings, &control.into())
+    reference_controlled(scene, settings, &control.into())
 }
 
 /// [`render_reference`] without a generic argument: other crates that call it do not compile the path tracer again.
-fn reference(scene: &Scene, settings: &RenderSettings, control: &Control<'_>) -> Rendered {
+fn reference_controlled(
+    scene: &Scene,
+    settings: &RenderSettings,
+    control: &Control<'_>,
+) -> Rendered {
     let Needs { parts, colors, .. } = Needs::new(scene, settings);
     match (parts, colors) {
         (true, _) => trace_reference::<GroupedRgb>(scene, settings, control),
@@ -76,11 +80,11 @@ pub fn preview<'a>(
     settings: &RenderSettings,
     control: impl Into<Control<'a>>,
 ) -> Rendered {
-    one_ray_a_pixel(scene, settings, &control.into())
+    preview_controlled(scene, settings, &control.into())
 }
 
 /// [`preview`] without a generic argument: other crates that call it do not compile the integrator again.
-fn one_ray_a_pixel(scene: &Scene, settings: &RenderSettings, control: &Control<'_>) -> Rendered {
+fn preview_controlled(scene: &Scene, settings: &RenderSettings, control: &Control<'_>) -> Rendered {
     let (mut stages, start) = (Stages::default(), Instant::now());
     let photons = PhotonPass::<Rgb>::empty(settings.radius.unwrap_or(0.0));
     let budget = PixelBudget::fixed(1, photons.radius, finest_step(scene, settings));

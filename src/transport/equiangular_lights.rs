@@ -29,6 +29,12 @@ const MIN_FALLOFF: f64 = 2.0;
 /// Unit: none. Derivation: half of the places on the span are dark.
 const MAX_PART: f64 = 0.5;
 
+/// Share of the distances along a ray that are sampled in proportion to its opacity too. The others are dense near the
+/// light, which a thick medium hides; these are dense at the front of the medium, where a far light is weak.
+///
+/// Unit: none. Derivation: by half and half each needs at most twice the samples that the better one alone would.
+const WEIGHED_SHARE: f64 = 0.5;
+
 /// The equiangular distributions over the distances along one ray, one for each light that reaches it.
 #[derive(Debug)]
 pub struct EquiangularLights<'a> {
@@ -48,13 +54,8 @@ pub struct SampledLight {
     distances: Option<DistanceMixture>,
 }
 
-/// Share of the distances along a ray that are sampled in proportion to its opacity too. The others are dense near the
-/// light, which a thick medium hides; these are dense at the front of the medium, where a far light is weak.
-///
-/// Unit: none. Derivation: by half and half each needs at most twice the samples that the better one alone would.
-const WEIGHED_SHARE: f64 = 0.5;
-
-/// Distances by the parts of a light, each in proportion to its light were nothing in between.
+/// Equiangular distances by the parts of a light, each in proportion to its light were nothing in between; where they are
+/// weighed, by the steps of the ray as well.
 #[derive(Debug, Clone)]
 struct DistanceMixture {
     /// With the probability of each.

@@ -25,17 +25,17 @@ impl OpacitySteps {
         let mut steps = SmallVec::new();
         let (mut start, mut seen) = (extent.start, S::ONE);
         for step in 1..=STEPS {
-            let end = match profile.distance_at(part(step as f64)) {
-                Some(end) if step < STEPS => end.clamp(start, extent.end),
-                _ => extent.end,
-            };
+            let end = if step < STEPS { profile.distance_at(part(step as f64)) } else { None };
+            let end = end.map_or(extent.end, |end| end.clamp(start, extent.end));
             let after = profile.at(end).map_or(profile.transmittance(), |(after, _)| after);
-            // The mean over a step without end is that over twice the way to half of its opacity.
-            let length = match profile.distance_at(part(step as f64 - 0.5)) {
-                Some(half) if end.is_infinite() => 2.0 * (half - start),
-                _ => end - start,
+            let length = if end.is_infinite() {
+                // The mean is that over twice the way to half of the step's opacity.
+                let half = profile.distance_at(part(step as f64 - 0.5));
+                half.map_or(f64::INFINITY, |half| 2.0 * (half - start))
+            } else {
+                end - start
             };
-            // Of the middle channel, where differences of transmittances are lost in rounding.
+            // At least that of the middle channel, as differences of transmittances lose it where they are small.
             let opacity = (seen - after).element_sum().max(part(1.0)) / S::CHANNELS as f64;
             if length > 0.0 {
                 steps.push((Span::new(start, end), opacity / length));
@@ -100,9 +100,9 @@ mod tests {
         check::<Rgb>("[2.0, 0.0, 0.5]");
     }
 
-    /// Opacity below what numbers tell from nothing has no steps, and is no reason for others without a sum.
+    /// Where opacity is hardly more than nothing, there are no steps, or such with a sound mean.
     #[test]
-    fn what_is_hardly_there_has_no_steps_or_sound_ones() {
+    fn hardly_any_opacity_has_no_steps_or_sound_ones() {
         for sigma_t in ["1e-18", "1e-300", "[1e-18, 0.0, 1e-18]", "1e18"] {
             let (steps, _) = through_ball::<Rgb>(sigma_t);
             assert!(steps.iter().all(|(_, mean)| mean.is_normal()), "{sigma_t}: {steps:?}");

@@ -3,7 +3,7 @@
 //! It is evaluated at points sampled by opacity and, for lights [near the ray](EquiangularLights::near), at points
 //! sampled equiangularly (Kulla and Fajardo 2012), combined by the balance heuristic (Veach 1997, section
 //! 9.2.2). Where all lights are near, all points are sampled equiangularly, half of them in proportion to opacity too:
-//! points by opacity alone would add variance.
+//! points sampled by opacity alone would add variance.
 
 use crate::light::{LightRegion, Lights};
 use crate::math::{Ray, Spectrum, World};
@@ -19,8 +19,8 @@ use super::setup::Integrator;
 /// each. More of them cost shadow rays where more rays of a pixel do the same.
 const OPACITY_SAMPLES: u32 = 2;
 
-/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated: a stratum each. Where none are
-/// sampled by opacity, there are more, for as many shadow rays.
+/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated: a stratum each. Where all
+/// lights are near, there are more of them in place of [`OPACITY_SAMPLES`].
 const EQUIANGULAR_SAMPLES: u32 = 2;
 
 /// Which direct light an estimate includes.
@@ -72,28 +72,22 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
     ) -> Self {
         let extent = profile.extent();
         let span = |light: usize| filter.region(light).clip(ray, extent);
-        let plan = |equiangular, opacity_samples, equiangular_samples| Self {
-            ray,
-            profile,
-            filter,
-            lights,
-            equiangular,
-            opacity_samples,
-            equiangular_samples,
+        let mut equiangular = if filter.others {
+            EquiangularLights::near(lights, ray, span)
+        } else {
+            EquiangularLights::punctual(lights, ray, extent)
         };
-        if !filter.others {
-            let punctual = EquiangularLights::punctual(lights, ray, extent);
-            return plan(punctual, 0, EQUIANGULAR_SAMPLES);
+        let is_far = |light| !equiangular.contains(light) && !span(light).is_empty();
+        let by_opacity =
+            filter.others && ((0..lights.lights.len()).any(is_far) || !equiangular.have_parts());
+        let opacity_samples = if by_opacity { OPACITY_SAMPLES } else { 0 };
+        let mut equiangular_samples = EQUIANGULAR_SAMPLES;
+        if filter.others && !by_opacity && !equiangular.is_empty() {
+            equiangular = equiangular.weighed(&OpacitySteps::along(profile));
+            // As many shadow rays as there would be with points by opacity, of which each asks for one light.
+            equiangular_samples += OPACITY_SAMPLES.div_ceil(equiangular.pick(0.0).len() as u32);
         }
-        let near = EquiangularLights::near(lights, ray, span);
-        let is_far = |light| !near.contains(light) && !span(light).is_empty();
-        let needs_others = (0..lights.lights.len()).any(is_far) || !near.have_parts();
-        let opacity_samples = if needs_others { OPACITY_SAMPLES } else { 0 };
-        if needs_others || near.is_empty() {
-            return plan(near, opacity_samples, EQUIANGULAR_SAMPLES);
-        }
-        let more = OPACITY_SAMPLES.div_ceil(near.pick(0.0).len().max(1) as u32);
-        plan(near.weighed(&OpacitySteps::along(profile)), 0, EQUIANGULAR_SAMPLES + more)
+        Self { ray, profile, filter, lights, equiangular, opacity_samples, equiangular_samples }
     }
 
     /// The denominator of the balance heuristic for a connection at a point of the ray, over the density of
