@@ -9,8 +9,10 @@ use crate::scene::Scene;
 use crate::transport::{PathContext, PixelFootprint};
 
 use super::cell_origins::CellOrigins;
+use super::directed_rays::DirectedRays;
 use super::gather_origin::{GatherCell, GatherOrigins};
-use super::lazy_cells::LazyCells;
+use super::lazy_cells::{EmptyCell, LazyCells};
+use super::sample_pass::{MAX_GATHERS, ReadingRays, SamplePass};
 
 /// Gathers of a cell for each ray that is expected to look it up.
 ///
@@ -22,48 +24,20 @@ pub const GATHERS_PER_RAY: f64 = 2.0 * PLACES_PER_RAY;
 /// Unit: count. Definition: `PLACES` of `strategy/cell_width.rs`.
 pub const PLACES_PER_RAY: f64 = 4.0;
 
+/// Passes of cells before the first one of rays: that of light which all passes share.
+///
+/// Unit: count. Definition: of that pass.
+const CELL_PASSES: u32 = 1;
+
+/// Gathers that are one, rounded.
+///
+/// Unit: count. Definition: half of one.
+const ONE_GATHER: f64 = 0.5;
+
 /// Fewest gathers of a cell.
 ///
 /// Unit: count. Limit: on the noise of cells that few rays read.
 const MIN_GATHERS: f64 = 4.0;
-
-/// Most gathers of a cell in one pass: they take less than a second, and the Sobol points of their
-/// first deflections last for as many.
-///
-/// Unit: count. Limit: on the time of one cell.
-const MAX_GATHERS: f64 = 65_536.0;
-
-/// Some of the rays of each pixel, which are shot together before others are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SamplePass {
-    /// Number of passes before.
-    pub index: u32,
-    /// Rays of a pixel that belong to it, at most.
-    pub rays: u32,
-    /// How many of them other renders shoot before those of this one.
-    pub first: u32,
-    /// How many of them this render shoots.
-    pub shot: u32,
-}
-
-impl SamplePass {
-    /// The number of gathers nearest to `all` that can be shared evenly, at least one each, among renders that shoot as many rays
-    /// as this one. Their pictures have the same weight, so that one with fewer gathers than others would add noise.
-    fn even(&self, all: f64) -> u32 {
-        let renders = (f64::from(self.rays.max(1)) / f64::from(self.shot.max(1))).round();
-        let each = (all / renders).round().min((MAX_GATHERS / renders).floor());
-        (each.max(1.0) * renders) as u32
-    }
-
-    /// The numbers of the gathers that its rays have of `all` in a cell: in proportion to the rays that are shot, and at
-    /// least one.
-    fn gathers(&self, all: u32) -> Range<u32> {
-        let before =
-            |rays: u32| (u64::from(all) * u64::from(rays) / u64::from(self.rays.max(1))) as u32;
-        let start = before(self.first).min(all.saturating_sub(1));
-        start..before(self.first + self.shot).max(start + 1)
-    }
-}
 
 /// The Sobol points by which gathers start.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -80,7 +54,9 @@ pub struct GatherPoints {
 /// sky or has been scattered at least twice.
 ///
 /// The number of gathers is in proportion to the light that rays are expected to take from a cell. Each
-/// pass has its own, so that the rays of all passes weigh the same and cells improve with the picture. Where other
+/// pass has its own, so that the rays of all passes weigh the same and cells improve with the picture. In a directed
+/// picture a pass in which few rays read a cell makes few gathers for it, and cannot know which pixels have many of those
+/// rays: a cell is then the mean of all gathers up to that pass, never noisier than before it. Where other
 /// renders shoot some of the rays of a pass, they have their share of the gathers of a cell, which start at the same
 /// places by Sobol points of one sequence: together they are as well stratified as in one render.
 #[derive(Debug)]
@@ -90,7 +66,7 @@ pub struct FinalGatherCache<S = Rgb> {
     /// Seed of the Sobol points of gathers, the same in all renders that share them.
     points_seed: u64,
     footprint: PixelFootprint,
-    /// Share of the rays of a pass that are expected to look cells up.
+    /// Share of the rays of a pass that are expected to look cells up, by their time.
     share: f64,
     /// Where gathers of its cells start. None in a pilot, whose few rays measure work: each does its part of what a cell takes.
     origins: Option<Arc<CellOrigins<S>>>,
@@ -111,8 +87,8 @@ impl<S: Spectrum> FinalGatherCache<S> {
         Self { cells, medium, points_seed, footprint, share: 1.0, origins }
     }
 
-    /// The same for this share of the rays: of those that choose among times of a scene, or that a director leaves. It gets as
-    /// much less of the gathers.
+    /// The same for this share of the rays: of those that choose among times of a scene. It gets as much less of the
+    /// gathers.
     #[must_use]
     pub fn with_share(self, share: f64) -> Self {
         Self { share, ..self }
@@ -129,51 +105,105 @@ impl<S: Spectrum> FinalGatherCache<S> {
     }
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
-    /// camera per unit of sigma_s, W/(m² sr), for a ray of `pass`: the mean of four of the eight nearest
+    /// camera per unit of sigma_s, W/(m² sr), for one of these `rays`: the mean of four of the eight nearest
     /// cells, drawn with `u` in [0, 1). `gather` returns the mean of gathers that start at places of a cell by these points.
     pub fn sample(
         &self,
         scene: &Scene,
         p: WorldPoint,
         u: f64,
+        rays: ReadingRays<'_>,
+        ctx: &mut PathContext,
+        gather: impl Fn(&GatherOrigins, GatherPoints, &mut PathContext) -> S,
+    ) -> S {
+        let Some(origins) = &self.origins else {
+            return self.part_of_cell(scene, p, rays.pass, ctx, gather);
+        };
+        self.cells.sample(p, u, CELL_PASSES + rays.pass.index, ctx, |cell, own| {
+            self.in_cell(scene, origins, cell, rays, own, &gather)
+        })
+    }
+
+    /// The light of a cell for these `rays`.
+    fn in_cell(
+        &self,
+        scene: &Scene,
+        origins: &CellOrigins<S>,
+        cell: &EmptyCell,
+        rays: ReadingRays<'_>,
+        ctx: &mut PathContext,
+        gather: &impl Fn(&GatherOrigins, GatherPoints, &mut PathContext) -> S,
+    ) -> S {
+        let ReadingRays { pass, directed } = rays;
+        let earlier = pass.index.checked_sub(1).filter(|_| directed.is_some());
+        let earlier = earlier.map(|index| {
+            let rays = ReadingRays { pass: SamplePass { index, ..pass }, ..rays };
+            self.cells.in_earlier_pass(cell, CELL_PASSES + index, ctx, |cell, ctx| {
+                self.in_cell(scene, origins, cell, rays, ctx, gather)
+            })
+        });
+        let radius = 0.5 * self.cells.width() / self.footprint.width(cell.center);
+        let wanted = |index: u32, opacity: f64| {
+            let of_pixels = |of: &DirectedRays| of.rays(scene, cell.center, radius, index);
+            let rays = directed.map_or_else(|| pass.rays.into(), of_pixels);
+            let least = if directed.is_some() && index > 0 { 0.0 } else { MIN_GATHERS };
+            self.wanted(cell.center, opacity, rays).clamp(least, MAX_GATHERS)
+        };
+        if let Some(light) = earlier
+            && wanted(pass.index, 1.0) < ONE_GATHER
+        {
+            return light;
+        }
+        let start = origins.of(scene, cell, &self.footprint, ctx);
+        let own = wanted(pass.index, start.opacity());
+        // Renders that share the rays of a pass count the same gathers, and start them by the same points.
+        let (stage, index) = (Stage::GatherPoints, pass.index.into());
+        let scramble = Stream::new(self.points_seed, stage, cell.key, index).scramble();
+        let indices = pass.gathers(pass.even(own));
+        let count = indices.len() as f64;
+        let mut light = || gather(&start, GatherPoints { indices: indices.clone(), scramble }, ctx);
+        match earlier {
+            None => light(),
+            Some(earlier) if own < ONE_GATHER => earlier,
+            Some(earlier) => {
+                let before: f64 = (0..pass.index).map(|i| wanted(i, start.opacity())).sum();
+                (earlier * before + light() * count) / (before + count)
+            }
+        }
+    }
+
+    /// In a pilot, the part that a ray has in filling the cells round `p`: what decides their number is work of cells, not of
+    /// rays.
+    fn part_of_cell(
+        &self,
+        scene: &Scene,
+        p: WorldPoint,
         pass: SamplePass,
         ctx: &mut PathContext,
         gather: impl Fn(&GatherOrigins, GatherPoints, &mut PathContext) -> S,
     ) -> S {
         let (medium, width, footprint) = (self.medium, self.cells.width(), &self.footprint);
-        // Gathers of a cell, by the number of rays that are expected to look it up.
-        let wanted = |center: WorldPoint, origins: &GatherOrigins| {
-            let rays = origins.opacity() * (width / footprint.width(center)).powi(2);
-            GATHERS_PER_RAY * f64::from(pass.rays) * self.share * rays
-        };
-        let Some(origins) = &self.origins else {
-            // What decides their number is work of cells, not of rays.
-            let here = GatherOrigins::at::<S>(scene, medium, p, width, footprint, &mut ctx.clone());
-            let gathers = wanted(p, &here);
-            let lookups = gathers * PLACES_PER_RAY / GATHERS_PER_RAY;
-            let part = self.opacity(scene, p) / lookups.max(1.0);
-            if ctx.rng.uniform() < part {
-                let cell = GatherCell { center: p, width, scramble: ctx.rng.scramble() };
-                GatherOrigins::in_cell::<S>(scene, medium, cell, footprint, None, ctx);
-            }
-            let count = (gathers.max(MIN_GATHERS) * part + ctx.rng.uniform()) as u32;
-            if count == 0 {
-                return S::ZERO;
-            }
-            let points = GatherPoints { indices: 0..count, scramble: ctx.rng.scramble() };
-            return gather(&here, points, ctx);
-        };
-        // Pass 0 of the cells is that of light which all passes share.
-        self.cells.sample(p, u, 1 + pass.index, ctx, |cell, own| {
-            // Renders that share the rays of a pass count the same gathers, and start them by the same points.
-            let (stage, index) = (Stage::GatherPoints, pass.index.into());
-            let mut shared = Stream::new(self.points_seed, stage, cell.key, index);
-            let scramble = shared.scramble();
-            let origins = origins.of(scene, cell, footprint, own);
-            let all = wanted(cell.center, &origins).clamp(MIN_GATHERS, MAX_GATHERS);
-            let indices = pass.gathers(pass.even(all));
-            gather(&origins, GatherPoints { indices, scramble }, own)
-        })
+        let here = GatherOrigins::at::<S>(scene, medium, p, width, footprint, &mut ctx.clone());
+        let gathers = self.wanted(p, here.opacity(), pass.rays.into());
+        let lookups = gathers * PLACES_PER_RAY / GATHERS_PER_RAY;
+        let part = self.opacity(scene, p) / lookups.max(1.0);
+        if ctx.rng.uniform() < part {
+            let cell = GatherCell { center: p, width, scramble: ctx.rng.scramble() };
+            GatherOrigins::in_cell::<S>(scene, medium, cell, footprint, None, ctx);
+        }
+        let count = (gathers.max(MIN_GATHERS) * part + ctx.rng.uniform()) as u32;
+        if count == 0 {
+            return S::ZERO;
+        }
+        let points = GatherPoints { indices: 0..count, scramble: ctx.rng.scramble() };
+        gather(&here, points, ctx)
+    }
+
+    /// Gathers of a cell round `center` where the camera sees this `opacity` and pixels have so many `rays`: by how many of those
+    /// are expected to look it up.
+    fn wanted(&self, center: WorldPoint, opacity: f64, rays: f64) -> f64 {
+        let pixels = (self.cells.width() / self.footprint.width(center)).powi(2);
+        GATHERS_PER_RAY * rays * self.share * opacity * pixels
     }
 
     /// Opacity of the whole camera ray through `p`: where it is low, many rays take little light.
@@ -190,8 +220,6 @@ impl<S: Spectrum> FinalGatherCache<S> {
 #[cfg(test)]
 mod tests {
     use std::cell::RefCell;
-
-    use proptest::prelude::*;
 
     use super::*;
     use crate::scene::plan::Needs;
@@ -213,7 +241,8 @@ mod tests {
         let cache = cache.with_share(share);
         let mut ctx = PathContext::new(Stream::new(seed, Stage::Test, 0, 0), Needs::EVERYTHING);
         let starts = RefCell::new(Vec::new());
-        cache.sample(scene, p, 0.3, pass, &mut ctx, |origins, points, _| {
+        let rays = ReadingRays { pass, directed: None };
+        cache.sample(scene, p, 0.3, rays, &mut ctx, |origins, points, _| {
             starts.borrow_mut().push(([0.2, 0.7].map(|u| origins.place(u)), points));
             0.0
         });
@@ -263,44 +292,52 @@ mod tests {
         assert!(all > 40.0 && (quarter - all / 4.0).abs() <= 0.5, "{quarter} of {all}");
     }
 
-    proptest! {
-        /// Renders that share the rays of a pass have the gathers of a cell once between them, where each can have one.
-        #[test]
-        fn gathers_are_shared_as_rays_are(all in 1_u32..100_000, shares in prop::collection::vec(1_u32..50, 1..12)) {
-            let rays = shares.iter().sum();
-            let (mut first, mut made) = (0, 0);
-            let mut numbers = Vec::new();
-            for shot in shares.iter().copied() {
-                let own = SamplePass { index: 0, rays, first, shot }.gathers(all);
-                prop_assert!(!own.is_empty() && own.end <= all);
-                made += own.len() as u32;
-                first += shot;
-                numbers.push(own);
-            }
-            prop_assert_eq!((numbers[0].start, numbers.last().map(|own| own.end)), (0, Some(all)));
-            if shares.iter().all(|shot| all * shot >= rays) {
-                prop_assert_eq!(made, all);
-                prop_assert!(numbers.windows(2).all(|pair| pair[0].end == pair[1].start));
-            }
-            let whole = SamplePass { index: 2, rays, first: 0, shot: rays };
-            prop_assert_eq!(whole.gathers(all), 0..all);
-        }
-
-        /// Renders with as many rays have as many gathers of a cell, each of them once, and in all of them together hardly more or
-        /// fewer than in one render.
-        #[test]
-        fn even_parts_have_as_many_gathers(
-            all in MIN_GATHERS..=MAX_GATHERS, shot in 1_u32..50, renders in 1_u32..40,
-        ) {
-            let pass = |first| SamplePass { index: 0, rays: renders * shot, first, shot };
-            let even = pass(0).even(all);
-            prop_assert!(f64::from(even) <= MAX_GATHERS);
-            let each = even / renders;
-            prop_assert!(each == 1 || f64::from(even) - all >= -f64::from(renders));
-            prop_assert!(each == 1 || f64::from(even) - all <= 0.5 * f64::from(renders));
-            for render in 0..renders {
-                prop_assert_eq!(pass(render * shot).gathers(even), render * each..(render + 1) * each);
-            }
-        }
+    /// In a directed picture gathers follow the rays of the pixels around, and a cell of a later pass is the mean of all of
+    /// them: of the first pass alone where no pixel around has rays of the later one.
+    #[test]
+    fn directed_cells_are_the_mean_of_all_gathers_so_far() {
+        let scene = Scene::of_text(
+            "
+            [camera]
+            position = [0.0, 0.0, 9.0]
+            target = [0.0, 0.0, 0.0]
+            [film]
+            size = [64, 64]
+            [[medium]]
+            region = { sphere = { center = [0.0, 0.0, 0.0], radius = 2.0 } }
+            sigma_t = 1.0
+            ",
+        );
+        let cells = SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap();
+        let nearest = cells.to_cells(WorldPoint::new(0.3, 0.2, 1.7)).floor();
+        let p = cells.to_world(nearest + 0.5);
+        let light = |rays: u32| {
+            let directed =
+                DirectedRays::new([64, 64], |_, _| rays, &[0..4, 4..64], |rays| rays, false);
+            let footprint = PixelFootprint::new(&scene, 1.0);
+            let origins = Some(Arc::new(CellOrigins::new(cells.clone(), 0, 7)));
+            let cache = FinalGatherCache::<f64>::new(0, cells.clone(), footprint, [1, 7], origins);
+            let counts = RefCell::new(Vec::new());
+            let of_pass = |index: u32, rays: u32| {
+                let mut ctx =
+                    PathContext::new(Stream::new(1, Stage::Test, 0, 0), Needs::EVERYTHING);
+                let pass = SamplePass { index, rays, first: 0, shot: rays };
+                let rays = ReadingRays { pass, directed: Some(&directed) };
+                cache.sample(&scene, p, 0.3, rays, &mut ctx, |_, points, _| {
+                    counts.borrow_mut().push(points.indices.len());
+                    // Light of each pass is told by its number.
+                    1.0 + f64::from(index)
+                })
+            };
+            let found = [of_pass(0, 4), of_pass(1, 60)];
+            (found, counts.into_inner())
+        };
+        let (found, first) = light(4);
+        assert_eq!((found, first.len()), ([1.0, 1.0], 1), "nothing is gathered for no ray");
+        let (found, counts) = light(16);
+        let [few, more] = counts[..] else { panic!("{counts:?}") };
+        assert_eq!(few, first[0]);
+        assert!((more as f64 - 3.0 * few as f64).abs() <= 2.0, "12 rays after 4: {counts:?}");
+        assert!((found[1] - 1.75).abs() < 0.01, "three of four gathers: {found:?}");
     }
 }

@@ -5,12 +5,14 @@ use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
-use glam::{DVec3, IVec3};
+use glam::IVec3;
 use rayon::prelude::*;
 
-use crate::math::{Rgb, Spectrum, Stage, Stream, WorldPoint};
+use crate::math::{MOST_NUMBERS, Rgb, Spectrum, Stage, Stream, WorldPoint};
 use crate::medium::{BRICK, SparseCells, VOLUME, cell_at, cell_index};
 use crate::transport::PathContext;
+
+use super::corners::{CORNERS, OFFSETS, draw_corner};
 
 /// The lowest bits of a stored value, which hold the pass that it was found in. They cost the value a
 /// relative error of at most 4e-6.
@@ -22,25 +24,6 @@ const PASS_MASK: u32 = 0x1f;
 ///
 /// Unit: none. Definition: the largest value of those bits, which no pass has.
 const EMPTY: u32 = PASS_MASK;
-
-/// Offsets from the first to each of the numbers by which a sample draws its cells.
-///
-/// Unit: none. Definition: the quarters of [0, 1), so that the numbers are stratified.
-const OFFSETS: [f64; 4] = [0.0, 0.5, 0.25, 0.75];
-
-/// The corners of a cube, opposite ones next to each other: they differ most.
-///
-/// Unit: count. Definition: the corners of the unit cube, in cells.
-const CORNERS: [IVec3; 8] = [
-    IVec3::new(0, 0, 0),
-    IVec3::new(1, 1, 1),
-    IVec3::new(0, 0, 1),
-    IVec3::new(1, 1, 0),
-    IVec3::new(0, 1, 0),
-    IVec3::new(1, 0, 1),
-    IVec3::new(1, 0, 0),
-    IVec3::new(0, 1, 1),
-];
 
 /// Light at the centres of cubic cells, found by the first ray of a pass that samples a cell and read by
 /// all later ones. Threads may fill cells at once: the value depends on the cell and the pass alone.
@@ -217,15 +200,9 @@ impl<S: Spectrum> LazyCells<S> {
         fill: impl FnOnce(&EmptyCell, &mut PathContext) -> S,
     ) -> S::F32 {
         let start = Instant::now();
-        let sample = u64::MAX - u64::from(pass);
         let empty = self.cell(cell, index);
-        let stream = Stream::new(self.seed, Stage::March, empty.key, sample);
-        let mut own = PathContext::new(stream, ctx.needs);
-        let light = fill(&empty, &mut own).to_f32();
-        let finite = S::to_f64(light).is_finite();
-        own.work.dropped_samples += u64::from(!finite);
-        let light = if finite { light } else { S::F32::default() };
-        let bits = |n: usize| S::number_f32(light, n).to_bits() & !PASS_MASK;
+        let (light, own) = self.found(&empty, pass, ctx, fill);
+        let bits = |n: usize| S::number_f32(light, n).to_bits();
         let numbers = self.numbers_of(index);
         for (n, stored) in numbers.iter().enumerate().skip(1) {
             stored.store(bits(n) | pass, Ordering::Relaxed);
@@ -236,21 +213,55 @@ impl<S: Spectrum> LazyCells<S> {
         // Cells of other caches that were filled on the way stay so, whoever fills this one.
         ctx.amortized.work += own.amortized.work;
         ctx.amortized.cells += start.elapsed();
-        S::from_numbers_f32(|n| f32::from_bits(bits(n)))
+        light
     }
-}
 
-/// One of the eight lattice points around `local`, drawn by its weight in trilinear interpolation with `u` in [0, 1).
-fn draw_corner(local: DVec3, u: f64) -> IVec3 {
-    let low = local.floor();
-    let mut left = u;
-    // Below or above on each axis, by what the axes before have left of the number.
-    let above = (local - low).to_array().map(|share| {
-        let is_above = left < share;
-        left = if is_above { left / share } else { (left - share) / (1.0 - share) };
-        i32::from(is_above)
-    });
-    low.as_ivec3() + IVec3::from_array(above)
+    /// The light that `fill` finds for a cell in `pass`, as it is stored, and its context: that of the cell and the pass alone.
+    fn found(
+        &self,
+        cell: &EmptyCell,
+        pass: u32,
+        ctx: &PathContext,
+        fill: impl FnOnce(&EmptyCell, &mut PathContext) -> S,
+    ) -> (S::F32, PathContext) {
+        let sample = u64::MAX - u64::from(pass);
+        let stream = Stream::new(self.seed, Stage::March, cell.key, sample);
+        let mut own = PathContext::new(stream, ctx.needs);
+        let light = fill(cell, &mut own).to_f32();
+        let finite = S::to_f64(light).is_finite();
+        own.work.dropped_samples += u64::from(!finite);
+        let light = if finite { light } else { S::F32::default() };
+        let stored = |n: usize| f32::from_bits(S::number_f32(light, n).to_bits() & !PASS_MASK);
+        (S::from_numbers_f32(stored), own)
+    }
+
+    /// The light that a cell had, or would have had, in `pass`, while a later one fills it: what is stored, or else what `fill`
+    /// finds.
+    pub(super) fn in_earlier_pass(
+        &self,
+        cell: &EmptyCell,
+        pass: u32,
+        ctx: &mut PathContext,
+        fill: impl FnOnce(&EmptyCell, &mut PathContext) -> S,
+    ) -> S {
+        let numbers = self.numbers_of(cell.index);
+        let mut bits = [0; MOST_NUMBERS];
+        for (bits, number) in bits.iter_mut().zip(numbers) {
+            *bits = number.load(Ordering::Acquire);
+        }
+        if bits[..S::NUMBERS].iter().all(|bits| bits & PASS_MASK == pass) {
+            let stored = |n: usize| f32::from_bits(bits[n] & !PASS_MASK);
+            return S::to_f64(S::from_numbers_f32(stored));
+        }
+        let (light, own) = self.found(cell, pass, ctx, fill);
+        // Where another thread is overwriting it, the cell had it, and its work was counted.
+        let had = bits[0] & PASS_MASK;
+        if had == EMPTY || had < pass {
+            ctx.work += own.work;
+        }
+        ctx.amortized.work += own.amortized.work;
+        S::to_f64(light)
+    }
 }
 
 #[cfg(test)]
@@ -260,7 +271,7 @@ mod tests {
     use crate::medium::Density;
     use crate::scene::plan::Needs;
     use crate::shape::{Cuboid, Region};
-    use glam::DAffine3;
+    use glam::{DAffine3, DVec3};
 
     fn empty<S: Spectrum>() -> LazyCells<S> {
         let region = Cuboid::new(DVec3::ZERO, DVec3::ONE, &DAffine3::IDENTITY).unwrap();
@@ -289,6 +300,34 @@ mod tests {
             }
         }
         assert_eq!(ctx.amortized.work.collisions, u64::from(PASS_MASK));
+    }
+
+    /// A later pass gets the light of an earlier one to the bit, stored or found anew, and work is counted once.
+    #[test]
+    fn an_earlier_pass_is_stored_or_found_anew() {
+        fn check<S: Spectrum>() {
+            let light = |own: &mut PathContext| {
+                own.work.collisions += 1;
+                S::of_group(Rgb::splat(0.1 + own.rng.uniform()), Group(1))
+            };
+            let later = |fill_first: bool| {
+                let (cells, mut ctx) = (empty::<S>(), ctx());
+                let p = cells.cells.to_world(DVec3::splat(3.5));
+                if fill_first {
+                    cells.sample(p, 0.3, 1, &mut ctx, |_, own| light(own));
+                }
+                let found = cells.sample(p, 0.3, 2, &mut ctx, |cell, own| {
+                    cells.in_earlier_pass(cell, 1, own, |_, own| light(own)) + light(own)
+                });
+                let bits: Vec<u64> = (0..S::NUMBERS).map(|n| found.number(n).to_bits()).collect();
+                (bits, ctx.amortized.work.collisions)
+            };
+            let stored = later(true);
+            assert_eq!((&stored, stored.1), (&later(false), 2), "work of each pass once");
+        }
+        check::<Rgb>();
+        check::<f64>();
+        check::<GroupedRgb>();
     }
 
     /// In the mean over evenly spaced numbers a sample is the trilinear interpolation: that of a linear function

@@ -16,7 +16,9 @@ mod caches;
 mod camera_thickness;
 mod cell_origins;
 mod cell_walk;
+mod corners;
 mod direct_light;
+mod directed_rays;
 mod final_gather;
 mod flight;
 mod fluence_builder;
@@ -26,16 +28,17 @@ mod gather_origin;
 mod lazy_cells;
 mod mip;
 mod moments;
+mod sample_pass;
 mod seen_share;
 
 pub use caches::Caches;
 pub use cell_origins::{CellOrigins, KeptOrigins};
 pub use direct_light::DirectLightCache;
-pub use final_gather::{
-    FinalGatherCache, GATHERS_PER_RAY, GatherPoints, PLACES_PER_RAY, SamplePass,
-};
+pub use directed_rays::DirectedRays;
+pub use final_gather::{FinalGatherCache, GATHERS_PER_RAY, GatherPoints, PLACES_PER_RAY};
 pub use fluence_builder::{CellContents, FluenceBuilder};
 pub use fluence_grid::FluenceGrid;
 pub use gather_origin::{GatherOrigins, OriginWeights};
 pub use lazy_cells::LazyCells;
+pub use sample_pass::{ReadingRays, SamplePass};
 pub use seen_share::SeenShares;

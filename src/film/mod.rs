@@ -18,7 +18,7 @@ pub use components::{ComponentFilm, LightPart, PixelComponents};
 pub use deep::{DEEP_BYTES, DeepPixel, FlatPixel};
 pub use feature_mean::FeatureMean;
 pub use light_passes::share_out;
-pub use passes::{FIRST_RAYS, Pass, passes, sample_pass};
+pub use passes::{FIRST_RAYS, Pass, passes, sample_pass, sample_passes};
 pub use reconstruct::{
     Antialiased, FilmNoise, PART_BYTES, PictureLight, PixelLight, RECONSTRUCTION_BYTES,
     RECONSTRUCTION_REACH, Reconstruction, VisibilityRay,

@@ -1,6 +1,7 @@
 //! Passes over the film: the order in which pixels get their rays.
 
 use std::iter::successors;
+use std::ops::Range;
 
 use crate::cache::SamplePass;
 
@@ -50,12 +51,29 @@ pub fn passes(most: u32) -> impl Iterator<Item = Pass> {
 }
 
 /// The pass that `sample` of a pixel with up to `rays` rays belongs to. The sparse passes count as part of
-/// the first.
-pub fn sample_pass(sample: u32, rays: u32) -> SamplePass {
+/// the first. Where there is a `pilot` of so many rays, that is the first pass, and all other rays are the second.
+pub fn sample_pass(sample: u32, rays: u32, pilot: u32) -> SamplePass {
+    if pilot > 0 {
+        let is_after = sample >= pilot;
+        let rays = if is_after { rays.saturating_sub(pilot) } else { pilot };
+        return SamplePass { index: is_after.into(), rays, first: 0, shot: rays };
+    }
     let index = sample.max(1).ilog(GROWTH);
     let end = |index: u32| GROWTH.checked_pow(index + 1).map_or(rays, |end| end.min(rays));
     let rays = end(index) - index.checked_sub(1).map_or(0, end);
     SamplePass { index, rays, first: 0, shot: rays }
+}
+
+/// The samples of a pixel with up to `rays` rays, `pilot` of them a pilot's, that belong to each [`sample_pass`].
+pub fn sample_passes(rays: u32, pilot: u32) -> Vec<Range<u32>> {
+    let mut passes = Vec::new();
+    let mut start = 0;
+    while start < rays {
+        let end = start + sample_pass(start, rays, pilot).rays;
+        passes.push(start..end);
+        start = end;
+    }
+    passes
 }
 
 #[cfg(test)]
@@ -66,17 +84,29 @@ mod tests {
     fn sample_passes_are_whole_passes() {
         for most in [1, 3, 4, 5, 16, 40, 1000, u32::MAX] {
             let mut shot = 0;
-            for index in 0.. {
-                let SamplePass { rays, .. } = sample_pass(shot, most);
+            for (index, pass) in (0..).zip(sample_passes(most, 0)) {
+                let rays = pass.len() as u32;
                 assert_eq!(
-                    [sample_pass(shot, most), sample_pass(shot + rays - 1, most)],
+                    [pass.start, pass.end - 1].map(|sample| sample_pass(sample, most, 0)),
                     [SamplePass { index, rays, first: 0, shot: rays }; 2]
                 );
-                shot += rays;
+                assert_eq!(pass.start, shot);
+                shot = pass.end;
                 assert!(passes(most).any(|pass| pass.end == shot));
-                if shot == most {
-                    break;
-                }
+            }
+            assert_eq!(shot, most);
+        }
+    }
+
+    #[test]
+    fn a_pilot_is_a_pass_and_all_others_are_one() {
+        assert_eq!(sample_passes(64, 4), [0..4, 4..64]);
+        assert_eq!(sample_passes(4, 4), [Range { start: 0, end: 4 }]);
+        for (pass, index) in [(0..4, 0), (4..64, 1)] {
+            let rays = pass.len() as u32;
+            for sample in pass {
+                let expected = SamplePass { index, rays, first: 0, shot: rays };
+                assert_eq!(sample_pass(sample, 64, 4), expected);
             }
         }
     }

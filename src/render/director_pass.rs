@@ -257,21 +257,7 @@ impl DirectorMaps {
         let levels = self.xs.iter().chain(&unknown).map(level).max().unwrap_or(0);
         let whole = pass_settings(scene, settings);
         let photons = PhotonSettings { levels, ..whole.photons };
-        let gather_share = whole.gather_share * self.ray_share(settings);
-        PassSettings { photons, pass: settings.pass, gather_share, ..whole }
-    }
-
-    /// Share of the gold standard's rays that pixels get, in the mean by how much media hide there.
-    fn ray_share(&self, settings: &RenderSettings) -> f64 {
-        let gold = PixelBudget::fixed(settings.rays, 0.0, 0.0);
-        let directing = &settings.effective_directing();
-        let (mut rays, mut all) = (0.0, 0.0);
-        for (xs, transmittance) in self.xs.iter().zip(&self.transmittance) {
-            let opacity = 1.0 - f64::from(*transmittance);
-            rays += opacity * f64::from(gold.for_importance(*xs, directing, None).rays);
-            all += opacity * f64::from(settings.rays);
-        }
-        if all > 0.0 { rays / all } else { 1.0 }
+        PassSettings { photons, pass: settings.pass, ..whole }
     }
 
     /// The budget of each pixel of the film, row by row from the top, where `gold` is the gold
@@ -293,25 +279,5 @@ impl DirectorMaps {
             ..gold.for_importance(*xs, &settings.effective_directing(), voxel)
         };
         on_film(&self.xs).iter().enumerate().map(budget).collect()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::Director;
-
-    #[test]
-    fn rays_are_shared_as_media_hide() {
-        let settings = RenderSettings { rays: 16, director: Director::Xs, ..Default::default() };
-        let share = |transmittance: [f32; 2]| {
-            let (xs, transmittance) = (vec![1.0, 0.25], transmittance.to_vec());
-            DirectorMaps { xs, transmittance, ..DirectorMaps::default() }.ray_share(&settings)
-        };
-        assert_eq!(share([0.0, 1.0]), 1.0);
-        assert_eq!(share([1.0, 0.0]), 0.25);
-        assert_eq!(share([0.5, 0.5]), 0.625);
-        assert_eq!(share([1.0, 1.0]), 1.0);
-        assert_eq!(DirectorMaps::default().ray_share(&settings), 1.0);
     }
 }

@@ -13,7 +13,6 @@ use crate::cache::{LazyCells, SamplePass};
 use crate::director::PixelBudget;
 use crate::film::{
     Accumulator, ComponentFilm, FilmContents, Pass, Pixel, Sample, Tile, TiledFilm, passes,
-    sample_pass,
 };
 use crate::image::{Film, FilmPixel, Window};
 use crate::math::{Ray, Spectrum, Stage, Stream, World};
@@ -385,9 +384,9 @@ where
         let ray = (self.camera)(FilmPlace { x, y, lens: [a, b], time });
         let (half, indirect_weight) = (numbered.half, indirect_weight(&numbered));
         of.timing.gathers += u64::from(indirect_weight > 1.0);
-        let number = index.saturating_sub(budget.earlier);
-        let pass = numbering.pass(pass.unwrap_or_else(|| sample_pass(number, rays)));
-        let camera_ray = CameraRay { ray, budget, indirect_weight, pass, half, time };
+        let pass = numbering.pass(index, budget, rays, pass);
+        let camera_ray =
+            CameraRay { ray, budget, indirect_weight, pass, directed: None, half, time };
         ((self.estimate)(&camera_ray, &mut of.workspace), half)
     }
 }

@@ -29,7 +29,7 @@ pub struct PassSettings {
     /// are as much wider.
     pub film_pixels: f64,
     /// Share of the rays of a pixel that are expected to read cells, which have as much less of the gathers: where rays
-    /// choose among times of the scene, and where a director leaves some out.
+    /// choose among times of the scene.
     pub gather_share: f64,
 }
 

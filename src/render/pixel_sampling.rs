@@ -1,9 +1,9 @@
 //! The samples of one pixel: their Sobol points, which of them gather indirect light, and when they
 //! are enough.
 
-use crate::cache::SamplePass;
+use crate::cache::{DirectedRays, SamplePass};
 use crate::director::PixelBudget;
-use crate::film::{Accumulator, AovRay, Sample};
+use crate::film::{Accumulator, AovRay, Sample, sample_pass};
 use crate::math::{Ray, RayParts, Rgb, Spectrum, Stage, Stream, World};
 use crate::medium::Profile;
 use crate::scene::Scene;
@@ -21,6 +21,8 @@ pub struct CameraRay<'a> {
     pub indirect_weight: f64,
     /// The pass that it belongs to.
     pub pass: SamplePass,
+    /// The rays of all pixels, where a director gave them.
+    pub directed: Option<&'a DirectedRays>,
     /// Its half, 0 or 1, whose photons it reads and for which it tells what it sees; `None` in pictures that are not in
     /// halves.
     pub half: Option<usize>,
@@ -122,8 +124,18 @@ impl Numbering {
         }
     }
 
-    /// A pass over all samples, as it is in each half.
-    pub(super) fn pass(self, pass: SamplePass) -> SamplePass {
+    /// The pass, as it is in each half, of the sample `index` of a pixel with this `budget` and up to `rays` rays: that of all
+    /// samples, where the picture is a `part` of one.
+    pub(super) fn pass(
+        self,
+        index: u32,
+        budget: &PixelBudget,
+        rays: u32,
+        part: Option<SamplePass>,
+    ) -> SamplePass {
+        // What a round renders after others is no pilot of it.
+        let [number, pilot] = [index, budget.pilot].map(|rays| rays.saturating_sub(budget.earlier));
+        let pass = part.unwrap_or_else(|| sample_pass(number, rays, pilot));
         match self {
             Self::Whole => pass,
             Self::Halves { .. } => {

@@ -1,5 +1,6 @@
 //! The session: a render from its scene to its picture, stage by stage.
 
+use std::iter;
 use std::time::Instant;
 
 use super::control::Control;
@@ -18,9 +19,10 @@ use super::stage_settings::{
     finest_step, pass_settings, render_region, specialised, specialised_for_film,
 };
 use super::variance_pilot::budgets_by_variance;
+use crate::cache::DirectedRays;
 use crate::director::{PhotonDemand, PixelBudget};
 use crate::error::{Error, Result};
-use crate::film::ComponentFilm;
+use crate::film::{ComponentFilm, sample_passes};
 use crate::math::{Spectrum, Stage};
 use crate::photon::{AimedPhotons, PhotonDirection};
 use crate::scene::plan::Needs;
@@ -200,7 +202,7 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
     // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
     let caches = lazy_cells(scene, photons, control)?;
     let camera = |place: FilmPlace| place.ray(scene);
-    let estimate = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
+    let of_all = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
         lit.estimate(camera_ray, workspace)
     };
 
@@ -210,7 +212,7 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
     let budgets = if settings.measures_error() {
         let pilot = |region: RenderRegion, budget: PixelBudget, control: &Control<'_>| {
             let none = Sampled::none(&region);
-            sample(region, camera, |_, _| budget, estimate, none, &caches, control)
+            sample(region, camera, |_, _| budget, of_all, none, &caches, control)
         };
         let importance =
             |components: &ComponentFilm| ErrorMaps::new(components, settings, &demand).importance();
@@ -234,8 +236,36 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
         let whole = budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold);
         whole.of_pass(settings)
     };
+    let directed = directed_rays(settings, region, &budgets, gold.pilot);
+    let estimate = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
+        let camera_ray = CameraRay { directed: directed.as_ref(), ..*camera_ray };
+        lit.estimate(&camera_ray, workspace)
+    };
     let sampled = sample(*region, camera, budget, estimate, begun, &caches, control);
     let exposed = resolve(region, budget, sampled);
     stages.done("march", start);
     Ok(exposed)
+}
+
+/// The rays that these `budgets` give the pixels of the film of `region`, `pilot` of them as a pilot; `None` where no director
+/// gives them.
+fn directed_rays(
+    settings: &RenderSettings,
+    region: &RenderRegion,
+    budgets: &[PixelBudget],
+    pilot: u32,
+) -> Option<DirectedRays> {
+    if budgets.is_empty() {
+        return None;
+    }
+    let passes = match region.pass {
+        Some(pass) => iter::once(0..pass.rays).collect(),
+        None => sample_passes(settings.rays, pilot),
+    };
+    let width = region.size[0] as usize;
+    let rays = |x: u32, y: u32| budgets[y as usize * width + x as usize].rays;
+    let halves = if settings.in_halves() { 2 } else { 1 };
+    let of_half = |rays: u32| rays.div_ceil(halves);
+    let has_mirrors = region.needs.specular;
+    Some(DirectedRays::new(region.size, rays, &passes, of_half, has_mirrors))
 }

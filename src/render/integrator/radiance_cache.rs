@@ -1,6 +1,6 @@
 //! In-scattered light from caches: fluence grids, direct light and final gathers kept per cell.
 
-use crate::cache::{GatherOrigins, GatherPoints, SamplePass};
+use crate::cache::{GatherOrigins, GatherPoints, ReadingRays};
 use crate::math::{Ray, Spectrum, World, WorldPoint};
 use crate::medium::Profile;
 use crate::photon::PhotonDirection;
@@ -14,13 +14,13 @@ use super::setup::Integrator;
 
 /// Where caches are read, and how.
 #[derive(Debug, Clone, Copy)]
-struct CacheLookup {
+struct CacheLookup<'a> {
     p: WorldPoint,
     /// Number in [0, 1) that draws one of the cells around.
     u: f64,
     /// Level of fluence grids.
     level: usize,
-    pass: SamplePass,
+    rays: ReadingRays<'a>,
 }
 
 impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
@@ -34,7 +34,8 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         camera_ray: &CameraRay<'_>,
         ctx: &mut PathContext,
     ) -> S {
-        let CameraRay { budget, pass, .. } = *camera_ray;
+        let CameraRay { budget, pass, directed, .. } = *camera_ray;
+        let rays = ReadingRays { pass, directed };
         let level = self.maps.level(budget.radius);
         let count = budget.places;
         let mut sum = S::ZERO;
@@ -43,7 +44,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             let [u, channel, cell, _] = draws.numbers(index, &mut ctx.rng);
             let Some(place) = profile.sample([u, channel]) else { break };
             let p = ray.at(place.t);
-            let lookup = CacheLookup { p, u: cell, level, pass };
+            let lookup = CacheLookup { p, u: cell, level, rays };
             ctx.work.gathers += 1;
             ctx.work.grid_lookups += self.media.albedo_lookups;
             for (medium, albedo) in self.albedos(p) {
@@ -63,7 +64,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
         &self,
         strategy: Strategy,
         medium: usize,
-        lookup: CacheLookup,
+        lookup: CacheLookup<'_>,
         ctx: &mut PathContext,
     ) -> S {
         let CacheLookup { p, level, .. } = lookup;
@@ -81,10 +82,10 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
     }
 
     /// The final gathers of a cell round the place; an empty cell makes its own.
-    fn cached_gather(&self, medium: usize, lookup: CacheLookup, ctx: &mut PathContext) -> S {
-        let CacheLookup { p, u, pass, .. } = lookup;
+    fn cached_gather(&self, medium: usize, lookup: CacheLookup<'_>, ctx: &mut PathContext) -> S {
+        let CacheLookup { p, u, rays, .. } = lookup;
         let Some(cache) = &self.caches.final_gathers[medium] else { return S::ZERO };
-        cache.sample(self.scene, p, u, pass, ctx, |origins, points, ctx| {
+        cache.sample(self.scene, p, u, rays, ctx, |origins, points, ctx| {
             self.mean_of_gathers(medium, origins, &points, ctx)
         })
     }

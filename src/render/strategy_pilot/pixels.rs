@@ -141,7 +141,8 @@ impl<'a> PilotPixels<'a> {
                 ray: scene.camera.ray(x, y, [point[2], point[3]]),
                 budget: &budget,
                 indirect_weight: weight,
-                pass: sample_pass(index, settings.rays),
+                pass: sample_pass(index, settings.rays, 0),
+                directed: None,
                 half: None,
                 time: 0,
             };
