@@ -101,18 +101,22 @@ impl<'a> AimedPhotons<'a> {
         PathSample { seed, paths, represents: 1.0, levels }
     }
 
-    /// As [`all`](Self::all), the first `count` of them in two halves, each of which stands for all.
+    /// As [`all`](Self::all), `count` of them in two halves, each of which stands for all, which may be fewer.
     pub fn halves(&self, settings: &PhotonSettings, count: u64) -> [PathSample; 2] {
-        let end = self.all(settings).paths.end.min(count);
-        [0..end / 2, end / 2..end].map(|half| self.some(settings, half))
+        let end = if self.count > 0 { count } else { 0 };
+        [0..end / 2, end / 2..end].map(|half| self.standing_for_all(settings, half))
     }
 
     /// As [`all`](Self::all), those of these indices alone, which stand for all.
     pub fn some(&self, settings: &PhotonSettings, paths: Range<u64>) -> PathSample {
+        let last = self.all(settings).paths.end;
+        self.standing_for_all(settings, paths.start.min(last)..paths.end.min(last))
+    }
+
+    fn standing_for_all(&self, settings: &PhotonSettings, paths: Range<u64>) -> PathSample {
         let all = self.all(settings);
-        let [start, end] = [paths.start, paths.end].map(|path| path.min(all.paths.end));
-        let represents = all.paths.end as f64 / (end - start).max(1) as f64;
-        PathSample { represents, paths: start..end, ..all }
+        let count = paths.end - paths.start;
+        PathSample { represents: all.paths.end as f64 / count.max(1) as f64, paths, ..all }
     }
 
     /// Traces the paths of `part`, if anything needs them, which leave what `recording` says, and builds

@@ -15,6 +15,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::director_pass::{DirectorMaps, Earlier};
+use super::error_pilot::demanded_share;
 use super::error_session::{ErrorJob, Foretold, foretell};
 use super::memory::{Memory, map_pixels, memory_with};
 use super::photon_pass::{PhotonPass, strategies};
@@ -133,7 +134,8 @@ fn estimate<S: Spectrum, H: PhotonDirection>(
         program,
     );
     let strategy = photons.choice.summary();
-    Ok(Costs { rays: whole.rays, photons: whole.photons, strategy, work, memory, seconds })
+    let shot = (whole.photons as f64 * demanded_share(settings, &assignment)).round() as u64;
+    Ok(Costs { rays: whole.rays, photons: shot, strategy, work, memory, seconds })
 }
 
 /// The rounds of a render.
@@ -264,7 +266,8 @@ fn sample_photons<S: Spectrum, H: PhotonDirection>(
     let (pass, shot) = PhotonPass::<S, H>::new(scene, &shooting, assignment, &|_| ())?;
     let in_map = pass.maps.volume.first().map_or(0, BeamMap::len);
     let kept = in_map as f64 / shot.volume_photons.max(1) as f64;
-    let work = scaled(&shot, settings.path_count() as f64 / paths.max(1) as f64);
+    let all = settings.path_count() as f64 * demanded_share(settings, assignment);
+    let work = scaled(&shot, all / paths.max(1) as f64);
     Ok(SampledPhotons { pass, work, kept })
 }
 

@@ -21,9 +21,6 @@ use crate::scene::{Directing, RenderSettings, Scene};
 use crate::strategy::Assignment;
 use crate::work::Work;
 
-/// Rays of a pixel in the pilot: two in each half, between which error is told. The first gathers for both.
-const PILOT_RAYS: u32 = 4;
-
 /// Maps of a director that measures error, of the size of the film, row by row from the top.
 #[derive(Debug)]
 pub(super) struct ErrorMaps {
@@ -55,7 +52,7 @@ impl ErrorMaps {
         let pilot = reconstruction.image(&Image::new(width, height, rendered), &[], &[]);
         let noise = reconstruction.noise();
         let visible = visible_differences(&pilot, &noise.reconstructed);
-        let rays = pilot_rays(settings);
+        let rays = demand.pilot;
         let error = MeasuredError {
             width,
             reconstructed: &noise.reconstructed,
@@ -83,14 +80,22 @@ impl ErrorMaps {
     }
 }
 
-/// The photons of a picture under `settings`, and what they leave to its rays, by what the pilot of strategies measured of
+/// The photons and the pilot of a picture under `settings`, and what they leave to its rays, by what the pilot of strategies measured of
 /// the `assignment`. All photons where it measured nothing, or where error is not what directs.
 pub(super) fn photon_demand(settings: &RenderSettings, assignment: &Assignment) -> PhotonDemand {
     let Assignment { strategies, measured, .. } = assignment;
     let chosen = measured.iter().find(|measured| measured.strategies == *strategies);
-    let all = PhotonDemand::all(settings.photons);
+    let RenderSettings { photons, rays, .. } = *settings;
     let chosen = chosen.filter(|_| settings.measures_error());
-    chosen.map_or(all, |measured| PhotonDemand::new(measured, settings.photons))
+    chosen.map_or_else(
+        || PhotonDemand::all(photons, rays),
+        |measured| PhotonDemand::new(measured, photons, rays),
+    )
+}
+
+/// Photons that a picture under `settings` shoots by the strategies of `assignment`, for each of those that they name.
+pub(super) fn demanded_share(settings: &RenderSettings, assignment: &Assignment) -> f64 {
+    photon_demand(settings, assignment).paths as f64 / settings.photons.max(1) as f64
 }
 
 /// The maps of `scene`, of a pilot that is rendered for them alone, by the strategies of `assignment`. Returns its work as
@@ -113,7 +118,7 @@ pub(super) fn error_maps<S: Spectrum, H: PhotonDirection>(
         photons.iter().map(|half| half.integrator(scene, pass.photons.needs)).collect();
     let radius = PhotonPass::finest_radius(&photons);
     let gold = PixelBudget::fixed(settings.rays, radius, finest_step(scene, settings));
-    let budget = after_pilot(gold, settings).of_pilot();
+    let budget = after_pilot(gold, &demand).of_pilot();
     let region = RenderRegion {
         window: Window::whole(scene.film.size),
         times: 1,
@@ -185,11 +190,6 @@ pub(super) fn budgets(
 }
 
 /// The budget of gold in a picture of which the first rays of each pixel are a pilot's.
-pub(super) fn after_pilot(gold: PixelBudget, settings: &RenderSettings) -> PixelBudget {
-    PixelBudget { pilot: pilot_rays(settings), ..gold }
-}
-
-/// Rays of a pixel in the pilot of a picture under `settings`.
-fn pilot_rays(settings: &RenderSettings) -> u32 {
-    PILOT_RAYS.min(settings.rays)
+pub(super) const fn after_pilot(gold: PixelBudget, demand: &PhotonDemand) -> PixelBudget {
+    PixelBudget { pilot: demand.pilot, ..gold }
 }

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::error_pilot::demanded_share;
 use super::pass_settings::PassSettings;
 use super::photon_pass::{PhotonPass, strategies};
 use super::stage_settings::{
@@ -44,7 +45,7 @@ pub fn photons_within(scene: &Scene, settings: &RenderSettings, time: Duration) 
 pub(super) struct PhotonRate {
     /// Time that does not depend on the number of paths.
     fixed: Duration,
-    /// Paths a second.
+    /// Paths a second, of those that settings name: a directed picture shoots more or fewer.
     rate: f64,
 }
 
@@ -82,7 +83,10 @@ impl PhotonRate {
         let path = (long - short) / (many - few) as f64;
         let path = path.max(MIN_PATH_SHARE * long / many as f64).max(f64::MIN_POSITIVE);
         let fixed = (long - path * many as f64).max(0.0);
-        Ok(Some(Self { fixed: Duration::from_secs_f64(fixed), rate: 1.0 / path }))
+        Ok(Some(Self {
+            fixed: Duration::from_secs_f64(fixed),
+            rate: 1.0 / (path * demanded_share(settings, assignment)),
+        }))
     }
 
     /// Seconds that `photons` paths in so many `passes` take.

@@ -208,7 +208,7 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
 
     // Budgets of pixels.
     let mut begun = Sampled::none(region);
-    let gold = if settings.measures_error() { after_pilot(gold, settings) } else { gold };
+    let gold = if settings.measures_error() { after_pilot(gold, &demand) } else { gold };
     let budgets = if settings.measures_error() {
         let pilot = |region: RenderRegion, budget: PixelBudget, control: &Control<'_>| {
             let none = Sampled::none(&region);
