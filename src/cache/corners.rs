@@ -38,8 +38,8 @@ pub(super) fn draw_corner(local: DVec3, u: f64) -> IVec3 {
 mod tests {
     use super::*;
 
-    /// Evenly spaced numbers draw each corner as often as its weight says, to one of them a corner of a cube along each
-    /// axis; and each corner is one of the cube's.
+    /// Evenly spaced numbers draw each corner as often as its weight says, but for one number at each of the three
+    /// divisions between corners.
     #[test]
     fn corners_are_drawn_by_their_weights() {
         const COUNT: u32 = 4096;

@@ -19,7 +19,7 @@ pub struct DirectedRays {
     /// Blocks along each side of the film.
     blocks: [usize; 2],
     passes: Vec<PassShares>,
-    /// Whether rays come to places by mirrors, beside those of the pixels that show them.
+    /// Whether mirrors may show any place to rays of any pixel.
     has_mirrors: bool,
 }
 
@@ -34,9 +34,8 @@ struct PassShares {
 }
 
 impl DirectedRays {
-    /// Those of a film of `size` whose pixel (x, y) gets `rays`, of which each of the `passes` has these. Caches read
-    /// `of_cache` of the rays of a pass. Where rays come to places by mirrors too, nobody knows by which: no place gets fewer
-    /// than the mean there.
+    /// Those of a film of `size` whose pixel (x, y) gets `rays`; each of the `passes` has a range of their numbers. Of the
+    /// rays of a pass, `of_cache` read the same cache. Where mirrors may show any place, none has fewer rays than the mean.
     pub fn new(
         size: [u32; 2],
         rays: impl Fn(u32, u32) -> u32,

@@ -24,15 +24,15 @@ pub const GATHERS_PER_RAY: f64 = 2.0 * PLACES_PER_RAY;
 /// Unit: count. Definition: `PLACES` of `strategy/cell_width.rs`.
 pub const PLACES_PER_RAY: f64 = 4.0;
 
-/// Passes of cells before the first one of rays: that of light which all passes share.
+/// Passes of cells before the first pass of rays: pass 0 holds light that all rays share.
 ///
 /// Unit: count. Definition: of that pass.
 const CELL_PASSES: u32 = 1;
 
-/// Gathers that are one, rounded.
+/// Least expected number of gathers that is rounded to one.
 ///
-/// Unit: count. Definition: half of one.
-const ONE_GATHER: f64 = 0.5;
+/// Unit: count. Definition: of rounding.
+const ROUNDED_TO_ONE: f64 = 0.5;
 
 /// Fewest gathers of a cell.
 ///
@@ -124,7 +124,8 @@ impl<S: Spectrum> FinalGatherCache<S> {
         })
     }
 
-    /// The light of a cell for these `rays`.
+    /// The light of a cell for these `rays`. In a directed picture it is the mean over the gathers of their pass and of all
+    /// passes before.
     fn in_cell(
         &self,
         scene: &Scene,
@@ -143,19 +144,22 @@ impl<S: Spectrum> FinalGatherCache<S> {
             })
         });
         let radius = 0.5 * self.cells.width() / self.footprint.width(cell.center);
-        let wanted = |index: u32, opacity: f64| {
+        let rays_around = |index: u32| {
             let of_pixels = |of: &DirectedRays| of.rays(scene, cell.center, radius, index);
-            let rays = directed.map_or_else(|| pass.rays.into(), of_pixels);
-            let least = if directed.is_some() && index > 0 { 0.0 } else { MIN_GATHERS };
-            self.wanted(cell.center, opacity, rays).clamp(least, MAX_GATHERS)
+            directed.map_or_else(|| pass.rays.into(), of_pixels)
         };
+        let own_rays = rays_around(pass.index);
         if let Some(light) = earlier
-            && wanted(pass.index, 1.0) < ONE_GATHER
+            && self.wanted(cell.center, 1.0, own_rays) < ROUNDED_TO_ONE
         {
             return light;
         }
         let start = origins.of(scene, cell, &self.footprint, ctx);
-        let own = wanted(pass.index, start.opacity());
+        // Nothing is gathered for few rays that add to an earlier pass.
+        let wanted = |rays: f64, least: f64| {
+            self.wanted(cell.center, start.opacity(), rays).clamp(least, MAX_GATHERS)
+        };
+        let own = wanted(own_rays, if earlier.is_some() { 0.0 } else { MIN_GATHERS });
         // Renders that share the rays of a pass count the same gathers, and start them by the same points.
         let (stage, index) = (Stage::GatherPoints, pass.index.into());
         let scramble = Stream::new(self.points_seed, stage, cell.key, index).scramble();
@@ -164,9 +168,10 @@ impl<S: Spectrum> FinalGatherCache<S> {
         let mut light = || gather(&start, GatherPoints { indices: indices.clone(), scramble }, ctx);
         match earlier {
             None => light(),
-            Some(earlier) if own < ONE_GATHER => earlier,
+            Some(earlier) if own < ROUNDED_TO_ONE => earlier,
             Some(earlier) => {
-                let before: f64 = (0..pass.index).map(|i| wanted(i, start.opacity())).sum();
+                let least = |index: u32| if index == 0 { MIN_GATHERS } else { 0.0 };
+                let before = (0..pass.index).map(|i| wanted(rays_around(i), least(i))).sum::<f64>();
                 (earlier * before + light() * count) / (before + count)
             }
         }
@@ -224,6 +229,37 @@ mod tests {
     use super::*;
     use crate::scene::plan::Needs;
 
+    /// A ball of fog, and the centre of one of its cells.
+    fn ball() -> (Scene, WorldPoint) {
+        let scene = Scene::of_text(
+            "
+            [camera]
+            position = [0.0, 0.0, 9.0]
+            target = [0.0, 0.0, 0.0]
+            [film]
+            size = [64, 64]
+            [[medium]]
+            region = { sphere = { center = [0.0, 0.0, 0.0], radius = 2.0 } }
+            sigma_t = 1.0
+            ",
+        );
+        let cells = cells_of(&scene);
+        let nearest = cells.to_cells(WorldPoint::new(0.3, 0.2, 1.7)).floor();
+        let p = cells.to_world(nearest + 0.5);
+        (scene, p)
+    }
+
+    fn cells_of(scene: &Scene) -> SparseCells {
+        SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap()
+    }
+
+    /// An empty cache of the cells of `scene` in a render whose cells have this `seed`.
+    fn cache(scene: &Scene, seed: u64) -> FinalGatherCache<f64> {
+        let (cells, footprint) = (cells_of(scene), PixelFootprint::new(scene, 1.0));
+        let origins = Some(Arc::new(CellOrigins::new(cells.clone(), 0, 7)));
+        FinalGatherCache::new(0, cells, footprint, [seed, 7], origins)
+    }
+
     /// What the gathers of one cell start by: two places, and their Sobol points.
     type Start = ([WorldPoint; 2], GatherPoints);
 
@@ -234,11 +270,7 @@ mod tests {
 
     /// As [`start`], with the gathers of this share of the rays.
     fn start_with(share: f64, scene: &Scene, p: WorldPoint, seed: u64, pass: SamplePass) -> Start {
-        let cells = SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap();
-        let footprint = PixelFootprint::new(scene, 1.0);
-        let origins = Some(Arc::new(CellOrigins::new(cells.clone(), 0, 7)));
-        let cache = FinalGatherCache::<f64>::new(0, cells, footprint, [seed, 7], origins);
-        let cache = cache.with_share(share);
+        let cache = cache(scene, seed).with_share(share);
         let mut ctx = PathContext::new(Stream::new(seed, Stage::Test, 0, 0), Needs::EVERYTHING);
         let starts = RefCell::new(Vec::new());
         let rays = ReadingRays { pass, directed: None };
@@ -255,21 +287,7 @@ mod tests {
     /// have each index of one sequence once, and as many as each other.
     #[test]
     fn renders_of_one_pass_share_points_and_all_share_places() {
-        let scene = Scene::of_text(
-            "
-            [camera]
-            position = [0.0, 0.0, 9.0]
-            target = [0.0, 0.0, 0.0]
-            [film]
-            size = [64, 64]
-            [[medium]]
-            region = { sphere = { center = [0.0, 0.0, 0.0], radius = 2.0 } }
-            sigma_t = 1.0
-            ",
-        );
-        let cells = SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap();
-        let nearest = cells.to_cells(WorldPoint::new(0.3, 0.2, 1.7)).floor();
-        let p = cells.to_world(nearest + 0.5);
+        let (scene, p) = ball();
         let pass = |first, shot| SamplePass { index: 1, rays: 64, first, shot };
         let (places, whole) = start(&scene, p, 1, pass(0, 64));
         let (mut next, mut counts) = (0, Vec::new());
@@ -296,27 +314,11 @@ mod tests {
     /// them: of the first pass alone where no pixel around has rays of the later one.
     #[test]
     fn directed_cells_are_the_mean_of_all_gathers_so_far() {
-        let scene = Scene::of_text(
-            "
-            [camera]
-            position = [0.0, 0.0, 9.0]
-            target = [0.0, 0.0, 0.0]
-            [film]
-            size = [64, 64]
-            [[medium]]
-            region = { sphere = { center = [0.0, 0.0, 0.0], radius = 2.0 } }
-            sigma_t = 1.0
-            ",
-        );
-        let cells = SparseCells::covering(&scene.media.get(0).density, 0.5, 1).unwrap();
-        let nearest = cells.to_cells(WorldPoint::new(0.3, 0.2, 1.7)).floor();
-        let p = cells.to_world(nearest + 0.5);
+        let (scene, p) = ball();
         let light = |rays: u32| {
             let directed =
                 DirectedRays::new([64, 64], |_, _| rays, &[0..4, 4..64], |rays| rays, false);
-            let footprint = PixelFootprint::new(&scene, 1.0);
-            let origins = Some(Arc::new(CellOrigins::new(cells.clone(), 0, 7)));
-            let cache = FinalGatherCache::<f64>::new(0, cells.clone(), footprint, [1, 7], origins);
+            let cache = cache(&scene, 1);
             let counts = RefCell::new(Vec::new());
             let of_pass = |index: u32, rays: u32| {
                 let mut ctx =

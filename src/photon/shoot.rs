@@ -101,7 +101,7 @@ impl<'a> AimedPhotons<'a> {
         PathSample { seed, paths, represents: 1.0, levels }
     }
 
-    /// As [`all`](Self::all), `count` of them in two halves, each of which stands for all, which may be fewer.
+    /// So many paths, which may be more than [`all`](Self::all), in two halves. Each half stands for all.
     pub fn halves(&self, settings: &PhotonSettings, count: u64) -> [PathSample; 2] {
         let end = if self.count > 0 { count } else { 0 };
         [0..end / 2, end / 2..end].map(|half| self.standing_for_all(settings, half))
@@ -113,6 +113,7 @@ impl<'a> AimedPhotons<'a> {
         self.standing_for_all(settings, paths.start.min(last)..paths.end.min(last))
     }
 
+    /// The paths of these indices, whose light together is that of all.
     fn standing_for_all(&self, settings: &PhotonSettings, paths: Range<u64>) -> PathSample {
         let all = self.all(settings);
         let count = paths.end - paths.start;

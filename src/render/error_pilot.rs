@@ -80,8 +80,9 @@ impl ErrorMaps {
     }
 }
 
-/// The photons and the pilot of a picture under `settings`, and what they leave to its rays, by what the pilot of strategies measured of
-/// the `assignment`. All photons where it measured nothing, or where error is not what directs.
+/// The photons of a picture under `settings` and the rays of the pilot that measures its error, by what the pilot of strategies
+/// measured of the `assignment`. As many photons as `settings` name where nothing was measured, or where error is not
+/// what directs.
 pub(super) fn photon_demand(settings: &RenderSettings, assignment: &Assignment) -> PhotonDemand {
     let Assignment { strategies, measured, .. } = assignment;
     let chosen = measured.iter().find(|measured| measured.strategies == *strategies);
@@ -93,7 +94,7 @@ pub(super) fn photon_demand(settings: &RenderSettings, assignment: &Assignment) 
     )
 }
 
-/// Photons that a picture under `settings` shoots by the strategies of `assignment`, for each of those that they name.
+/// Photons that a picture is rendered with by the strategies of `assignment`, over those that its `settings` name.
 pub(super) fn demanded_share(settings: &RenderSettings, assignment: &Assignment) -> f64 {
     photon_demand(settings, assignment).paths as f64 / settings.photons.max(1) as f64
 }

@@ -204,7 +204,7 @@ fn has_rays(film: &mut TiledFilm, budget: impl Fn(u32, u32) -> PixelBudget) -> V
 
 impl RenderRegion {
     /// How the samples of the pixel (x, y) are numbered.
-    fn numbering(&self, pixel: [u32; 2]) -> Numbering {
+    pub(super) fn numbering(&self, pixel: [u32; 2]) -> Numbering {
         if self.contents.components { Numbering::halves(pixel) } else { Numbering::Whole }
     }
 }

@@ -45,7 +45,7 @@ pub fn photons_within(scene: &Scene, settings: &RenderSettings, time: Duration) 
 pub(super) struct PhotonRate {
     /// Time that does not depend on the number of paths.
     fixed: Duration,
-    /// Paths a second, of those that settings name: a directed picture shoots more or fewer.
+    /// Paths a second, as settings count them: a directed picture shoots more or fewer for each.
     rate: f64,
 }
 

@@ -136,12 +136,15 @@ impl Numbering {
         // What a round renders after others is no pilot of it.
         let [number, pilot] = [index, budget.pilot].map(|rays| rays.saturating_sub(budget.earlier));
         let pass = part.unwrap_or_else(|| sample_pass(number, rays, pilot));
+        let [rays, shot] = [pass.rays, pass.shot].map(|rays| self.most_of_half(rays));
+        SamplePass { rays, shot, ..pass }
+    }
+
+    /// Most of `rays` that belong to the same half; all where there are no halves.
+    pub(super) const fn most_of_half(self, rays: u32) -> u32 {
         match self {
-            Self::Whole => pass,
-            Self::Halves { .. } => {
-                let [rays, shot] = [pass.rays, pass.shot].map(|rays| rays.div_ceil(2));
-                SamplePass { rays, shot, ..pass }
-            }
+            Self::Whole => rays,
+            Self::Halves { .. } => rays.div_ceil(2),
         }
     }
 }

@@ -202,7 +202,7 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
     // Caches: rays fill the cells that they need; a checkpoint brings those that are known.
     let caches = lazy_cells(scene, photons, control)?;
     let camera = |place: FilmPlace| place.ray(scene);
-    let of_all = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
+    let undirected = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
         lit.estimate(camera_ray, workspace)
     };
 
@@ -212,7 +212,7 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
     let budgets = if settings.measures_error() {
         let pilot = |region: RenderRegion, budget: PixelBudget, control: &Control<'_>| {
             let none = Sampled::none(&region);
-            sample(region, camera, |_, _| budget, of_all, none, &caches, control)
+            sample(region, camera, |_, _| budget, undirected, none, &caches, control)
         };
         let importance =
             |components: &ComponentFilm| ErrorMaps::new(components, settings, &demand).importance();
@@ -236,7 +236,7 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
         let whole = budgets.get(y as usize * width + x as usize).copied().unwrap_or(gold);
         whole.of_pass(settings)
     };
-    let directed = directed_rays(settings, region, &budgets, gold.pilot);
+    let directed = directed_rays(region, &budgets, gold.pilot);
     let estimate = |camera_ray: &CameraRay<'_>, workspace: &mut Workspace<S>| {
         let camera_ray = CameraRay { directed: directed.as_ref(), ..*camera_ray };
         lit.estimate(&camera_ray, workspace)
@@ -247,10 +247,9 @@ fn expose_directed<S: Spectrum, H: PhotonDirection>(
     Ok(exposed)
 }
 
-/// The rays that these `budgets` give the pixels of the film of `region`, `pilot` of them as a pilot; `None` where no director
-/// gives them.
+/// The rays that a director's `budgets` give the pixels of the film of `region`, of which the first `pilot` measured the error;
+/// `None` where there are no budgets.
 fn directed_rays(
-    settings: &RenderSettings,
     region: &RenderRegion,
     budgets: &[PixelBudget],
     pilot: u32,
@@ -260,12 +259,11 @@ fn directed_rays(
     }
     let passes = match region.pass {
         Some(pass) => iter::once(0..pass.rays).collect(),
-        None => sample_passes(settings.rays, pilot),
+        None => sample_passes(region.rays, pilot),
     };
     let width = region.size[0] as usize;
     let rays = |x: u32, y: u32| budgets[y as usize * width + x as usize].rays;
-    let halves = if settings.in_halves() { 2 } else { 1 };
-    let of_half = |rays: u32| rays.div_ceil(halves);
+    let of_cache = |rays: u32| region.numbering([0, 0]).most_of_half(rays);
     let has_mirrors = region.needs.specular;
-    Some(DirectedRays::new(region.size, rays, &passes, of_half, has_mirrors))
+    Some(DirectedRays::new(region.size, rays, &passes, of_cache, has_mirrors))
 }
