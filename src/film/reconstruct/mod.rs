@@ -41,12 +41,12 @@ use light::FilteredLight;
 use surfaces::SurfaceFeatures;
 
 /// Bytes of a pixel that reconstruction takes beside its components at most: selected light of two components, and those
-/// of surfaces at all levels, in two halves, with sums, errors, what is seen, and factors and levels of three components.
+/// of surfaces at all levels, in two halves, with sums, errors and gains, what is seen, and factors and levels of three components.
 ///
 /// Unit: bytes. Derivation: from the sizes of what is held.
 pub const RECONSTRUCTION_BYTES: usize = 2 * 2 * (levels::LEVELS as usize + 1) * size_of::<Vec4>()
     + surfaces::SUMS_BYTES
-    + (levels::LEVELS as usize + 1) * size_of::<f32>()
+    + scale::GAINS_BYTES
     + size_of::<Option<SurfaceFeatures>>()
     + 3 * 3 * size_of::<f32>()
     + 3 * size_of::<[Vec3A; 3]>();
@@ -57,7 +57,8 @@ pub const RECONSTRUCTION_BYTES: usize = 2 * 2 * (levels::LEVELS as usize + 1) * 
 /// levels, errors and the light they are relative to, levels, the neighbours of edges, and agreement with what that is relative to.
 pub const RECONSTRUCTION_REACH: usize = 1
     + 2 * ((1 << levels::LEVELS) - 1)
-    + 2 * scale::ERROR_RADIUS
+    + scale::FAR_RADIUS
+    + scale::ERROR_RADIUS
     + scale::LEVEL_RADIUS
     + 1
     + 2 * antialias::AGREEMENT_RADIUS;
@@ -258,7 +259,7 @@ mod tests {
                         let [x, y] = [index % SIZE[0], index / SIZE[0]].map(|at| at as f64);
                         let mean = candidate.mean(index).unwrap();
                         let error = (mean - Vec3A::splat(light(x, y) as f32)).length_squared();
-                        f64::from(told.unwrap().0 - error / scale)
+                        f64::from(told.unwrap() - error / scale)
                     });
                 differences.sum::<f64>() / film.pixels.len() as f64
             });
