@@ -2,18 +2,21 @@
 //!
 //! The truth is that of [`reconstruction`](super::reconstruction), which keeps it in the folder `gold-truth`.
 
+use fogbow::director::Saliency;
 use fogbow::image::Denoiser;
 use fogbow::render::{Rendered, Silent, exposure, render};
-use fogbow::scene::{Directed, Directing, Director, Importance, RenderSettings, Scene};
+use fogbow::scene::{
+    Directed, Directing, Director, Importance, RenderSettings, Scene, Strategy, StrategyRequest,
+};
 use fogbow::study::metric::Options;
 
 use super::Kept;
-use super::halves::{Pixels, mean, wide};
+use super::halves::{Pixels, mean, narrow, wide};
 use super::reconstruction::{GoldTruth, gold_stages, noise_scenes, seen_errors};
 use super::spent::Spent;
 use super::strategy::{Series, ratio};
 use crate::pages::Result;
-use crate::pages::director::{Row, Way};
+use crate::pages::director::{OneThread, Row, Way};
 use crate::pages::strategy::Figures;
 
 /// Extent of a run.
@@ -65,12 +68,16 @@ struct Setup {
 }
 
 /// What X is, and what it directs.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum By {
     /// What is so by default: measured error directs rays.
     Default,
     /// Measured error directs radius and step as well.
     ErrorCoarsened,
+    /// Measured error directs rays, wherever the eye looks.
+    ErrorAlone,
+    /// As by default, with the photons and the strategy of the gold standard.
+    PhotonsOfGold,
     /// How uncertain scattered light is, to which saliency is added, directs all three.
     Scattering,
 }
@@ -92,11 +99,13 @@ impl Setup {
 }
 
 /// The gold standard first, `xs` next.
-const SETUPS: [Setup; 13] = [
+const SETUPS: [Setup; 15] = [
     Setup::uniform("gold", [1, 1]),
     Setup::directed("`xs`", Director::Xs),
     Setup { by: By::Scattering, ..Setup::directed("`xs` by scattering", Director::Xs) },
     Setup { by: By::ErrorCoarsened, ..Setup::directed("`xs`, radius and step too", Director::Xs) },
+    Setup { by: By::ErrorAlone, ..Setup::directed("`xs` without saliency", Director::Xs) },
+    Setup { by: By::PhotonsOfGold, ..Setup::directed("`xs`, photons as gold's", Director::Xs) },
     Setup::directed("`xs-paper`", Director::XsPaper),
     Setup::directed("`variance`", Director::Variance),
     Setup::uniform("one ray", [u32::MAX, 1]),
@@ -145,16 +154,18 @@ fn row(
     denoiser: Option<&Denoiser>,
     extent: &Extent,
 ) -> Result<Row> {
-    let setups = SETUPS.iter().filter(|setup| denoiser.is_some() || !setup.denoise);
-    let mut all: Vec<(&Setup, Pictures)> = setups.map(|s| (s, Pictures::default())).collect();
     // The first picture also pays for memory that later ones find.
-    picture(gold, &SETUPS[0], 0, denoiser)?;
+    let strategy = strategy_of(&picture(gold, &SETUPS[0], 0, denoiser, None)?);
+    let setups = SETUPS.iter().filter(|setup| denoiser.is_some() || !setup.denoise);
+    let setups = setups.filter(|setup| strategy.is_some() || setup.by != By::PhotonsOfGold);
+    let mut all: Vec<(&Setup, Pictures)> = setups.map(|s| (s, Pictures::default())).collect();
     for seed in 0..extent.seeds {
         let count = all.len();
         for turn in 0..count {
             // Who goes first changes.
             let (setup, pictures) = &mut all[(seed + turn) % count];
-            let (rendered, spent) = Spent::on(|| picture(gold, setup, seed as u64, denoiser));
+            let (rendered, spent) =
+                Spent::on(|| picture(gold, setup, seed as u64, denoiser, strategy));
             pictures.pixels.push(wide(&rendered?.film.image()));
             pictures.seconds.push(spent.ran);
         }
@@ -169,15 +180,19 @@ fn row(
         ratio(&series(of), &series(over), 0..extent.seeds, figure)
     };
     let mean_truth = halves.mean();
+    let saliency = Saliency::from_image(&narrow(&mean_truth, width)).map;
     let mut ways = Vec::new();
     for (index, (setup, taken)) in all.iter().enumerate() {
         let seen = &taken.pixels[..extent.seen_seeds];
+        let of_salient = |picture| halves.weighted_error(picture, &saliency);
+        let salient_errors: Vec<f64> = taken.pixels.iter().map(of_salient).collect();
         let [flip, vdp_percent] = seen_errors(&mean_truth, seen, width, &options)?;
         ways.push(Way {
             name: setup.name.into(),
             seconds: mean(&taken.seconds),
             error: mean(&errors[index]),
             untrimmed: mean(&untrimmed[index]),
+            salient_error: mean(&salient_errors),
             flip,
             vdp_percent,
             gain: over(0, index, |of| of.seconds),
@@ -195,8 +210,30 @@ fn row(
         photon_seconds: stages.photon_seconds,
         ray_seconds: stages.ray_seconds,
         allocation_gain: stages.allocation_gain,
+        one_thread: one_thread(gold)?,
         ways,
     })
+}
+
+/// The strategy of all media of a picture, if they have one.
+fn strategy_of(rendered: &Rendered) -> Option<Strategy> {
+    let media = &rendered.strategy.as_ref()?.media;
+    let first = media.first()?.strategy;
+    media.iter().all(|medium| medium.strategy == first).then_some(first)
+}
+
+/// The seconds of gold and `xs` on one thread, whose clock tells what stages take.
+fn one_thread(gold: &Scene) -> Result<OneThread> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let [whole, directed] = [&SETUPS[0], &SETUPS[1]].map(|setup| {
+        pool.install(|| {
+            Spent::on(|| picture(gold, setup, 0, None, None).map_err(|e| e.to_string()))
+        })
+    });
+    let directed = directed.0?;
+    let stages = directed.timings.iter().map(|(name, took)| ((*name).into(), took.as_secs_f64()));
+    whole.0?;
+    Ok(OneThread { gold: whole.1.ran, stages: stages.collect() })
 }
 
 /// A picture of one way.
@@ -205,10 +242,12 @@ fn picture(
     setup: &Setup,
     seed: u64,
     denoiser: Option<&Denoiser>,
+    strategy: Option<Strategy>,
 ) -> Result<Rendered> {
     let own = gold.render.directing;
     let directing = match setup.by {
-        By::Default => own,
+        By::Default | By::PhotonsOfGold => own,
+        By::ErrorAlone => Directing { weights: [own.weights[0], 0.0], ..own },
         By::ErrorCoarsened => Directing { directed: Directed::ALL, ..own },
         By::Scattering => own.by(Importance::Scattering),
     };
@@ -220,6 +259,10 @@ fn picture(
         reconstruct: setup.reconstruct,
         denoise: setup.denoise,
         directing,
+        strategy: match (setup.by, strategy) {
+            (By::PhotonsOfGold, Some(strategy)) => StrategyRequest::Asked(strategy),
+            _ => gold.render.strategy,
+        },
         ..gold.render
     };
     let mut rendered = render(gold, &settings, &Silent)?;

@@ -72,6 +72,16 @@ impl Halves {
         [trimmed, whole]
     }
 
+    /// Trimmed relative squared error of `picture`, in which pixels count by `weights`.
+    pub fn weighted_error(&self, picture: &Pixels, weights: &[f32]) -> f64 {
+        let [from_a, from_b] = self.differences(picture);
+        let products = self.products(&from_a, &from_b);
+        let total: f64 = weights.iter().copied().map(f64::from).sum();
+        let count = weights.len() as f64;
+        let weighted = products.iter().zip(weights);
+        trimmed_mean(weighted.map(|(of, weight)| of * f64::from(*weight) * count / total).collect())
+    }
+
     /// Relative squared bias of each pixel of `pictures`, which differ in their seeds: the mean over all
     /// pairs of different ones of the product of their differences from different halves.
     pub fn squared_bias<'a>(&self, pictures: impl Iterator<Item = &'a Pixels>) -> Vec<f64> {

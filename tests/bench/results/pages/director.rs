@@ -25,8 +25,19 @@ pub struct Row {
     /// Mean of the squared deviation of pixels over the square of their mean: by as much rays fewer give the same error,
     /// where they are shot in proportion to it.
     pub allocation_gain: f64,
+    /// What a picture takes on one thread.
+    pub one_thread: OneThread,
     /// The gold standard, `xs`, and others.
     pub ways: Vec<Way>,
+}
+
+/// Seconds of pictures on one thread.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct OneThread {
+    /// Of the gold standard.
+    pub gold: f64,
+    /// Of each stage of `xs`, by name.
+    pub stages: Vec<(String, f64)>,
 }
 
 /// Pictures of one way of rendering.
@@ -40,6 +51,8 @@ pub struct Way {
     pub error: f64,
     /// The same of all pixels.
     pub untrimmed: f64,
+    /// The trimmed one, in which pixels count by the saliency of the truth.
+    pub salient_error: f64,
     /// HDR-FLIP.
     pub flip: f64,
     /// Pixels in % that visibly differ from the truth.
@@ -67,8 +80,8 @@ impl Row {
 
     /// The rival with the least error times seconds.
     fn best_rival(&self) -> Option<&Way> {
-        let own = ["gold", "`xs`", "`xs` by scattering", "`xs`, radius and step too"];
-        let rivals = self.ways.iter().filter(|way| !own.contains(&way.name.as_str()));
+        let is_own = |way: &&Way| way.name == "gold" || way.name.starts_with("`xs`");
+        let rivals = self.ways.iter().filter(|way| !is_own(way));
         rivals.min_by(|a, b| a.cost_of_xs.ratio.total_cmp(&b.cost_of_xs.ratio))
     }
 }
@@ -120,6 +133,8 @@ pub fn tables(rows: &[Row]) -> String {
         &["scene", "photons, CPU s", "rays, CPU s", "gain of one ray everywhere", "allocation"],
         bounds,
     );
+    let stages = stages_table(rows);
+    let ablation = ablation_table(rows);
     let all = rows.iter().flat_map(|row| {
         row.ways.iter().map(|way| {
             vec![
@@ -167,7 +182,64 @@ pub fn tables(rows: &[Row]) -> String {
          One ray in every pixel, with all photons, is the least that a map of rays can ask for. Allocation is the gain of rays in \
          proportion to the noise of each pixel, at the error of gold.\n\n\
          {bounds}\n\
+         Seconds of the stages of `xs` on one thread, beside those of gold; and what could be gained if all but the longest stage \
+         took nothing.\n\n\
+         {stages}\n\
+         ## What each part brings\n\
+         Error times seconds over those of `xs`, without a part of it. Saliency is for what catches the eye: without it, the error \
+         in which pixels count by the saliency of the truth, and the seconds, each over those of `xs`. With the photons of gold, \
+         the strategy is given as well, so that no pilot chooses it.\n\n\
+         {ablation}\n\
          ## All ways\n{all}"
+    )
+}
+
+/// Seconds of the stages of `xs`, scene by scene.
+fn stages_table(rows: &[Row]) -> String {
+    const STAGES: [&str; 6] = ["strategy", "photons", "pilot", "director", "march", "reconstruct"];
+    let cells = rows.iter().filter_map(|row| {
+        let OneThread { gold, stages } = &row.one_thread;
+        let of = |name: &str| stages.iter().filter(|(own, _)| own == name).map(|(_, s)| s).sum();
+        let seconds: [f64; STAGES.len()] = STAGES.map(of);
+        let (longest, most) = STAGES.iter().zip(seconds).max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        let mut cells = vec![row.scene.clone(), figure(*gold, 3)];
+        cells.extend(seconds.map(|seconds| figure(seconds, 2)));
+        cells.push(format!("{longest}: {}", decimals(gold / most, 1)));
+        Some(cells)
+    });
+    let mut head = vec!["scene", "gold"];
+    head.extend(STAGES);
+    head.push("longest stage, and gain by it alone");
+    table(&head, cells)
+}
+
+/// What `xs` costs without a part of it, scene by scene.
+fn ablation_table(rows: &[Row]) -> String {
+    let cells = rows.iter().filter_map(|row| {
+        let cost = |name: &str| row.way(name).map(|way| way.cost_of_xs.ratio);
+        let (xs, plain) = (row.directed()?, row.way("`xs` without saliency")?);
+        let scattering = cost("`xs` by scattering");
+        Some(vec![
+            row.scene.clone(),
+            decimals(plain.cost_of_xs.ratio, 2),
+            decimals(plain.salient_error / xs.salient_error, 2),
+            decimals(plain.seconds / xs.seconds, 2),
+            decimals(cost("`xs`, photons as gold's"), 2),
+            decimals(cost("`xs`, radius and step too"), 2),
+            decimals(scattering, 2),
+        ])
+    });
+    table(
+        &[
+            "scene",
+            "without saliency",
+            "its salient error",
+            "its seconds",
+            "photons as gold's",
+            "radius and step too",
+            "by scattering, raw",
+        ],
+        cells,
     )
 }
 
