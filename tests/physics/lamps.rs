@@ -132,6 +132,26 @@ fn light_scattered_once_is_that_by_quadrature() {
     }
 }
 
+/// The lamp and a sky are together as bright as each alone, scattered once: the light of each is taken at other places of a
+/// ray.
+#[test]
+fn light_of_a_lamp_and_a_sky_adds_up() {
+    let lamp = fog(TARGET, 0.05, "max_scatter = 1");
+    let dark = lamp.replace(&format!("emission = {RADIANCE:?}"), "emission = 0.0");
+    assert_ne!(lamp, dark);
+    let sky = "[[light]]\ntype = \"environment\"\nradiance = 0.15\n";
+    for (strategy, bias) in [(Beams, 0.0), (FluenceTowardEye, 0.01)] {
+        let texts = [format!("{lamp}{sky}"), lamp.clone(), format!("{dark}{sky}")];
+        let [both, of_lamp, of_sky] = texts.map(|text| seen(&text, strategy, [64, 1000, 8]));
+        let value = of_lamp.value + of_sky.value;
+        for part in [&of_lamp, &of_sky] {
+            assert!(part.value > 0.2 * value && part.error < 0.005 * value, "{part:?} of {value}");
+        }
+        let sum = Mean { value, error: of_lamp.error.hypot(of_sky.error) };
+        agree([both], [sum], bias, &format!("{strategy:?}"));
+    }
+}
+
 /// Within 2 % and the noise of six seeds; that of the reference is half a percent.
 #[test]
 fn lamps_in_fog_are_as_bright_as_the_reference() {

@@ -1,9 +1,9 @@
 //! Direct light that media scatter once along a ray.
 //!
 //! It is evaluated at points sampled by opacity and, for lights [near the ray](EquiangularLights::near), at points
-//! sampled equiangularly (Kulla and Fajardo 2012), combined by the balance heuristic (Veach 1997, section
-//! 9.2.2). Where all lights are near, all points are sampled equiangularly, half of them in proportion to opacity too:
-//! points sampled by opacity alone would add variance.
+//! sampled equiangularly (Kulla and Fajardo 2012). Half of the latter are in proportion to opacity too, and near lights have
+//! no others: points sampled by opacity alone would add variance. Where that is not possible, as round a mesh, near lights
+//! have both, combined by the balance heuristic (Veach 1997, section 9.2.2).
 
 use crate::light::{LightRegion, Lights};
 use crate::math::{Ray, Spectrum, World};
@@ -19,8 +19,8 @@ use super::setup::Integrator;
 /// each. More of them cost shadow rays where more rays of a pixel do the same.
 const OPACITY_SAMPLES: u32 = 2;
 
-/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated: a stratum each. Where all
-/// lights are near, there are more of them in place of [`OPACITY_SAMPLES`].
+/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated: a stratum each. Where those
+/// have no others, there are more of them in place of [`OPACITY_SAMPLES`].
 const EQUIANGULAR_SAMPLES: u32 = 2;
 
 /// Which direct light an estimate includes.
@@ -59,6 +59,8 @@ struct RaySampling<'a, S> {
     filter: LightFilter<'a>,
     lights: &'a Lights,
     equiangular: EquiangularLights<'a>,
+    /// Whether near lights are left out at points sampled by opacity.
+    near_apart: bool,
     opacity_samples: u32,
     equiangular_samples: u32,
 }
@@ -82,12 +84,37 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
             filter.others && ((0..lights.lights.len()).any(is_far) || !equiangular.have_parts());
         let opacity_samples = if by_opacity { OPACITY_SAMPLES } else { 0 };
         let mut equiangular_samples = EQUIANGULAR_SAMPLES;
-        if filter.others && !by_opacity && !equiangular.is_empty() {
+        let near_apart = filter.others && !equiangular.is_empty() && equiangular.have_parts();
+        if near_apart {
             equiangular = equiangular.weighed(&OpacitySteps::along(profile));
             // As many shadow rays as there would be with points by opacity, of which each asks for one light.
             equiangular_samples += OPACITY_SAMPLES.div_ceil(equiangular.pick(0.0).len() as u32);
         }
-        Self { ray, profile, filter, lights, equiangular, opacity_samples, equiangular_samples }
+        Self {
+            ray,
+            profile,
+            filter,
+            lights,
+            equiangular,
+            near_apart,
+            opacity_samples,
+            equiangular_samples,
+        }
+    }
+
+    /// Whether a light is left out at points sampled by opacity.
+    fn is_apart(&self, light: usize) -> bool {
+        self.near_apart && self.equiangular.contains(light)
+    }
+
+    /// The [density](Self::density) of a connection at a point that is sampled by opacity; infinite for lights that are left
+    /// out there.
+    fn density_by_opacity(&self, place: &Place<S>, connection: &Connection) -> f64 {
+        if self.is_apart(connection.light) {
+            f64::INFINITY
+        } else {
+            self.density(place, connection)
+        }
     }
 
     /// The denominator of the balance heuristic for a connection at a point of the ray, over the density of
@@ -97,7 +124,8 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
         if !self.filter.region(*light).contains(self.ray.at(place.t)) {
             return f64::INFINITY;
         }
-        let by_opacity = f64::from(self.opacity_samples) * pdf;
+        let by_opacity =
+            if self.is_apart(*light) { 0.0 } else { f64::from(self.opacity_samples) * pdf };
         let distance_pdf = self.equiangular.pdf(*light, origin, place.t);
         let equiangular =
             f64::from(self.equiangular_samples) * distance_pdf * light_pdf / place.pdf;
@@ -143,7 +171,7 @@ impl<S: Spectrum, H: PhotonDirection> Integrator<'_, S, H> {
             }
             ctx.work.gathers += 1;
             let nee = MediumNee::new(self.scene, p, -ray.direction, &scatterers);
-            let density = |connection: &Connection| sampling.density(&place, connection);
+            let density = |connection: &Connection| sampling.density_by_opacity(&place, connection);
             let u = lights.numbers(index, &mut ctx.rng);
             sum += place.weight * nee.direct(u, density, ctx);
         }
