@@ -8,7 +8,8 @@
 //!    (local linear regression as in Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for Denoising
 //!    Monte Carlo Renderings").
 //! 4. Which level a pixel takes follows from the error of each, which the halves tell: one predicts the other
-//!    (Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering").
+//!    (Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering"). What few pixels tell of it
+//!    is drawn to what many do, so far as chance explains the difference.
 //! 5. Pixels at edges of surfaces and media are antialiased by visibility rays, which look up filtered light of what they
 //!    see in the pixels around (Ragan-Kelley et al. 2011, "Decoupled Sampling for Graphics Pipelines").
 //!

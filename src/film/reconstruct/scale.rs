@@ -14,7 +14,7 @@ pub(super) const ERROR_RADIUS: usize = 3;
 
 /// Pixels on each side over which errors are averaged to which those of few pixels are drawn.
 ///
-/// Unit: pixels. Limit: on how far pixels decide for others: the standard deviation of the widest level.
+/// Unit: pixels. Limit: on how far pixels decide for others: about the standard deviation of the widest level.
 pub(super) const FAR_RADIUS: usize = 8;
 
 /// Variance of the mean of errors of pixels around over that of as many independent ones.
@@ -160,13 +160,13 @@ pub(super) fn relative_errors(
         if scale == 0.0 || fa.w == 0.0 || fb.w == 0.0 {
             return None;
         }
-        let of_half = match (a.w > 0.0, b.w > 0.0) {
-            (true, true) => 0.5 * (squared(fa, b) + squared(fb, a) - squared(a, b)),
-            (true, false) => squared(fb, a),
-            (false, true) => squared(fa, b),
+        let of_halves = match (a.w > 0.0, b.w > 0.0) {
+            (true, true) => squared(fa, b) + squared(fb, a) - squared(a, b),
+            (true, false) => 2.0 * squared(fb, a),
+            (false, true) => 2.0 * squared(fa, b),
             (false, false) => return None,
         };
-        let error = of_half - 0.25 * squared(fa, fb);
+        let error = 0.5 * (of_halves - 0.5 * squared(fa, fb));
         // Squares of light near the largest number of an f32 are infinite.
         error.is_finite().then_some(error / scale)
     };
