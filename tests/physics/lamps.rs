@@ -132,8 +132,8 @@ fn light_scattered_once_is_that_by_quadrature() {
     }
 }
 
-/// The lamp and a sky are together as bright as each alone, scattered once: the light of each is taken at other places of a
-/// ray.
+/// Scattered once, the light of the lamp and a sky together is the sum of each alone: points on a ray are sampled equiangularly
+/// for the lamp and by opacity for the sky. Within 4.5 standard errors, by 8 seeds each: one false alarm in 1000 at these.
 #[test]
 fn light_of_a_lamp_and_a_sky_adds_up() {
     let lamp = fog(TARGET, 0.05, "max_scatter = 1");

@@ -8,8 +8,8 @@
 //!    (local linear regression as in Bitterli et al. 2016, "Nonlinearly Weighted First-order Regression for Denoising
 //!    Monte Carlo Renderings").
 //! 4. Which level a pixel takes follows from the error of each, which the halves tell: one predicts the other
-//!    (Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering"). What few pixels tell of it
-//!    is drawn to what many do, so far as chance explains the difference.
+//!    (Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering"). Local means of the
+//!    errors are shrunk toward those of a larger region.
 //! 5. Pixels at edges of surfaces and media are antialiased by visibility rays, which look up filtered light of what they
 //!    see in the pixels around (Ragan-Kelley et al. 2011, "Decoupled Sampling for Graphics Pipelines").
 //!
@@ -58,7 +58,7 @@ pub const RECONSTRUCTION_BYTES: usize = 2 * 2 * (levels::LEVELS as usize + 1) * 
 /// levels, errors and the light they are relative to, levels, the neighbours of edges, and agreement with what that is relative to.
 pub const RECONSTRUCTION_REACH: usize = 1
     + 2 * ((1 << levels::LEVELS) - 1)
-    + scale::FAR_RADIUS
+    + scale::REGION_RADIUS
     + scale::ERROR_RADIUS
     + scale::LEVEL_RADIUS
     + 1

@@ -1,9 +1,9 @@
 //! Direct light that media scatter once along a ray.
 //!
 //! It is evaluated at points sampled by opacity and, for lights [near the ray](EquiangularLights::near), at points
-//! sampled equiangularly (Kulla and Fajardo 2012). Half of the latter are in proportion to opacity too, and near lights have
-//! no others: points sampled by opacity alone would add variance. Where that is not possible, as round a mesh, near lights
-//! have both, combined by the balance heuristic (Veach 1997, section 9.2.2).
+//! sampled equiangularly (Kulla and Fajardo 2012), half of them in proportion to opacity too. Near lights are then not
+//! sampled by opacity alone, which would add variance. Equiangular points round a mesh are not weighed by opacity: where a
+//! near light is one, all near lights are sampled both ways, combined by the balance heuristic (Veach 1997, section 9.2.2).
 
 use crate::light::{LightRegion, Lights};
 use crate::math::{Ray, Spectrum, World};
@@ -19,8 +19,8 @@ use super::setup::Integrator;
 /// each. More of them cost shadow rays where more rays of a pixel do the same.
 const OPACITY_SAMPLES: u32 = 2;
 
-/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated: a stratum each. Where those
-/// have no others, there are more of them in place of [`OPACITY_SAMPLES`].
+/// Points along a ray, sampled equiangularly, at which the light of near lights is evaluated: a stratum each. There are
+/// more of them where near lights are not sampled by opacity.
 const EQUIANGULAR_SAMPLES: u32 = 2;
 
 /// Which direct light an estimate includes.
@@ -59,8 +59,8 @@ struct RaySampling<'a, S> {
     filter: LightFilter<'a>,
     lights: &'a Lights,
     equiangular: EquiangularLights<'a>,
-    /// Whether near lights are left out at points sampled by opacity.
-    near_apart: bool,
+    /// Whether near lights are sampled equiangularly alone.
+    near_equiangular_only: bool,
     opacity_samples: u32,
     equiangular_samples: u32,
 }
@@ -84,8 +84,9 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
             filter.others && ((0..lights.lights.len()).any(is_far) || !equiangular.have_parts());
         let opacity_samples = if by_opacity { OPACITY_SAMPLES } else { 0 };
         let mut equiangular_samples = EQUIANGULAR_SAMPLES;
-        let near_apart = filter.others && !equiangular.is_empty() && equiangular.have_parts();
-        if near_apart {
+        let near_equiangular_only =
+            filter.others && !equiangular.is_empty() && equiangular.have_parts();
+        if near_equiangular_only {
             equiangular = equiangular.weighed(&OpacitySteps::along(profile));
             // As many shadow rays as there would be with points by opacity, of which each asks for one light.
             equiangular_samples += OPACITY_SAMPLES.div_ceil(equiangular.pick(0.0).len() as u32);
@@ -96,21 +97,21 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
             filter,
             lights,
             equiangular,
-            near_apart,
+            near_equiangular_only,
             opacity_samples,
             equiangular_samples,
         }
     }
 
-    /// Whether a light is left out at points sampled by opacity.
-    fn is_apart(&self, light: usize) -> bool {
-        self.near_apart && self.equiangular.contains(light)
+    /// Whether a light is sampled equiangularly alone.
+    fn is_equiangular_only(&self, light: usize) -> bool {
+        self.near_equiangular_only && self.equiangular.contains(light)
     }
 
-    /// The [density](Self::density) of a connection at a point that is sampled by opacity; infinite for lights that are left
-    /// out there.
+    /// The [density](Self::density) of a connection at a point that is sampled by opacity; infinite for lights that are
+    /// sampled equiangularly alone.
     fn density_by_opacity(&self, place: &Place<S>, connection: &Connection) -> f64 {
-        if self.is_apart(connection.light) {
+        if self.is_equiangular_only(connection.light) {
             f64::INFINITY
         } else {
             self.density(place, connection)
@@ -124,8 +125,11 @@ impl<'a, S: Spectrum> RaySampling<'a, S> {
         if !self.filter.region(*light).contains(self.ray.at(place.t)) {
             return f64::INFINITY;
         }
-        let by_opacity =
-            if self.is_apart(*light) { 0.0 } else { f64::from(self.opacity_samples) * pdf };
+        let by_opacity = if self.is_equiangular_only(*light) {
+            0.0
+        } else {
+            f64::from(self.opacity_samples) * pdf
+        };
         let distance_pdf = self.equiangular.pdf(*light, origin, place.t);
         let equiangular =
             f64::from(self.equiangular_samples) * distance_pdf * light_pdf / place.pdf;

@@ -59,10 +59,9 @@ impl Halves {
 
     /// Trimmed and untrimmed relative squared error of `picture`.
     pub fn errors_of(&self, picture: &Pixels) -> [f64; 2] {
-        let [from_a, from_b] = self.differences(picture);
-        let products = self.products(&from_a, &from_b);
-        let whole = mean(&products);
-        [trimmed_mean(products), whole]
+        let errors = self.squared_errors(picture);
+        let whole = mean(&errors);
+        [trimmed_mean(errors), whole]
     }
 
     /// The same of each of `pictures`.
@@ -74,11 +73,10 @@ impl Halves {
 
     /// Trimmed relative squared error of `picture`, in which pixels count by `weights`.
     pub fn weighted_error(&self, picture: &Pixels, weights: &[f32]) -> f64 {
-        let [from_a, from_b] = self.differences(picture);
-        let products = self.products(&from_a, &from_b);
         let total: f64 = weights.iter().copied().map(f64::from).sum();
         let count = weights.len() as f64;
-        let weighted = products.iter().zip(weights);
+        let errors = self.squared_errors(picture);
+        let weighted = errors.iter().zip(weights);
         trimmed_mean(weighted.map(|(of, weight)| of * f64::from(*weight) * count / total).collect())
     }
 
@@ -126,6 +124,12 @@ impl Halves {
         let totals: Vec<f64> = pictures.iter().map(|p| p.iter().flatten().sum()).collect();
         let total = 0.5 * self.halves.iter().flatten().flatten().sum::<f64>();
         100.0 * (mean(&totals) / total - 1.0)
+    }
+
+    /// Relative squared error of each pixel of `picture`.
+    fn squared_errors(&self, picture: &Pixels) -> Vec<f64> {
+        let [from_a, from_b] = self.differences(picture);
+        self.products(&from_a, &from_b)
     }
 
     /// Differences of a picture from each of the two.

@@ -172,8 +172,8 @@ pub fn tables(rows: &[Row]) -> String {
          seconds of gold over those of the way, cost is error times seconds, errors are relative squared ones without the worst \
          0.2 % of the pixels, against two halves of a truth at once: the mean of many pictures of gold. Intervals are of 95 %, of a \
          bootstrap over seeds.\n\n\
-         `xs` measures error: rays go where the first ones leave it after reconstruction, and fewer photons are shot where rays \
-         have the noise.\n\n\
+         `xs` measures error: rays go where the first ones leave it after reconstruction, and photons are as many as the pilot of \
+         strategies asks for: a sixteenth of gold's, up to four times as many.\n\n\
          {gains}\n\
          ## By scattering\n\
          `--x scattering`: rays go where scattered light is uncertain and where something is salient. Nothing is reconstructed.\n\n\
@@ -182,13 +182,13 @@ pub fn tables(rows: &[Row]) -> String {
          One ray in every pixel, with all photons, is the least that a map of rays can ask for. Allocation is the gain of rays in \
          proportion to the noise of each pixel, at the error of gold.\n\n\
          {bounds}\n\
-         Seconds of the stages of `xs` on one thread, beside those of gold; and what could be gained if all but the longest stage \
-         took nothing.\n\n\
+         Seconds of gold and of the stages of `xs` on one thread. The last column names the longest stage, and the gain if all \
+         others took nothing.\n\n\
          {stages}\n\
          ## What each part brings\n\
-         Error times seconds over those of `xs`, without a part of it. Saliency is for what catches the eye: without it, the error \
-         in which pixels count by the saliency of the truth, and the seconds, each over those of `xs`. With the photons of gold, \
-         the strategy is given as well, so that no pilot chooses it.\n\n\
+         Cost of `xs` with a part of it changed, over that of `xs`. Salient error weighs pixels by the saliency of the truth; it and \
+         the seconds are those without saliency over those of `xs`. With as many photons as gold, the strategy is given too, so \
+         that no pilot of strategies runs, and all pixels have four rays first.\n\n\
          {ablation}\n\
          ## All ways\n{all}"
     )
@@ -213,12 +213,11 @@ fn stages_table(rows: &[Row]) -> String {
     table(&head, cells)
 }
 
-/// What `xs` costs without a part of it, scene by scene.
+/// What `xs` costs with a part of it changed, scene by scene.
 fn ablation_table(rows: &[Row]) -> String {
     let cells = rows.iter().filter_map(|row| {
         let cost = |name: &str| row.way(name).map(|way| way.cost_of_xs.ratio);
         let (xs, plain) = (row.directed()?, row.way("`xs` without saliency")?);
-        let scattering = cost("`xs` by scattering");
         Some(vec![
             row.scene.clone(),
             decimals(plain.cost_of_xs.ratio, 2),
@@ -226,15 +225,15 @@ fn ablation_table(rows: &[Row]) -> String {
             decimals(plain.seconds / xs.seconds, 2),
             decimals(cost("`xs`, photons as gold's"), 2),
             decimals(cost("`xs`, radius and step too"), 2),
-            decimals(scattering, 2),
+            decimals(cost("`xs` by scattering"), 2),
         ])
     });
     table(
         &[
             "scene",
             "without saliency",
-            "its salient error",
-            "its seconds",
+            "salient error without saliency",
+            "seconds without saliency",
             "photons as gold's",
             "radius and step too",
             "by scattering, raw",
