@@ -106,7 +106,8 @@ impl<S: Spectrum> FinalGatherCache<S> {
 
     /// An unbiased sample of the trilinear interpolation at `p` of the light scattered toward the
     /// camera per unit of sigma_s, W/(m² sr), for one of these `rays`: the mean of four of the eight nearest
-    /// cells, drawn with `u` in [0, 1). `gather` returns the mean of gathers that start at places of a cell by these points.
+    /// cells, drawn with `u` in [0, 1); where other renders share their pass, the interpolation itself. `gather`
+    /// returns the mean of gathers that start at places of a cell by these points.
     pub fn sample(
         &self,
         scene: &Scene,
@@ -119,9 +120,17 @@ impl<S: Spectrum> FinalGatherCache<S> {
         let Some(origins) = &self.origins else {
             return self.part_of_cell(scene, p, rays.pass, ctx, gather);
         };
-        self.cells.sample(p, u, CELL_PASSES + rays.pass.index, ctx, |cell, own| {
+        let pass = CELL_PASSES + rays.pass.index;
+        let fill = |cell: &EmptyCell, own: &mut PathContext| {
             self.in_cell(scene, origins, cell, rays, own, &gather)
-        })
+        };
+        // Each of the renders that share a pass has few rays, by which drawn cells would count often in one of them and seldom in
+        // another: their mean would be noisier than that of all gathers.
+        if rays.pass.is_shared() {
+            self.cells.at(p, pass, ctx, fill)
+        } else {
+            self.cells.sample(p, u, pass, ctx, fill)
+        }
     }
 
     /// The light of a cell for these `rays`. In a directed picture it is the mean over the gathers of their pass and of all

@@ -5,14 +5,12 @@ use std::marker::PhantomData;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
-use glam::IVec3;
+use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
 use crate::math::{MOST_NUMBERS, Rgb, Spectrum, Stage, Stream, WorldPoint};
 use crate::medium::{BRICK, SparseCells, VOLUME, cell_at, cell_index};
 use crate::transport::PathContext;
-
-use super::corners::{CORNERS, OFFSETS, draw_corner};
 
 /// The lowest bits of a stored value, which hold the pass that it was found in. They cost the value a
 /// relative error of at most 4e-6.
@@ -75,6 +73,11 @@ impl<S: Spectrum> LazyCells<S> {
         self.values.len() / S::NUMBERS
     }
 
+    /// A place in cells: those have their centres at half numbers.
+    pub(super) fn to_cells(&self, p: WorldPoint) -> DVec3 {
+        self.cells.to_cells(p)
+    }
+
     fn numbers_of(&self, cell: usize) -> &[AtomicU32] {
         &self.values[cell * S::NUMBERS..][..S::NUMBERS]
     }
@@ -96,65 +99,9 @@ impl<S: Spectrum> LazyCells<S> {
         }
     }
 
-    /// An unbiased sample of trilinear interpolation at `p`: the mean light of four of the eight nearest
-    /// cells, drawn by their weights with numbers in [0, 1) that are 1/4 apart, of which `u` is one, so that a cell which few
-    /// rays sample is seldom filled. A cell that does not exist counts as 0. `fill` finds an empty cell's light, anew in each
-    /// `pass`; passes follow one another. `ctx` counts the work, that of each cell once.
-    #[inline]
-    pub(super) fn sample(
-        &self,
-        p: WorldPoint,
-        u: f64,
-        pass: u32,
-        ctx: &mut PathContext,
-        fill: impl Fn(&EmptyCell, &mut PathContext) -> S,
-    ) -> S {
-        let local = self.cells.to_cells(p) - 0.5;
-        let mut sum = S::ZERO;
-        for offset in OFFSETS {
-            let cell = draw_corner(local, (u + offset).fract());
-            sum += self.light(cell, pass, ctx, &fill).unwrap_or(S::ZERO);
-        }
-        sum / OFFSETS.len() as f64
-    }
-
-    /// Trilinear interpolation at `p` between the eight nearest cells, if in each channel the least and the most of
-    /// them, which are not negative, are alike. Elsewhere, and where there is no cell, nothing. `fill`, `pass` and `ctx` are
-    /// as in [`sample`](Self::sample).
-    #[inline]
-    pub(super) fn interpolate(
-        &self,
-        p: WorldPoint,
-        pass: u32,
-        are_alike: impl Fn(f64, f64) -> bool,
-        ctx: &mut PathContext,
-        fill: impl Fn(&EmptyCell, &mut PathContext) -> S,
-    ) -> Option<S> {
-        let local = self.cells.to_cells(p) - 0.5;
-        let low = local.floor();
-        let share = local - low;
-        // The least and the most in each channel.
-        let mut range = [(f64::INFINITY, 0.0f64); 3];
-        let mut sum = S::ZERO;
-        for corner in CORNERS {
-            let light = self.light(low.as_ivec3() + corner, pass, ctx, &fill)?;
-            for (channel, (least, most)) in range[..S::CHANNELS].iter_mut().enumerate() {
-                let light = light.channel(channel);
-                (*least, *most) = (least.min(light), most.max(light));
-                if !are_alike(*least, *most) {
-                    return None;
-                }
-            }
-            let far = corner.as_dvec3();
-            let weights = far * share + (1.0 - far) * (1.0 - share);
-            sum += light * weights.element_product();
-        }
-        Some(sum)
-    }
-
     /// The light of a cell, if there is one, which is filled if it is empty.
     #[inline]
-    fn light(
+    pub(super) fn light(
         &self,
         cell: IVec3,
         pass: u32,
@@ -271,7 +218,7 @@ mod tests {
     use crate::medium::Density;
     use crate::scene::plan::Needs;
     use crate::shape::{Cuboid, Region};
-    use glam::{DAffine3, DVec3};
+    use glam::DAffine3;
 
     fn empty<S: Spectrum>() -> LazyCells<S> {
         let region = Cuboid::new(DVec3::ZERO, DVec3::ONE, &DAffine3::IDENTITY).unwrap();
@@ -328,35 +275,6 @@ mod tests {
         check::<Rgb>();
         check::<f64>();
         check::<GroupedRgb>();
-    }
-
-    /// In the mean over evenly spaced numbers a sample is the trilinear interpolation: that of a linear function
-    /// is the function. 4096 numbers leave 3 steps of 1/4096 of a sum of eight values below 7.
-    #[test]
-    fn cells_are_drawn_by_their_weights() {
-        let (cells, mut ctx) = (empty::<f64>(), ctx());
-        let of = |cell: DVec3| cell.dot(DVec3::new(1.0, 2.0, 3.0));
-        for local in [DVec3::new(1.9, 2.5, 3.2), DVec3::new(2.5, 1.7, 2.01), DVec3::splat(2.5)] {
-            let p = cells.cells.to_world(local);
-            let mut drawn =
-                |u| cells.sample(p, u, 0, &mut ctx, |cell, _| of(cell.cell.as_dvec3() + 0.5));
-            let mean =
-                (0..4096).map(|i| drawn((f64::from(i) + 0.5) / 4096.0)).sum::<f64>() / 4096.0;
-            assert!((mean - of(local)).abs() < 0.02, "{mean} for {}", of(local));
-        }
-    }
-
-    /// Half way between cells along x each sample reads one on either side: light that varies along x alone is
-    /// interpolated without noise.
-    #[test]
-    fn cells_on_both_sides_are_read() {
-        let (cells, mut ctx) = (empty::<f64>(), ctx());
-        let p = cells.cells.to_world(DVec3::new(3.0, 2.7, 2.2));
-        for i in 0..64 {
-            let u = (f64::from(i) + 0.5) / 64.0;
-            let found = cells.sample(p, u, 0, &mut ctx, |cell, _| f64::from(cell.cell.x));
-            assert_eq!(found, 2.5, "at {u}");
-        }
     }
 
     #[test]

@@ -24,6 +24,11 @@ pub struct SamplePass {
 }
 
 impl SamplePass {
+    /// Whether other renders shoot some of its rays.
+    pub(super) const fn is_shared(&self) -> bool {
+        self.shot < self.rays
+    }
+
     /// The number of gathers nearest to `all` that can be shared evenly, at least one each, among renders that shoot as many rays
     /// as this one. Their pictures have the same weight, so that one with fewer gathers than others would add noise.
     pub(super) fn even(&self, all: f64) -> u32 {
