@@ -120,7 +120,9 @@ impl PixelBudget {
 
     /// The part of it that the pass of a picture under `settings` spends; all where that is no pass. Each pass has a
     /// ray of its own in each pixel that has any, so that it is unbiased: where there are more passes than rays, one
-    /// beyond those of the whole. As many rays in a hundred gather indirect light as in the whole, and at least one.
+    /// beyond those of the whole. As many rays in a hundred gather indirect light as in the whole, and at least one. A pass
+    /// that shoots has its part of the photons: the noise of a gather is as much more as it costs less, and each of both asks for
+    /// the root of that more rays that gather.
     #[must_use]
     pub fn of_pass(self, settings: &RenderSettings) -> Self {
         let Some(pass) = settings.pass.filter(|_| self.rays > 0) else { return self };
@@ -129,7 +131,12 @@ impl PixelBudget {
             0 => (self.rays + pass.number - 1, 1),
             rays => (start as u32, rays as u32),
         };
-        Self { rays, first, gathers: self.gathers_for(rays), ..self }
+        let gathers = self.gathers_for(rays);
+        let gathers = match settings.saved_photons {
+            Some(_) => gathers,
+            None => gathers.saturating_mul(pass.count).min(rays),
+        };
+        Self { rays, first, gathers, ..self }
     }
 
     /// Gathers of so many of its rays: in proportion to those of all, rounded up, and at least one.
@@ -180,7 +187,7 @@ pub fn radius_level(directing: &Directing, xs: f32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Directed, PicturePass};
+    use crate::scene::{Directed, PhotonsName, PicturePass};
     use proptest::prelude::*;
 
     const GOLD: PixelBudget = PixelBudget::fixed(16, 0.1, 0.02);
@@ -213,6 +220,13 @@ mod tests {
         }
     }
 
+    /// What a pass spends of `whole`, in a picture of so many rays a pixel, by saved photons or those that it shoots.
+    fn part(whole: PixelBudget, rays: u32, pass: PicturePass, is_saved: bool) -> PixelBudget {
+        let saved_photons = is_saved.then_some(PhotonsName([0; 8]));
+        let pass = Some(pass);
+        whole.of_pass(&RenderSettings { rays, pass, saved_photons, ..RenderSettings::default() })
+    }
+
     #[test]
     fn passes_share_the_rays_of_a_pixel() {
         for (rays, of_pixel, count) in
@@ -221,9 +235,7 @@ mod tests {
             let whole = PixelBudget { rays: of_pixel, ..GOLD };
             let mut numbers = Vec::new();
             for number in 1..=count {
-                let pass = Some(PicturePass { count, number });
-                let budget =
-                    whole.of_pass(&RenderSettings { rays, pass, ..RenderSettings::default() });
+                let budget = part(whole, rays, PicturePass { count, number }, true);
                 assert!(budget.rays > 0 && budget.gathers > 0);
                 let share = f64::from(budget.rays) / f64::from(of_pixel);
                 assert!(f64::from(budget.gathers) < f64::from(whole.gathers) * share + 1.0);
@@ -237,8 +249,7 @@ mod tests {
             assert!(of_pixel < count || numbers.len() == of_pixel as usize);
         }
         let none = PixelBudget { rays: 0, ..GOLD };
-        let pass = Some(PicturePass { count: 4, number: 2 });
-        assert_eq!(none.of_pass(&RenderSettings { pass, ..RenderSettings::default() }), none);
+        assert_eq!(part(none, 16, PicturePass { count: 4, number: 2 }, true), none);
     }
 
     #[test]
@@ -248,11 +259,14 @@ mod tests {
         }
         for rays in [64, 1 << 20] {
             let whole = PixelBudget::fixed(rays, 0.1, 0.02);
-            let of_pass = |number| {
-                let pass = Some(PicturePass { count: 8, number });
-                whole.of_pass(&RenderSettings { rays, pass, ..RenderSettings::default() }).gathers
+            let of_pass = |count, is_saved| {
+                let gathers =
+                    |number| part(whole, rays, PicturePass { count, number }, is_saved).gathers;
+                (1..=count).map(gathers).sum::<u32>()
             };
-            assert_eq!((1..=8).map(of_pass).sum::<u32>(), whole.gathers);
+            assert_eq!(of_pass(8, true), whole.gathers);
+            // Half of the photons have twice the noise for half of the cost, and of fewer each ray gathers.
+            assert_eq!((of_pass(2, false), of_pass(8, false)), (2 * whole.gathers, rays));
         }
         // Those of a round are its own.
         assert_eq!(PixelBudget::fixed(64, 0.1, 0.02).with_round(32).gathers, 8);
