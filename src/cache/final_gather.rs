@@ -120,17 +120,12 @@ impl<S: Spectrum> FinalGatherCache<S> {
         let Some(origins) = &self.origins else {
             return self.part_of_cell(scene, p, rays.pass, ctx, gather);
         };
-        let pass = CELL_PASSES + rays.pass.index;
-        let fill = |cell: &EmptyCell, own: &mut PathContext| {
+        // Renders that share a pass have few rays each: drawn cells would count often in one of them and seldom in another, and
+        // the mean over the renders would be noisier.
+        let u = (!rays.pass.is_shared()).then_some(u);
+        self.cells.at(p, u, CELL_PASSES + rays.pass.index, ctx, |cell, own| {
             self.in_cell(scene, origins, cell, rays, own, &gather)
-        };
-        // Each of the renders that share a pass has few rays, by which drawn cells would count often in one of them and seldom in
-        // another: their mean would be noisier than that of all gathers.
-        if rays.pass.is_shared() {
-            self.cells.at(p, pass, ctx, fill)
-        } else {
-            self.cells.sample(p, u, pass, ctx, fill)
-        }
+        })
     }
 
     /// The light of a cell for these `rays`. In a directed picture it is the mean over the gathers of their pass and of all

@@ -27,53 +27,36 @@ const CORNERS: [IVec3; 8] = [
 ];
 
 impl<S: Spectrum> LazyCells<S> {
-    /// An unbiased sample of trilinear interpolation at `p`: the mean light of four of the eight nearest
-    /// cells, drawn by their weights with numbers in [0, 1) that are 1/4 apart, of which `u` is one, so that a cell which few
-    /// rays sample is seldom filled. A cell that does not exist counts as 0. `fill` finds an empty cell's light, anew in each
-    /// `pass`; passes follow one another. `ctx` counts the work, that of each cell once.
-    #[inline]
-    pub(super) fn sample(
-        &self,
-        p: WorldPoint,
-        u: f64,
-        pass: u32,
-        ctx: &mut PathContext,
-        fill: impl Fn(&EmptyCell, &mut PathContext) -> S,
-    ) -> S {
-        let local = self.to_cells(p) - 0.5;
-        let mut sum = S::ZERO;
-        for offset in OFFSETS {
-            let cell = draw_corner(local, (u + offset).fract());
-            sum += self.light(cell, pass, ctx, &fill).unwrap_or(S::ZERO);
-        }
-        sum / OFFSETS.len() as f64
-    }
-
-    /// Trilinear interpolation at `p` between the eight nearest cells, of which one that does not exist counts as 0. `fill`,
-    /// `pass` and `ctx` are as in [`sample`](Self::sample).
+    /// Trilinear interpolation at `p` between the eight nearest cells; with `u` in [0, 1) an unbiased sample of it: the mean of
+    /// four cells, drawn by their weights with numbers that are 1/4 apart, of which `u` is one, so that a cell which few rays
+    /// sample is seldom filled. A cell that does not exist counts as 0. `fill` finds an empty cell's light, anew in each `pass`;
+    /// passes follow one another. `ctx` counts the work, that of each cell once.
     #[inline]
     pub(super) fn at(
         &self,
         p: WorldPoint,
+        u: Option<f64>,
         pass: u32,
         ctx: &mut PathContext,
         fill: impl Fn(&EmptyCell, &mut PathContext) -> S,
     ) -> S {
         let local = self.to_cells(p) - 0.5;
         let mut sum = S::ZERO;
-        for corner in CORNERS {
-            let (cell, weight) = weighted(local, corner);
+        let mut add = |(cell, weight): (IVec3, f64)| {
             if weight > 0.0 {
-                let light = self.light(cell, pass, ctx, &fill);
-                sum += light.unwrap_or(S::ZERO) * weight;
+                sum += self.light(cell, pass, ctx, &fill).unwrap_or(S::ZERO) * weight;
             }
+        };
+        match u {
+            Some(u) => drawn(local, u).for_each(&mut add),
+            None => around(local).for_each(&mut add),
         }
         sum
     }
 
     /// Trilinear interpolation at `p` between the eight nearest cells, if in each channel the least and the most of
     /// them, which are not negative, are alike. Elsewhere, and where there is no cell, nothing. `fill`, `pass` and `ctx` are
-    /// as in [`sample`](Self::sample).
+    /// as in [`at`](Self::at).
     #[inline]
     pub(super) fn interpolate(
         &self,
@@ -87,8 +70,7 @@ impl<S: Spectrum> LazyCells<S> {
         // The least and the most in each channel.
         let mut range = [(f64::INFINITY, 0.0f64); 3];
         let mut sum = S::ZERO;
-        for corner in CORNERS {
-            let (cell, weight) = weighted(local, corner);
+        for (cell, weight) in around(local) {
             let light = self.light(cell, pass, ctx, &fill)?;
             for (channel, (least, most)) in range[..S::CHANNELS].iter_mut().enumerate() {
                 let light = light.channel(channel);
@@ -103,12 +85,21 @@ impl<S: Spectrum> LazyCells<S> {
     }
 }
 
-/// The lattice point at this corner of the cube around `local`, and its weight in trilinear interpolation.
-fn weighted(local: DVec3, corner: IVec3) -> (IVec3, f64) {
+/// The eight lattice points around `local`, each with its weight in trilinear interpolation.
+fn around(local: DVec3) -> impl Iterator<Item = (IVec3, f64)> {
     let low = local.floor();
-    let (share, far) = (local - low, corner.as_dvec3());
-    let weights = far * share + (1.0 - far) * (1.0 - share);
-    (low.as_ivec3() + corner, weights.element_product())
+    let share = local - low;
+    CORNERS.into_iter().map(move |corner| {
+        let far = corner.as_dvec3();
+        let weights = far * share + (1.0 - far) * (1.0 - share);
+        (low.as_ivec3() + corner, weights.element_product())
+    })
+}
+
+/// Lattice points around `local` that are drawn with numbers of which `u` is one, all with the same weight.
+fn drawn(local: DVec3, u: f64) -> impl Iterator<Item = (IVec3, f64)> {
+    let weight = 1.0 / OFFSETS.len() as f64;
+    OFFSETS.into_iter().map(move |offset| (draw_corner(local, (u + offset).fract()), weight))
 }
 
 /// One of the eight lattice points around `local`, drawn by its weight in trilinear interpolation with `u` in [0, 1).
@@ -133,22 +124,16 @@ mod tests {
     use crate::shape::{Cuboid, Region};
     use glam::DAffine3;
 
-    /// What is read of light at the centres of cells, where these are: at a place in cells, with the number that draws, and
-    /// whether it is drawn.
-    fn read(light: impl Fn(DVec3) -> f64) -> impl FnMut(DVec3, f64, bool) -> f64 {
+    /// What is read at a place in cells, with the number that draws, of cells that hold `light` at their centres.
+    fn read(light: impl Fn(DVec3) -> f64) -> impl FnMut(DVec3, Option<f64>) -> f64 {
         let region = Cuboid::new(DVec3::ZERO, DVec3::ONE, &DAffine3::IDENTITY).unwrap();
         let density = Density::Homogeneous(Region::Box(region));
         let cells = SparseCells::covering(&density, 0.2, 1).unwrap();
-        let caches: LazyCells<f64> = LazyCells::new(cells.clone(), 1, 0);
+        let cache: LazyCells<f64> = LazyCells::new(cells.clone(), 1, 0);
         let mut ctx = PathContext::new(Stream::new(1, Stage::Test, 0, 0), Needs::EVERYTHING);
-        move |local, u, is_drawn| {
+        move |local, u| {
             let p = cells.to_world(local);
-            let fill = |cell: &EmptyCell, _: &mut PathContext| light(cell.cell.as_dvec3() + 0.5);
-            if is_drawn {
-                caches.sample(p, u, 0, &mut ctx, fill)
-            } else {
-                caches.at(p, 0, &mut ctx, fill)
-            }
+            cache.at(p, u, 0, &mut ctx, |cell, _| light(cell.cell.as_dvec3() + 0.5))
         }
     }
 
@@ -160,11 +145,11 @@ mod tests {
         let mut read = read(linear);
         for local in [DVec3::new(1.9, 2.5, 3.2), DVec3::new(2.5, 1.7, 2.01), DVec3::splat(2.5)] {
             let right = linear(local);
-            let drawn = (0..4096).map(|i| read(local, (f64::from(i) + 0.5) / 4096.0, true));
-            let mean = drawn.sum::<f64>() / 4096.0;
+            let samples = (0..4096).map(|i| read(local, Some((f64::from(i) + 0.5) / 4096.0)));
+            let mean = samples.sum::<f64>() / 4096.0;
             assert!((mean - right).abs() < 0.02, "{mean} for {right}");
             // To the precision in which cells are stored.
-            let whole = read(local, 0.0, false);
+            let whole = read(local, None);
             assert!((whole / right - 1.0).abs() < 1e-5, "{whole} for {right}");
         }
     }
@@ -176,7 +161,7 @@ mod tests {
         let mut read = read(|local| local.x);
         for i in 0..64 {
             let u = (f64::from(i) + 0.5) / 64.0;
-            assert_eq!(read(DVec3::new(3.0, 2.7, 2.2), u, true), 3.0, "at {u}");
+            assert_eq!(read(DVec3::new(3.0, 2.7, 2.2), Some(u)), 3.0, "at {u}");
         }
     }
 
@@ -190,9 +175,8 @@ mod tests {
         let draws: Vec<IVec3> = (0..COUNT)
             .map(|i| draw_corner(local, (f64::from(i) + 0.5) / f64::from(COUNT)) - low)
             .collect();
-        for corner in CORNERS {
-            let (at, weight) = weighted(local, corner);
-            assert_eq!(at, low + corner);
+        for (cell, weight) in around(local) {
+            let corner = cell - low;
             let drawn = draws.iter().filter(|drawn| **drawn == corner).count() as f64;
             assert!((drawn - weight * f64::from(COUNT)).abs() <= 3.0, "{drawn} of {corner}");
         }

@@ -237,7 +237,7 @@ mod tests {
         for pass in 0..PASS_MASK {
             let light = Rgb::new(f64::from(pass), 0.1, -1e30);
             for fills in [true, false] {
-                let found = cells.sample(p, 0.3, pass, &mut ctx, |cell, own| {
+                let found = cells.at(p, Some(0.3), pass, &mut ctx, |cell, own| {
                     assert!(fills && cell.cell == IVec3::splat(3));
                     own.work.collisions += 1;
                     light
@@ -261,9 +261,9 @@ mod tests {
                 let (cells, mut ctx) = (empty::<S>(), ctx());
                 let p = cells.cells.to_world(DVec3::splat(3.5));
                 if fill_first {
-                    cells.sample(p, 0.3, 1, &mut ctx, |_, own| light(own));
+                    cells.at(p, Some(0.3), 1, &mut ctx, |_, own| light(own));
                 }
-                let found = cells.sample(p, 0.3, 2, &mut ctx, |cell, own| {
+                let found = cells.at(p, Some(0.3), 2, &mut ctx, |cell, own| {
                     cells.in_earlier_pass(cell, 1, own, |_, own| light(own)) + light(own)
                 });
                 let bits: Vec<u64> = (0..S::NUMBERS).map(|n| found.number(n).to_bits()).collect();
@@ -283,7 +283,7 @@ mod tests {
         let p = cells.cells.to_world(DVec3::splat(3.5));
         for (pass, wrong) in [f64::NAN, f64::INFINITY, 1e300].into_iter().enumerate() {
             let found =
-                cells.sample(p, 0.3, pass as u32, &mut ctx, |_, _| Rgb::new(1.0, wrong, 1.0));
+                cells.at(p, Some(0.3), pass as u32, &mut ctx, |_, _| Rgb::new(1.0, wrong, 1.0));
             assert_eq!((found, ctx.amortized.work.dropped_samples), (Rgb::ZERO, pass as u64 + 1));
         }
     }
@@ -295,7 +295,7 @@ mod tests {
             let center = |x: i32| from.cells.to_world(DVec3::new(f64::from(x) + 0.5, 2.5, 1.5));
             let of = |x: i32| S::of_group(Rgb::new(0.3, 0.2, 0.7) * f64::from(x), Group(x as u8));
             let mut sample = |cells: &LazyCells<S>, x: i32, known: bool| {
-                cells.sample(center(x), 0.7, 2, &mut ctx, |_, _| {
+                cells.at(center(x), Some(0.7), 2, &mut ctx, |_, _| {
                     assert!(!known);
                     of(x)
                 })

@@ -120,9 +120,9 @@ impl PixelBudget {
 
     /// The part of it that the pass of a picture under `settings` spends; all where that is no pass. Each pass has a
     /// ray of its own in each pixel that has any, so that it is unbiased: where there are more passes than rays, one
-    /// beyond those of the whole. As many rays in a hundred gather indirect light as in the whole, and at least one. A pass
-    /// that shoots has its part of the photons: the noise of a gather is as much more as it costs less, and each of both asks for
-    /// the root of that more rays that gather.
+    /// beyond those of the whole. As many rays in a hundred gather indirect light as in the whole, and at least one. One
+    /// of n passes that shoot has 1/n of the photons, so that a gather has n times the noise for 1/n of the cost: the best number of
+    /// gathers, in proportion to the root of noise over cost, is n times as large.
     #[must_use]
     pub fn of_pass(self, settings: &RenderSettings) -> Self {
         let Some(pass) = settings.pass.filter(|_| self.rays > 0) else { return self };
