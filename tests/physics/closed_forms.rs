@@ -63,7 +63,8 @@ fn slabs_by_the_reference() {
     for (albedo, thickness, g, reflectance, transmittance) in SLABS {
         for (from_above, expected) in [(true, reflectance), (false, transmittance)] {
             let text = slab(albedo, thickness, g, from_above);
-            let scene = scene(folder.path(), &text, 1200, 0);
+            // The less light comes, the fewer paths bring it.
+            let scene = scene(folder.path(), &text, (140.0 / expected) as u32, 0);
             let rendered = render_reference(&scene, &scene.render, &Silent);
             let (value, error) = mean(&rendered.film);
             assert!(
@@ -88,7 +89,14 @@ fn slabs_by_photon_map_and_march() {
         for (from_above, expected) in [(true, reflectance), (false, transmittance)] {
             let text = slab(albedo, thickness, g, from_above);
             let photons = if g > 0.8 { 75_000 } else { 25_000 };
-            let rays = if g > 0.8 { 384 } else { 96 };
+            // Where cells have little noise of their own few rays tell as much.
+            let rays = if g > 0.8 {
+                128
+            } else if g > 0.5 {
+                96
+            } else {
+                24
+            };
             let mut scene = scene(folder.path(), &text, rays, photons);
             // A pilot would take what has the least noise in a pixel, not in the mean of all.
             let strategy = match g.abs() > 0.5 {
@@ -198,7 +206,7 @@ fn shipped_scenes_agree_with_the_reference() {
             let options = LoadOptions::default().size(size).rays(rays).photons(400_000);
             Scene::load(&volumes.join(name).with_extension("toml"), &options).unwrap()
         };
-        let (fast, slow) = (load(32), load(400));
+        let (fast, slow) = (load(32), load(200));
         let photons = render(&fast, &fast.render, &Silent).unwrap().film;
         let reference = render_reference(&slow, &slow.render, &Silent).film;
         let (ours, theirs) = (mean(&photons), mean(&reference));
@@ -235,7 +243,8 @@ fn blocks(film: &Film, [width, height]: [u32; 2]) -> Vec<(f64, f64)> {
 }
 
 /// A narrow lobe, seen from inside beside a lamp's beam. Without its tip being followed by rays the
-/// mean over seeds was 4.5 % too bright; it scatters by 0.6 %, the reference by 0.7 %.
+/// mean over seeds was 4.5 % too bright; it scatters by 0.6 %. The right one is of the reference with 48,000 rays a pixel,
+/// known to 0.13 %.
 #[test]
 fn narrow_lobe_from_inside_fog() {
     let folder = tempfile::tempdir().unwrap();
@@ -264,8 +273,6 @@ fn narrow_lobe_from_inside_fog() {
         normal = [0.0, 1.0, 0.0]
         material = { type = "diffuse", reflectance = 0.0 }
     "#;
-    let exact = scene(folder.path(), text, 3000, 0);
-    let expected = mean(&render_reference(&exact, &exact.render, &Silent).film).0;
-    let light = four_seeds(&scene(folder.path(), text, 64, 100_000));
-    assert!((light / expected - 1.0).abs() < 0.03, "{light} not {expected}");
+    let (light, right) = (four_seeds(&scene(folder.path(), text, 64, 100_000)), 0.021462);
+    assert!((light / right - 1.0).abs() < 0.03, "{light} not {right}");
 }

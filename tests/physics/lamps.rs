@@ -126,7 +126,7 @@ fn light_scattered_once_is_that_by_quadrature() {
             agree([light], [right], bias, &format!("{strategy:?} toward {target}"));
         }
         let folder = tempfile::tempdir().unwrap();
-        let exact = scene(folder.path(), &text, 20_000, 0);
+        let exact = scene(folder.path(), &text, 5000, 0);
         let (value, error) = mean(&render_reference(&exact, &exact.render, &Silent).film);
         assert!((value - expected).abs() < ERRORS * error, "{value} ± {error} not {expected}");
     }
@@ -152,15 +152,13 @@ fn light_of_a_lamp_and_a_sky_adds_up() {
     }
 }
 
-/// Within 2 % and the noise of six seeds; that of the reference is half a percent.
+/// Within 2 % and the noise of six seeds. The right one is of the reference with 64,000 rays a pixel.
 #[test]
 fn lamps_in_fog_are_as_bright_as_the_reference() {
     let text = fog(TARGET, 30.0, "");
-    let folder = tempfile::tempdir().unwrap();
-    let exact = scene(folder.path(), &text, 4000, 0);
-    let (value, error) = mean(&render_reference(&exact, &exact.render, &Silent).film);
+    let right = Mean { value: 0.09171, error: 1.0e-4 };
     for strategy in [Beams, FluenceTowardEye, Moments, SharedGathers, Traced] {
         let light = seen(&text, strategy, [64, 30_000, 6]);
-        agree([light], [Mean { value, error }], 0.02, &format!("{strategy:?}"));
+        agree([light], [right], 0.02, &format!("{strategy:?}"));
     }
 }

@@ -69,7 +69,7 @@ fn errors_fall_with_photons_as_theory_says() {
 #[test]
 fn a_coarse_step_is_told_from_noise_and_bias() {
     let smoke = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/smoke.toml");
-    let exact = LoadOptions::default().size([24, 24]).photons(30_000).rays(4);
+    let exact = LoadOptions::default().size([16, 16]).photons(20_000).rays(4);
     let request = Request {
         candidates: names(&["fixed", "xs-rays", "xs-step"]),
         budgets: vec![4, 2, 1],
