@@ -243,7 +243,7 @@ fn blocks(film: &Film, [width, height]: [u32; 2]) -> Vec<(f64, f64)> {
 }
 
 /// A narrow lobe, seen from inside beside a lamp's beam. Without its tip being followed by rays the
-/// mean over seeds was 4.5 % too bright; it scatters by 0.6 %. The right one is of the reference with 48,000 rays a pixel,
+/// mean over seeds was 4.5 % too bright; it scatters by 0.5 % about a value that is 1.5 % dark. The right one is of the reference with 48,000 rays a pixel,
 /// known to 0.13 %.
 #[test]
 fn narrow_lobe_from_inside_fog() {
