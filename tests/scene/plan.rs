@@ -642,9 +642,9 @@ fn memory_is_estimated() {
     for (scene, photons, size, way) in [
         ("fog.toml".into(), "400000", "640x360", &[][..]),
         ("fog.toml".into(), "400000", "640x360", to_error),
-        ("within.toml".into(), "500000", "96x54", near),
+        ("within.toml".into(), "1000000", "96x54", near),
         (volume("smoke.toml"), "200000", "320x240", &[]),
-        (volume("balls_a.toml"), "100000", "384x288", &[]),
+        (volume("balls_a.toml"), "100000", "512x384", &[]),
         (volume("smoke.toml"), "400000", "64x48", halves),
     ] {
         let peak = |command: &[&str], key: &str| {
