@@ -95,23 +95,19 @@ impl PathPilot {
         let whole = Self::trace::<S, H>(paths, count);
         let Some(power) = whole.median_power else { return whole };
         let mut window = power * paths.units.surface;
-        let excess = |events: f64| events / (MAX_SPLITTING_COST * whole.events).max(1.0);
+        let excess = |of: &Self| of.events / (MAX_SPLITTING_COST * whole.events).max(1.0);
         for _ in 0..MAX_RAISES {
             paths.window = Some(window);
             // Few paths tell of a window that splits far too often, by which many would take long.
-            let mut few = Traced::<S>::new();
-            while few.paths < MIN_PATHS.min(count) && few.stored < MAX_PILOT_PHOTONS {
-                few.trace_round::<H>(paths, MIN_PATHS.min(count));
+            let mut split = Self::trace::<S, H>(paths, MIN_PATHS.min(count));
+            if excess(&split) <= 1.0 {
+                split = Self::trace::<S, H>(paths, count);
             }
-            let mut found = excess(few.events_a_path());
-            if found <= 1.0 {
-                let split = Self::trace::<S, H>(paths, count);
-                found = excess(split.events);
-                if found <= 1.0 {
-                    return split;
-                }
+            let excess = excess(&split);
+            if excess <= 1.0 {
+                return split;
             }
-            window *= found.max(MIN_RAISE);
+            window *= excess.max(MIN_RAISE);
         }
         paths.window = None;
         whole
@@ -119,63 +115,35 @@ impl PathPilot {
 
     /// Traces the first of `count` paths.
     fn trace<S: Spectrum, H: PhotonDirection>(paths: &PhotonTracer<'_>, count: u64) -> Self {
+        let (mut traced, mut stored, mut segments, mut events) = (0, 0, Vec::new(), 0);
+        let diagonal = paths.flight_bounds.map_or(0.0, |bounds| bounds.size().length());
+        let mut length = 0.0;
         let most = MAX_PATHS.min(count);
         let few = (count / PHOTONS_PER_PATH).max(MIN_PATHS).min(most);
         let wanted = (STORED_PER_PATH * count as f64).max(MIN_STORED);
-        let mut traced = Traced::<S>::new();
-        let expected = |of: &Traced<S>| of.stored as f64 * count as f64 / of.paths.max(1) as f64;
-        let is_enough = |of: &Traced<S>| of.paths >= few && expected(of) <= MAX_EXCESS * wanted;
-        while traced.paths < most && traced.stored < MAX_PILOT_PHOTONS && !is_enough(&traced) {
-            traced.trace_round::<H>(paths, if traced.paths < few { few } else { most });
+        let expected =
+            |stored: usize, traced: u64| stored as f64 * count as f64 / traced.max(1) as f64;
+        let goes_on =
+            |stored, traced| traced < few || expected(stored, traced) > MAX_EXCESS * wanted;
+        while traced < most && stored < MAX_PILOT_PHOTONS && goes_on(stored, traced) {
+            let round = FIRST_ROUND.max((LATER_ROUND * traced as f64) as u64);
+            let until = (traced + round).min(if traced < few { few } else { most });
+            let trace = |path: u64| paths.trace::<S, H>(path..path + 1);
+            let round: Vec<u64> = (traced..until).collect();
+            let each: Vec<_> = round.into_par_iter().with_max_len(1).map(trace).collect();
+            for Deposits { volume, tracks, work, .. } in each {
+                stored += volume.len();
+                events += work.collisions + work.intersections;
+                length += tracks.iter().map(FlightSegment::length).sum::<f64>().min(diagonal);
+                segments.extend(tracks);
+            }
+            traced = until;
         }
-        let share = traced.paths as f64 / count.max(1) as f64;
-        Self {
-            store_probability: (wanted / expected(&traced).max(1.0)).min(1.0),
-            flight_length: traced.length / share.max(f64::MIN_POSITIVE),
-            median_power: median_power(&traced.segments),
-            events: traced.events_a_path(),
-        }
-    }
-}
-
-/// What the first paths leave.
-#[derive(Debug)]
-struct Traced<S: Spectrum> {
-    paths: u64,
-    /// Volume photons.
-    stored: usize,
-    /// Flights through media.
-    segments: Vec<FlightSegment<S>>,
-    /// Length of those in metres, of each path at most the diagonal of the media.
-    length: f64,
-    /// Collisions and surface intersections.
-    events: u64,
-}
-
-impl<S: Spectrum> Traced<S> {
-    const fn new() -> Self {
-        Self { paths: 0, stored: 0, segments: Vec::new(), length: 0.0, events: 0 }
-    }
-
-    /// Traces some paths more, up to the one before `until`.
-    fn trace_round<H: PhotonDirection>(&mut self, paths: &PhotonTracer<'_>, until: u64) {
-        let diagonal = paths.flight_bounds.map_or(0.0, |bounds| bounds.size().length());
-        let round = FIRST_ROUND.max((LATER_ROUND * self.paths as f64) as u64);
-        let until = (self.paths + round).min(until);
-        let trace = |path: u64| paths.trace::<S, H>(path..path + 1);
-        let round: Vec<u64> = (self.paths..until).collect();
-        let each: Vec<_> = round.into_par_iter().with_max_len(1).map(trace).collect();
-        for Deposits { volume, tracks, work, .. } in each {
-            self.stored += volume.len();
-            self.events += work.collisions + work.intersections;
-            self.length += tracks.iter().map(FlightSegment::length).sum::<f64>().min(diagonal);
-            self.segments.extend(tracks);
-        }
-        self.paths = until;
-    }
-
-    fn events_a_path(&self) -> f64 {
-        self.events as f64 / self.paths.max(1) as f64
+        let store_probability = (wanted / expected(stored, traced).max(1.0)).min(1.0);
+        let share = traced as f64 / count.max(1) as f64;
+        let flight_length = length / share.max(f64::MIN_POSITIVE);
+        let events = events as f64 / traced.max(1) as f64;
+        Self { store_probability, flight_length, median_power: median_power(&segments), events }
     }
 }
 

@@ -1,5 +1,5 @@
 //! A flight into a cloud: where another strategy is chosen from one frame to the next, the picture does not
-//! jump. Each two strategies are compared once.
+//! jump.
 //!
 //! Seeds are fixed. Means over [`SEEDS`](crate::pictures::SEEDS) seeds by either strategy may be 4.5 standard
 //! errors apart, of Student's distribution with 15 degrees of freedom a false alarm of 4e-4 a channel, and by
@@ -22,7 +22,7 @@ fn frame(index: u32) -> Scene {
     let cloud = Path::new(env!("CARGO_MANIFEST_DIR")).join("volumes/cloud.toml");
     let along = f64::from(index) / f64::from(FRAMES - 1);
     let position = [0.0, 90.0 + along * 165.0, 1500.0 - along * 1500.0];
-    let options = LoadOptions::default().size([16, 12]).rays(4).photons(15_000);
+    let options = LoadOptions::default().size([24, 18]).rays(4).photons(30_000);
     let options = options.with("camera.position", format!("{position:?}"));
     Scene::load(&cloud, &options.with("camera.target", "[0.0, 255.0, -1000.0]")).unwrap()
 }
@@ -41,16 +41,14 @@ fn the_picture_does_not_jump_where_the_strategy_changes() {
     let frames: Vec<Scene> = (0..FRAMES).map(frame).collect();
     let chosen = |scene: &Scene| shot_strategies(scene, &scene.render).unwrap().strategies[0];
     let strategies: Vec<Strategy> = frames.iter().map(chosen).collect();
-    let mut compared: Vec<[Strategy; 2]> = Vec::new();
+    let mut switches = 0;
     for (pair, scene) in strategies.windows(2).zip(&frames[1..]) {
-        let pair = [pair[0], pair[1]];
-        if pair[0] == pair[1] || compared.contains(&pair) || compared.contains(&[pair[1], pair[0]])
-        {
+        if pair[0] == pair[1] {
             continue;
         }
-        let [before, after] = pair.map(|strategy| means_by(scene, strategy));
+        switches += 1;
+        let [before, after] = [pair[0], pair[1]].map(|strategy| means_by(scene, strategy));
         agree(before, after, BIAS, &format!("{pair:?}"));
-        compared.push(pair);
     }
-    assert!(!compared.is_empty(), "{strategies:?}");
+    assert!(switches > 0, "{strategies:?}");
 }
