@@ -257,8 +257,9 @@ fn gathers_find_what_lamps_send() {
 }
 
 /// Few photons, and so wide cells, make thin haze near a lamp no brighter and no darker: light is peaked
-/// there still where gathers ask for its moments. The mean of four seeds scatters by 0.2 % about a value that cells make
-/// 1.0 % bright; without second moments it is 3.6 % bright. The right one is of the reference with 64,000 rays a pixel, known to 0.07 %.
+/// there still where gathers ask for its moments. The mean of four seeds scatters by 0.2 %, about a value that the
+/// width of cells makes 1.0 % too bright; without second moments it is 3.6 %. The right one is of the reference with 64,000 rays
+/// a pixel, known to 0.07 %.
 #[test]
 fn few_photons_leave_haze_near_a_lamp_as_bright() {
     const SEEDS: u64 = 4;
@@ -307,9 +308,9 @@ fn ball_in_sunlight(camera: [f64; 3], g: f64, direction: [f64; 3], irradiance: f
 }
 
 /// Thick haze under a sun is as bright as it is, also to its rim, where light falls off fast and many
-/// cells lie half outside. The mean of three seeds scatters by 0.3 % about a value that cells make 0.9 % dark, so that of
-/// other seeds one in nine would fail; where gathers start at the centres of cells that are as wide for many rays it is
-/// 2.0 % dark. The right one is of the reference with 48,000 rays a pixel, known to 0.18 %.
+/// cells lie half outside. The mean of three seeds scatters by 0.3 %, about a value that the width of cells makes 0.9 %
+/// too dark, so that of other seeds one in nine would fail. Where gathers start at the centres of cells that are as wide for many
+/// rays it is 2.0 % too dark. The right one is of the reference with 48,000 rays a pixel, known to 0.18 %.
 #[test]
 fn gathers_lose_no_sunlight_in_thick_haze() {
     const SEEDS: u64 = 3;

@@ -126,7 +126,7 @@ fn light_scattered_once_is_that_by_quadrature() {
             agree([light], [right], bias, &format!("{strategy:?} toward {target}"));
         }
         let folder = tempfile::tempdir().unwrap();
-        let exact = scene(folder.path(), &text, 5000, 0);
+        let exact = scene(folder.path(), &text, 20_000, 0);
         let (value, error) = mean(&render_reference(&exact, &exact.render, &Silent).film);
         assert!((value - expected).abs() < ERRORS * error, "{value} ± {error} not {expected}");
     }

@@ -43,7 +43,7 @@ fn mean(scene: &Scene) -> [f64; 2] {
     const SEEDS: u32 = 8;
     let means: Vec<f64> = (0..SEEDS)
         .map(|seed| {
-            let settings = RenderSettings { rays: 512, seed: seed.into(), ..scene.render };
+            let settings = RenderSettings { rays: 1024, seed: seed.into(), ..scene.render };
             let image = render_reference(scene, &settings, &Silent).film.image();
             let green = &image.channels()[1];
             green.iter().map(|v| f64::from(*v)).sum::<f64>() / green.len() as f64
